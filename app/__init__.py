@@ -1,0 +1,1 @@
+"""app: the browser application around vfix_engine (gateway, store, services, page)."""

@@ -1,0 +1,1 @@
+"""Control: admittance law, one QP, certificate, explanation."""

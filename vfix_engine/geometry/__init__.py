@@ -1,0 +1,1 @@
+"""Geometry: triangle mesh, tool segments, spline path, proximity."""

@@ -1,0 +1,1 @@
+"""Imaging: CT volumes and surfaces in, checked, LPS mm."""

@@ -1,0 +1,1 @@
+"""Robots and tools over Pinocchio."""

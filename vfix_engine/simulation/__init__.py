@@ -1,0 +1,1 @@
+"""Simulation: rehearsal, operators, recorder, real-time process."""
