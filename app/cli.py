@@ -1,0 +1,89 @@
+"""`vfix VERB ...`: finds the verb's module, runs it, and turns errors into one line and an exit status.
+
+Exit status: 0 done, 1 the verb ran and its answer is no, 2 the input was refused, 130 interrupted.
+"""
+
+import argparse
+import importlib
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, cast
+
+from app import __version__
+from app.error_shape import error_body, error_code
+from vfix_engine.errors import VfixError
+
+NOTICE = "Not for clinical use."
+
+
+@dataclass(frozen=True)
+class Verb:
+    """A word of the command line and the module behind it."""
+
+    name: str
+    module: str
+    summary: str
+
+
+VERBS = (
+    Verb("serve", "app.commands.serve", "start the planner and open its page"),
+    Verb("import", "app.commands.import_", "make a new case of a CT or a surface"),
+    Verb("case", "app.commands.case", "list, rename, delete and restore cases"),
+    Verb("plan", "app.commands.plan", "list, import and export plans"),
+    Verb("rehearse", "app.commands.rehearse", "run a rehearsal without a page"),
+    Verb("doctor", "app.commands.doctor", "check this machine"),
+)
+
+
+class Command(Protocol):
+    """What a module of a verb offers."""
+
+    def add_parser(
+        self, subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
+    ) -> argparse.ArgumentParser: ...
+
+    def run(self, args: argparse.Namespace) -> int | None: ...
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command line; `argv` without the program's name. Returns the exit status."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    chosen = next((word for word in arguments if not word.startswith("-")), None)
+    parser, command = _build_parser(chosen)
+    args = parser.parse_args(arguments)
+    if command is None:
+        parser.print_help(sys.stderr)
+        return 2
+    try:
+        return command.run(args) or 0
+    except VfixError as error:
+        if getattr(args, "json", False):
+            print(json.dumps(error_body(error_code(error), str(error))))
+        print(f"vfix: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+
+
+def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, Command | None]:
+    """Parser that knows every verb by name, and the chosen one in full; only that one's module is imported."""
+    parser = argparse.ArgumentParser(
+        prog="vfix",
+        description=f"Surgical planner and simulator with virtual fixtures from the anatomy. {NOTICE}",
+    )
+    parser.add_argument("--version", action="version", version=f"vfix {__version__}")
+    subparsers = parser.add_subparsers(metavar="VERB")
+    command: Command | None = None
+    for verb in VERBS:
+        if verb.name == chosen:
+            command = cast(Command, importlib.import_module(verb.module))
+            command.add_parser(subparsers)
+        else:
+            subparsers.add_parser(verb.name, help=verb.summary)
+    return parser, command
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,98 @@
+"""Where the planner keeps its data and how it may be reached: one frozen value, handed in, never a global."""
+
+import os
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from vfix_engine.errors import InputError
+
+LOOPBACK_HOSTS = frozenset({"127.0.0.1", "localhost", "::1"})
+MIN_TOKEN_LENGTH = 16
+
+
+def default_home() -> Path:
+    """The user's data folder of this platform."""
+    return Path(platformdirs.user_data_dir("vfix", appauthor=False))
+
+
+def new_token() -> str:
+    """A fresh secret of 256 bits, safe in an address."""
+    return secrets.token_urlsafe(32)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of one running planner.
+
+    home: folder that holds every case, plan and recording.
+    host, port: the one public address; port 0 asks the system for a free one.
+    token: the secret every request must carry. It is fresh at each start unless VFIX_TOKEN names one.
+    allow_remote: an address other than loopback was asked for explicitly.
+    """
+
+    home: Path
+    host: str = "127.0.0.1"
+    port: int = 8765
+    token: str = field(default_factory=new_token, repr=False)
+    allow_remote: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.port <= 65535:
+            raise InputError(f"port {self.port} is not between 0 and 65535.")
+        if len(self.token) < MIN_TOKEN_LENGTH or not self.token.isascii() or not self.token.isprintable():
+            raise InputError(f"the token must be at least {MIN_TOKEN_LENGTH} printable ASCII characters long.")
+        if not set(self.token) <= _TOKEN_CHARACTERS:
+            raise InputError("the token may hold letters, digits, '-', '_', '.' and '~' only.")
+        if not self.is_loopback and not self.allow_remote:
+            raise InputError(
+                f"host {self.host} can be reached from the network; "
+                "use 127.0.0.1, or say --allow-remote together with a token of your own in VFIX_TOKEN."
+            )
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only this machine can reach the planner."""
+        return self.host in LOOPBACK_HOSTS
+
+    @property
+    def database_path(self) -> Path:
+        """SQLite file of the embedded store."""
+        return self.home / "vfix.sqlite3"
+
+    @property
+    def files_dir(self) -> Path:
+        """Folder of the content-addressed files."""
+        return self.home / "files"
+
+    @classmethod
+    def from_environment(cls, environment: Mapping[str, str] | None = None, **overrides: Any) -> "Settings":
+        """Settings from VFIX_HOME, VFIX_HOST, VFIX_PORT and VFIX_TOKEN; `overrides` that are not None win.
+
+        Raises InputError when a value cannot be used.
+        """
+        environment = os.environ if environment is None else environment
+        values: dict[str, Any] = {"home": environment.get("VFIX_HOME") or default_home()}
+        if environment.get("VFIX_HOST"):
+            values["host"] = environment["VFIX_HOST"]
+        if environment.get("VFIX_PORT"):
+            values["port"] = _port(environment["VFIX_PORT"])
+        if environment.get("VFIX_TOKEN"):
+            values["token"] = environment["VFIX_TOKEN"]
+        values.update({name: value for name, value in overrides.items() if value is not None})
+        values["home"] = Path(values["home"]).expanduser().resolve()
+        return cls(**values)
+
+
+_TOKEN_CHARACTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.~")
+
+
+def _port(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"VFIX_PORT is {text!r}, which is not a number.") from None
