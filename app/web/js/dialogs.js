@@ -1,0 +1,64 @@
+// The one dialog of the page, and the short notes at its foot.
+import { h } from "./dom.js";
+
+const dialog = () => document.getElementById("dialog");
+
+function show(form) {
+  const element = dialog();
+  element.replaceChildren(form);
+  return new Promise((resolve) => {
+    element.addEventListener("close", () => resolve(element.returnValue), { once: true });
+    element.returnValue = "cancel";
+    element.showModal();
+  });
+}
+
+function footer(confirmWord) {
+  return h("div", { class: "buttons" },
+    h("button", { type: "submit", value: "cancel", formNoValidate: true }, "Cancel"),
+    h("button", { type: "submit", value: "ok", class: "primary" }, confirmWord));
+}
+
+/** Ask for a name; resolves to the trimmed text or null. */
+export async function askName(title, value, confirmWord = "Save") {
+  const input = h("input", { type: "text", value, maxLength: 120, required: true, "aria-label": "Name", autocomplete: "off" });
+  const form = h("form", { method: "dialog" }, h("h2", {}, title), input, footer(confirmWord));
+  // Enter confirms: the first submit button of a form is the default one, so it is answered here
+  input.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter") return;
+    event.preventDefault();
+    if (input.value.trim()) dialog().close("ok");
+  });
+  const answer = show(form);
+  input.select();
+  return (await answer) === "ok" && input.value.trim() ? input.value.trim() : null;
+}
+
+export async function confirm(title, words, confirmWord) {
+  const form = h("form", { method: "dialog" }, h("h2", {}, title), h("p", { class: "words" }, words), footer(confirmWord));
+  return (await show(form)) === "ok";
+}
+
+/** Ask for one choice per question: [{name, label, options: [[value, words], …]}]; resolves to an object or null. */
+export async function askChoices(title, words, questions, confirmWord) {
+  const selects = questions.map((question) => h("select", { id: `ask-${question.name}`, required: true },
+    h("option", { value: "" }, "Choose …"),
+    question.options.map(([value, label]) => h("option", { value }, label))));
+  const fields = questions.map((question, index) => h("label", { class: "field" },
+    h("span", { class: "field-label" }, question.label), selects[index]));
+  const form = h("form", { method: "dialog" }, h("h2", {}, title), h("p", { class: "words" }, words), fields, footer(confirmWord));
+  if ((await show(form)) !== "ok") return null;
+  return Object.fromEntries(questions.map((question, index) => [question.name, selects[index].value]));
+}
+
+/** A short note; errors stay until dismissed, others leave by themselves. */
+export function note(words, { error = false, action = null } = {}) {
+  const box = document.getElementById("toasts");
+  const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, words));
+  const leave = () => element.remove();
+  if (action) element.append(h("button", { type: "button", onclick: () => { action.run(); leave(); } }, action.label));
+  if (error) element.append(h("button", { type: "button", class: "plain", onclick: leave }, "Dismiss"));
+  else setTimeout(leave, action ? 9000 : 4500);
+  box.append(element);
+  while (box.children.length > 3) box.firstElementChild.remove();
+}

@@ -1,0 +1,64 @@
+// Elements are made here and only here; text from data goes in as text, never as markup.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** Make an element: `on…` props are listeners, `aria-…`/`data-…` attributes, the rest properties. */
+export function h(tag, props = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [key, value] of Object.entries(props)) {
+    if (value === undefined || value === null) continue;
+    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
+    else if (key === "class") element.className = value;
+    else if (key.includes("-") || key === "role" || key === "for" || key === "list") element.setAttribute(key, String(value));
+    else element[key] = value;
+  }
+  element.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  return element;
+}
+
+export function svg(tag, attributes = {}, ...children) {
+  const element = document.createElementNS(SVG, tag);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
+  element.append(...children);
+  return element;
+}
+
+const ICONS = {
+  undo: "M6 4 2.5 7.5 6 11M3 7.5h6.5a3.5 3.5 0 0 1 0 7H7",
+  redo: "M10 4l3.5 3.5L10 11M13 7.5H6.5a3.5 3.5 0 0 0 0 7H9",
+  lock: "M4 7.5h8v6H4zM5.5 7.5V5a2.5 2.5 0 0 1 5 0v2.5",
+  unlock: "M4 7.5h8v6H4zM5.5 7.5V5a2.5 2.5 0 0 1 4.8-1",
+  trash: "M3 4.5h10M6 4.5V3h4v1.5M4.5 4.5l.6 9h5.8l.6-9",
+  restore: "M3 8a5 5 0 1 0 1.6-3.7M3 2.5v2.8h2.8",
+  pencil: "M3 13l.6-2.8L10.8 3l2.2 2.2-7.2 7.2L3 13z",
+  copy: "M5.5 5.5h7.5V13H5.5zM3 10.5V3h7.5",
+  insert: "M3 4h10M3 12h10M8 6v4M6 8h4",
+};
+
+export function icon(name) {
+  const path = svg("path", {
+    d: ICONS[name], fill: "none", stroke: "currentColor", "stroke-width": 1.4, "stroke-linecap": "round", "stroke-linejoin": "round",
+  });
+  return svg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, path);
+}
+
+/** A small square button with a picture and a name for those who cannot see it. */
+export function iconButton(name, label, onclick, props = {}) {
+  return h("button", { type: "button", class: "icon plain", title: label, "aria-label": label, onclick, ...props }, icon(name));
+}
+
+export function group(title, tools, ...children) {
+  const head = h("div", { class: "group-head" }, h("h2", {}, title), tools ? h("div", { class: "buttons" }, tools) : null);
+  return h("div", { class: "group" }, head, ...children);
+}
+
+/** Replace the children only when the data behind them changed, so that focus and hover survive. */
+export function whenChanged() {
+  let last;
+  return (data, render) => {
+    const key = JSON.stringify(data);
+    if (key === last) return;
+    last = key;
+    render();
+  };
+}

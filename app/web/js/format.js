@@ -1,0 +1,27 @@
+// Numbers as the page shows them: fixed digits, a real minus, a unit beside them.
+import { h } from "./dom.js";
+
+export function fixed(value, digits) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const text = value.toFixed(digits);
+  const clean = Number(text) === 0 ? text.replace("-", "") : text;
+  return clean.replace("-", "−");
+}
+
+export function quantity(value, digits, unit) {
+  return h("span", { class: "number" }, fixed(value, digits), h("span", { class: "unit" }, ` ${unit}`));
+}
+
+export function mm(value, digits = 1) {
+  return `${fixed(value, digits)} mm`;
+}
+
+export function when(iso) {
+  const date = new Date(iso);
+  if (Number.isNaN(date.getTime())) return "";
+  return date.toLocaleDateString(undefined, { year: "numeric", month: "short", day: "numeric" });
+}
+
+export function count(number, one, many) {
+  return `${number.toLocaleString("en-US").replaceAll(",", " ")} ${number === 1 ? one : many}`;
+}

@@ -1,0 +1,26 @@
+// A button that acts as long as it is held down, by pointer or by key, and lets go whatever happens.
+import { h } from "./dom.js";
+
+export function holdButton(label, keys, onpress, onrelease) {
+  let down = false;
+  const press = () => {
+    if (down || button.disabled) return;
+    down = true;
+    onpress();
+  };
+  const release = () => {
+    if (!down) return;
+    down = false;
+    onrelease();
+  };
+  const button = h("button", {
+    type: "button", class: "hold", title: `Hold. Key: ${keys}`,
+    onpointerdown: (event) => { button.setPointerCapture(event.pointerId); press(); },
+    onpointerup: release, onpointercancel: release, onlostpointercapture: release, onblur: release,
+    onkeydown: (event) => { if ((event.key === " " || event.key === "Enter") && !event.repeat) press(); },
+    onkeyup: (event) => { if (event.key === " " || event.key === "Enter") release(); },
+  }, label);
+  window.addEventListener("blur", release);
+  document.addEventListener("visibilitychange", () => { if (document.hidden) release(); });
+  return button;
+}

@@ -1,0 +1,93 @@
+// Keys, and the heartbeat that says: a hand is still on the grip or on a key.
+
+const HEARTBEAT_MS = 40;
+const DRIVE = { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 };
+const TWIST = { KeyA: -1, KeyD: 1 };
+
+export class Keys {
+  constructor(connection) {
+    this.connection = connection;
+    this.held = new Set();
+    this.holds = new Set();
+    window.addEventListener("keydown", (event) => this.down(event));
+    window.addEventListener("keyup", (event) => this.up(event));
+    window.addEventListener("blur", () => this.letGo());
+    document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
+  }
+
+  down(event) {
+    if (typing(event.target)) return;
+    const inScene = event.view && event.view !== window;
+    if (this.command(event)) {
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      return;
+    }
+    const driving = this.connection.state.step?.name === "rehearse" && (event.code in DRIVE || event.code in TWIST);
+    if (driving && !(event.ctrlKey || event.metaKey || event.altKey)) {
+      event.preventDefault();
+      if (!this.held.has(event.code)) {
+        this.held.add(event.code);
+        this.sendHeld();
+      }
+    }
+    // the viewer has hot keys of its own that nobody here was told about
+    if (inScene) event.stopImmediatePropagation();
+  }
+
+  up(event) {
+    if (!this.held.delete(event.code)) return;
+    event.stopImmediatePropagation();
+    this.sendHeld();
+  }
+
+  command(event) {
+    const send = (type) => {
+      this.connection.send(type);
+      return true;
+    };
+    const planning = this.connection.state.step?.name === "plan";
+    if (!planning || event.repeat) return false;
+    const control = event.ctrlKey || event.metaKey;
+    if (control && event.code === "KeyZ") return send(event.shiftKey ? "redo" : "undo");
+    if (control && event.code === "KeyY") return send("redo");
+    const ghost = this.connection.state.plan?.ghost;
+    if (ghost && event.key === "Enter" && event.target?.tagName !== "BUTTON") return send("ghost.confirm");
+    if (event.key === "Escape" && !document.querySelector("dialog[open]")) return send("ghost.cancel");
+    if (event.key === "Delete" && event.target?.tagName !== "TR" && this.connection.state.plan?.selected) {
+      this.connection.send("item.delete", { item_id: this.connection.state.plan.selected });
+      return true;
+    }
+    return false;
+  }
+
+  sendHeld() {
+    const sum = (table) => [...this.held].reduce((total, code) => total + (table[code] ?? 0), 0);
+    this.connection.send("drive", { direction: Math.sign(sum(DRIVE)) });
+    this.connection.send("twist", { direction: Math.sign(sum(TWIST)) });
+    this.hold("keys", this.held.size > 0);
+  }
+
+  letGo() {
+    if (!this.held.size) return;
+    this.held.clear();
+    this.sendHeld();
+  }
+
+  /** While anything is held, a heartbeat leaves every 40 ms; the planner lets the force fade without it. */
+  hold(what, on) {
+    if (on) this.holds.add(what);
+    else this.holds.delete(what);
+    if (this.holds.size && !this.timer) {
+      this.connection.send("heartbeat");
+      this.timer = setInterval(() => this.connection.send("heartbeat"), HEARTBEAT_MS);
+    } else if (!this.holds.size && this.timer) {
+      clearInterval(this.timer);
+      this.timer = null;
+    }
+  }
+}
+
+function typing(target) {
+  return target?.tagName === "SELECT" || target?.tagName === "TEXTAREA" || (target?.tagName === "INPUT" && !["checkbox", "button"].includes(target.type));
+}

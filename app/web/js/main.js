@@ -1,0 +1,89 @@
+// Wires the page: one connection, and parts that draw what it says.
+import { Connection } from "./connection.js";
+import { h, whenChanged } from "./dom.js";
+import { note } from "./dialogs.js";
+import { Keys } from "./keys.js";
+import { PatientPanel } from "./panels/patient.js";
+import { PlanPanel } from "./panels/plan.js";
+import { RehearsePanel } from "./panels/rehearse.js";
+import { SceneFrame } from "./scene.js";
+import { Slices } from "./slices.js";
+import { StatusBar } from "./status.js";
+
+const STEPS = [["patient", "Patient"], ["plan", "Plan"], ["rehearse", "Rehearse"]];
+
+class Page {
+  constructor() {
+    this.connection = new Connection();
+    this.keys = new Keys(this.connection);
+    this.panels = {
+      patient: new PatientPanel(this.connection),
+      plan: new PlanPanel(this.connection),
+      rehearse: new RehearsePanel(this.connection, this.keys),
+    };
+    this.scene = new SceneFrame(this.connection, this.keys);
+    this.slices = new Slices(document.getElementById("slices"), this.connection);
+    this.status = new StatusBar(document.getElementById("statusbar"));
+    this.steps = STEPS.map(([name, label]) => h("button", { type: "button", "data-step": name, onclick: () => this.connection.send("step.set", { name }) }, label));
+    document.getElementById("steps").append(...this.steps);
+    this.changedTitle = whenChanged();
+    this.connection.addEventListener("state", () => this.schedule());
+    this.connection.addEventListener("link", (event) => this.link(event.detail));
+    this.connection.addEventListener("note", (event) => note(event.detail.words, { error: event.detail.error }));
+    this.connection.open();
+    this.scene.open();
+  }
+
+  /** Draw once per frame, whatever arrives in between. */
+  schedule() {
+    if (this.planned) return;
+    this.planned = true;
+    requestAnimationFrame(() => {
+      this.planned = false;
+      this.draw(this.connection.state);
+    });
+  }
+
+  draw(state) {
+    this.changedTitle([state.case?.name, state.plan?.name, state.step], () => this.renderTitle(state));
+    const current = state.step?.name;
+    for (const [name, panel] of Object.entries(this.panels)) if (name === current) panel.update(state);
+    this.scene.update(state);
+    this.slices.update(state);
+    this.status.update(state);
+  }
+
+  renderTitle(state) {
+    document.getElementById("where-case").textContent = state.case?.name ?? "No head open";
+    document.getElementById("where-plan").textContent = state.plan?.name ?? "";
+    document.querySelector(".where-separator").hidden = !state.plan;
+    document.title = state.case ? `${state.case.name} – vfix` : "vfix";
+    document.getElementById("hint").textContent = state.step?.hint ?? "";
+    for (const button of this.steps) {
+      const name = button.dataset.step;
+      if (name === state.step?.name) button.setAttribute("aria-current", "step");
+      else button.removeAttribute("aria-current");
+      button.disabled = !state.step?.available.includes(name);
+    }
+    const panel = document.getElementById("panel");
+    const element = this.panels[state.step?.name]?.element;
+    if (element && panel.firstElementChild !== element) panel.replaceChildren(element);
+  }
+
+  link({ connected, again }) {
+    const banner = document.getElementById("banner");
+    banner.hidden = connected || !again;
+    banner.textContent = "Connection lost – reconnecting … Nothing is lost: the plan is saved with every change.";
+    if (connected && again) this.scene.open();
+  }
+}
+
+const page = new Page();
+
+// What automated tests and curious people may read: the state as shown, and requests to the planner.
+window.vfix = {
+  get state() { return page.connection.state; },
+  get connected() { return page.connection.connected; },
+  get tab() { return page.connection.tab; },
+  request: (type, fields) => page.connection.request(type, fields),
+};

@@ -1,0 +1,124 @@
+// Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
+import { h, group, whenChanged } from "../dom.js";
+import { fixed, mm } from "../format.js";
+import { holdButton } from "../hold.js";
+
+const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
+
+export class RehearsePanel {
+  constructor(connection) {
+    this.connection = connection;
+    this.changedState = whenChanged();
+    this.changedTargets = whenChanged();
+    this.changedFields = whenChanged();
+    const send = (type, fields) => connection.send(type, fields);
+    this.words = h("p", { class: "words" });
+    this.startButton = h("button", { type: "button", class: "primary", id: "start", onclick: () => this.startOrPause() });
+    this.resetButton = h("button", { type: "button", id: "reset", onclick: () => send("rehearsal.reset") }, "Reset to entry");
+    this.leaseWords = h("p", { class: "words" });
+    this.leaseButton = h("button", { type: "button", class: "wide", id: "lease", onclick: () => this.lease() });
+    this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Mode" }, MODES.map(([mode, label]) =>
+      h("button", { type: "button", "data-mode": mode, onclick: () => this.setMode(mode) }, label)));
+    this.modeWords = h("p", { class: "words" });
+    this.target = h("select", { "aria-label": "Target to inspect", onchange: () => this.setMode("inspect") });
+    this.forward = holdButton("Forward", "↑ or W", () => send("drive", { direction: 1 }), () => send("drive", { direction: 0 }));
+    this.back = holdButton("Back", "↓ or S", () => send("drive", { direction: -1 }), () => send("drive", { direction: 0 }));
+    this.twistLeft = holdButton("Twist ↺", "A", () => send("twist", { direction: -1 }), () => send("twist", { direction: 0 }));
+    this.twistRight = holdButton("Twist ↻", "D", () => send("twist", { direction: 1 }), () => send("twist", { direction: 0 }));
+    this.progressBar = h("div");
+    this.progressWords = h("p", { class: "words" });
+    this.fields = h("div", { class: "list" });
+    this.element = h("div", {},
+      group("Robot", null, this.words, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      group("Handle", null, this.leaseWords, this.leaseButton),
+      group("Motion", null, this.modes, this.target, this.modeWords,
+        h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
+        this.progressWords, h("div", { class: "progress" }, this.progressBar)),
+      group("Hand and margin", null, this.fields));
+  }
+
+  update(state) {
+    const rehearsal = state.rehearsal ?? {};
+    this.changedTargets([state.plan?.targets], () => this.renderTargets(state.plan?.targets ?? []));
+    this.changedFields([state.settings], () => this.renderFields(state.settings?.fields ?? []));
+    const { state: phase, words, mine, holder, can_take, mode, target_index, path_done } = rehearsal;
+    this.changedState([phase, words, mine, holder, can_take, mode, target_index, path_done, state.plan?.targets?.length], () => this.renderState(state, rehearsal));
+    this.renderProgress(rehearsal);
+  }
+
+  renderState(state, rehearsal) {
+    const live = ["ready", "running", "paused"].includes(rehearsal.state);
+    const driving = live && rehearsal.mine;
+    this.words.textContent = rehearsal.words ?? "";
+    this.words.className = rehearsal.state === "failed" ? "words caution" : "words";
+    this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
+    this.startButton.disabled = !(driving || ["absent", "failed"].includes(rehearsal.state)) || (state.plan?.points.length ?? 0) < 2;
+    this.resetButton.disabled = !driving;
+    this.leaseWords.textContent = !live ? "The handle appears when the robot is in place." : rehearsal.mine
+      ? "This window holds the handle. Drag the sphere on the shaft."
+      : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Another window"} holds the handle. You are watching.`;
+    this.leaseButton.hidden = !live;
+    this.leaseButton.textContent = rehearsal.mine ? "Let go of the handle" : "Take over the handle";
+    this.leaseButton.disabled = !rehearsal.mine && !rehearsal.can_take;
+    const targets = state.plan?.targets.length ?? 0;
+    for (const button of this.modes.children) {
+      const mode = button.dataset.mode;
+      button.setAttribute("aria-pressed", String(mode === rehearsal.mode));
+      button.disabled = !driving || (mode === "inspect" && !targets);
+    }
+    this.target.hidden = rehearsal.mode !== "inspect" && !(rehearsal.path_done && targets);
+    if (Number.isInteger(rehearsal.target_index)) this.target.value = String(rehearsal.target_index);
+    this.target.disabled = !driving;
+    this.modeWords.textContent = modeWords(rehearsal, targets);
+    for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) button.disabled = !(driving && rehearsal.state === "running");
+    this.forward.disabled ||= rehearsal.mode === "inspect";
+    this.back.disabled ||= rehearsal.mode === "inspect";
+  }
+
+  renderProgress(rehearsal) {
+    const known = Number.isFinite(rehearsal.length_mm) && rehearsal.length_mm > 0;
+    const part = known ? Math.min(1, Math.max(0, rehearsal.progress_mm / rehearsal.length_mm)) : 0;
+    this.progressBar.style.width = `${(part * 100).toFixed(1)}%`;
+    this.progressWords.textContent = known ? `${fixed(rehearsal.progress_mm, 1)} of ${mm(rehearsal.length_mm)} along the path` : "";
+  }
+
+  renderTargets(targets) {
+    this.target.replaceChildren(...targets.map((target, index) => h("option", { value: String(index) }, target.label)));
+  }
+
+  renderFields(fields) {
+    this.fields.replaceChildren(...fields.map((field) => this.field(field)));
+  }
+
+  field(field) {
+    const shown = h("span", { class: "number" }, `${fixed(field.value, field.digits)} ${field.unit}`);
+    const input = h("input", {
+      type: "range", min: field.lo, max: field.hi, step: field.step, value: field.value, "aria-label": `${field.label} in ${field.unit}`,
+      oninput: () => { shown.textContent = `${fixed(Number(input.value), field.digits)} ${field.unit}`; },
+      onchange: () => this.connection.send("rehearsal.settings", { values: { [field.name]: Number(input.value) } }),
+    });
+    return h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, field.label), shown), input);
+  }
+
+  startOrPause() {
+    const running = this.connection.state.rehearsal?.state === "running";
+    this.connection.send(running ? "rehearsal.pause" : "rehearsal.start");
+  }
+
+  lease() {
+    this.connection.send(this.connection.state.rehearsal?.mine ? "rehearsal.let_go" : "rehearsal.take");
+  }
+
+  setMode(mode) {
+    const target = mode === "inspect" ? Number(this.target.value || 0) : null;
+    this.connection.send("rehearsal.mode", { mode, target_index: target });
+  }
+}
+
+function modeWords(rehearsal, targets) {
+  if (rehearsal.mode === "free") return "No path holds the tip. The bone still does.";
+  if (rehearsal.mode === "inspect") return "Drag the handle: the view point is brought onto the target and stays there while the tool swings about it.";
+  if (rehearsal.path_done && targets) return "The end of the path is reached. ‘Inspect’ points the tool at a target.";
+  if (rehearsal.path_done) return "The end of the path is reached.";
+  return "The tip stays on the path; forward and back need no aiming in depth.";
+}

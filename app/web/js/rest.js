@@ -1,0 +1,53 @@
+// The REST face, where a websocket is the wrong tool: files in, files out.
+
+async function failure(response) {
+  try {
+    const body = await response.json();
+    const error = new Error(body.error.message);
+    error.code = body.error.code;
+    error.details = body.error.details;
+    return error;
+  } catch {
+    return new Error(`The planner answered ${response.status}.`);
+  }
+}
+
+export async function post(path, body) {
+  const response = await fetch(path, { method: "POST", body, credentials: "same-origin" });
+  if (!response.ok) throw await failure(response);
+  return response.json();
+}
+
+/** Upload with progress in [0, 1]; resolves to the answer's JSON. */
+export function upload(path, form, onProgress) {
+  return new Promise((resolve, reject) => {
+    const request = new XMLHttpRequest();
+    request.open("POST", path);
+    request.responseType = "json";
+    request.upload.addEventListener("progress", (event) => {
+      if (event.lengthComputable) onProgress(event.loaded / event.total);
+    });
+    request.addEventListener("load", () => {
+      if (request.status < 300) {
+        resolve(request.response);
+        return;
+      }
+      const error = new Error(request.response?.error?.message ?? `The planner answered ${request.status}.`);
+      error.code = request.response?.error?.code;
+      error.details = request.response?.error?.details;
+      reject(error);
+    });
+    request.addEventListener("error", () => reject(new Error("The upload was interrupted.")));
+    request.send(form);
+  });
+}
+
+/** Let the browser save what an address answers. */
+export function download(path) {
+  const anchor = document.createElement("a");
+  anchor.href = path;
+  anchor.download = "";
+  document.body.append(anchor);
+  anchor.click();
+  anchor.remove();
+}

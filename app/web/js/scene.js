@@ -1,0 +1,143 @@
+// The three-dimensional scene in its frame: tools on top of it, the ghost's card, scale, legend, and the hand on the grip.
+import { h, whenChanged } from "./dom.js";
+import { fixed, mm } from "./format.js";
+
+const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
+const CUTS = [["whole", "Whole skull"], ["left", "Cut, left half"], ["right", "Cut, right half"]];
+const HEARTBEAT_MS = 40;
+const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
+
+export class SceneFrame {
+  constructor(connection, keys) {
+    this.connection = connection;
+    this.keys = keys;
+    this.frame = document.getElementById("scene");
+    this.wait = document.getElementById("scene-wait");
+    this.changedGhost = whenChanged();
+    this.changedLegend = whenChanged();
+    this.holding = false;
+    this.buildTools();
+    this.frame.addEventListener("load", () => this.loaded());
+    window.addEventListener("blur", () => this.pointerGone());
+    document.addEventListener("visibilitychange", () => { if (document.hidden) this.pointerGone(); });
+  }
+
+  buildTools() {
+    const send = (type, fields) => this.connection.send(type, fields);
+    const views = h("div", { class: "tool-strip views", role: "group", "aria-label": "Standard views" }, VIEWS.map(([view, label]) =>
+      h("button", { type: "button", "data-view": view, onclick: () => send("view.camera", { view }) }, label)));
+    this.opacityWords = h("span", { class: "number" });
+    this.opacity = h("input", { type: "range", min: 10, max: 100, step: 5, "aria-label": "Opacity of the bone in percent", oninput: () => this.sendOpacity() });
+    this.cut = h("select", { "aria-label": "Cut-away", id: "cut", onchange: () => send("view.set", { cut: this.cut.value }) },
+      CUTS.map(([value, label]) => h("option", { value }, label)));
+    this.slicesShown = h("input", { type: "checkbox", id: "slices-in-scene", onchange: () => send("view.set", { slices_shown: this.slicesShown.checked }) });
+    this.slicesLabel = h("label", { class: "check" }, this.slicesShown, "CT slices here");
+    const look = h("div", { class: "tool-strip column" },
+      h("label", { class: "field" }, h("span", { class: "field-label" }, "Bone", this.opacityWords), this.opacity), this.cut, this.slicesLabel);
+    document.getElementById("view-tools").append(views, look);
+  }
+
+  sendOpacity() {
+    this.opacityWords.textContent = `${this.opacity.value} %`;
+    this.connection.send("view.set", { opacity: Number(this.opacity.value) / 100 });
+  }
+
+  /** (Re)load the scene: a fresh frame has no state of its own, the planner draws it anew. */
+  open() {
+    this.wait.hidden = false;
+    const { tab } = this.connection;
+    this.frame.src = `/scene/?darkMode&tab=${tab}&n=${Date.now()}`;
+  }
+
+  loaded() {
+    const inner = this.frame.contentWindow;
+    if (!inner || inner.location.href === "about:blank") return;
+    this.dress(inner.document);
+    // capture: before the viewer sees the event, so that keys mean the same here as in the page around
+    inner.addEventListener("keydown", (event) => this.keys.down(event), { capture: true });
+    inner.addEventListener("keyup", (event) => this.keys.up(event), { capture: true });
+    inner.addEventListener("pointerdown", (event) => this.pointerDown(event), { capture: true });
+    for (const kind of ["pointerup", "pointercancel", "blur"]) inner.addEventListener(kind, () => this.pointerGone(), { capture: true });
+  }
+
+  /** The viewer's own panel and logo stay out of the way; the ground takes the page's colour. */
+  dress(inner) {
+    const sheet = new inner.defaultView.CSSStyleSheet();
+    sheet.replaceSync(DRESS);
+    inner.adoptedStyleSheets = [...inner.adoptedStyleSheets, sheet];
+  }
+
+  pointerDown(event) {
+    if (event.button !== 0) return;
+    this.connection.send("pointer.down");
+    this.holding = true;
+    this.keys.hold("pointer", true);
+  }
+
+  pointerGone() {
+    if (!this.holding) return;
+    this.holding = false;
+    this.keys.hold("pointer", false);
+    this.connection.send("grip.release");
+  }
+
+  update(state) {
+    this.wait.hidden = Boolean(state.scene?.ready);
+    this.wait.firstElementChild.textContent = state.scene?.words ?? "Preparing the scene …";
+    const view = state.view;
+    if (view) {
+      if (document.activeElement !== this.opacity) this.opacity.value = String(Math.round(view.opacity * 100));
+      this.opacityWords.textContent = `${this.opacity.value} %`;
+      this.cut.value = view.cut;
+      this.slicesShown.checked = view.slices_shown;
+      this.slicesLabel.hidden = !state.case?.has_volume;
+    }
+    this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
+    this.changedLegend([state.corridor?.scale, state.step?.name], () => this.renderLegend(state.corridor?.scale));
+    this.renderScale(state.camera?.mm_per_pixel);
+  }
+
+  renderGhost(ghost) {
+    const card = document.getElementById("ghost-card");
+    card.hidden = !ghost;
+    if (!ghost) return;
+    const send = (type) => () => this.connection.send(type);
+    card.replaceChildren(
+      h("span", { class: "words" }, ghost.words),
+      h("button", { type: "button", class: "primary", id: "ghost-add", onclick: send("ghost.confirm"), title: "Enter" }, "Add here"),
+      h("button", { type: "button", id: "ghost-cancel", onclick: send("ghost.cancel"), title: "Esc" }, "Cancel"));
+  }
+
+  renderLegend(scale) {
+    const legend = document.getElementById("legend");
+    legend.hidden = !scale;
+    if (!scale) return;
+    const span = scale.hi - scale.lo;
+    const bar = h("div", { class: "legend-bar" });
+    bar.style.background = `linear-gradient(to right, ${scale.colours.join(", ")})`;
+    const margin = h("div", { class: "legend-margin", title: "Margin" });
+    margin.style.left = `${((scale.margin - scale.lo) / span) * 100}%`;
+    bar.append(margin);
+    const ticks = h("div", { class: "legend-ticks" }, [scale.lo, (scale.lo + scale.hi) / 2, scale.hi].map((value, index) => {
+      const tick = h("span", {}, index === 2 ? `≥ ${fixed(value, 1)}` : fixed(value, 1));
+      tick.style.left = `${((value - scale.lo) / span) * 100}%`;
+      return tick;
+    }));
+    legend.replaceChildren(h("div", { class: "legend-title" }, `Clearance of the whole tool, mm; line: margin ${mm(scale.margin, 1)}`), bar, ticks);
+  }
+
+  renderScale(perPixel) {
+    const bar = document.getElementById("scale-bar");
+    bar.hidden = !Number.isFinite(perPixel);
+    if (bar.hidden) return;
+    const length = SCALES_MM.find((value) => value / perPixel >= 60) ?? SCALES_MM[SCALES_MM.length - 1];
+    document.getElementById("scale-line").style.width = `${Math.round(length / perPixel)}px`;
+    document.getElementById("scale-words").textContent = `${length} mm at the centre of the view`;
+  }
+}
+
+export { HEARTBEAT_MS };
+
+const DRESS = `
+  body, #root { background: #101317 !important; }
+`;

@@ -1,0 +1,67 @@
+// The status bar: force, tip error, clearance, what holds the tool, and the details of the loop.
+import { h } from "./dom.js";
+import { fixed } from "./format.js";
+
+const ROWS = [
+  ["loop_hz", "Loop rate", 0, "Hz"], ["step_us", "Step time, median", 0, "µs"], ["step_us_p99", "Step time, 99 %", 0, "µs"],
+  ["lateness_us_p99", "Lateness, 99 %", 0, "µs"], ["overruns", "Overruns", 0, ""], ["rows", "Rows in the QP", 0, ""], ["steps", "Steps", 0, ""],
+];
+
+export class StatusBar {
+  constructor(root) {
+    this.force = reading("Force of the hand");
+    this.tip = reading("Tip error");
+    this.clearance = reading("Clearance of the tool");
+    this.target = reading("Target error");
+    this.holding = reading("What holds the tool", "fill");
+    this.sheet = h("div", { class: "details-sheet", hidden: true, id: "details-sheet" });
+    this.values = Object.fromEntries(ROWS.map(([name]) => [name, h("dd", { class: "number" })]));
+    this.sheet.append(h("dl", { class: "facts" }, ROWS.flatMap(([name, label]) => [h("dt", {}, label), this.values[name]])));
+    this.toggle = h("button", { type: "button", class: "plain", "aria-expanded": "false", "aria-controls": "details-sheet", onclick: () => this.fold() }, "Details");
+    root.append(this.force.element, this.tip.element, this.clearance.element, this.target.element, this.holding.element,
+      h("div", { class: "details" }, this.toggle, this.sheet));
+  }
+
+  fold() {
+    this.sheet.hidden = !this.sheet.hidden;
+    this.toggle.setAttribute("aria-expanded", String(!this.sheet.hidden));
+  }
+
+  update(state) {
+    const rehearsing = state.step?.name === "rehearse";
+    const now = rehearsing ? state.rehearsal ?? {} : {};
+    this.force.set(now.force_n, 2, "N");
+    this.tip.set(now.mode === "path" || !rehearsing ? now.tip_error_mm : null, 3, "mm");
+    const corridor = rehearsing ? null : state.corridor;
+    this.clearance.label.textContent = rehearsing ? "Clearance of the tool" : "Least clearance of the plan";
+    this.clearance.set(rehearsing ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm");
+    this.target.element.hidden = now.mode !== "inspect";
+    this.target.set(now.target_error_mm, 3, "mm");
+    this.force.element.hidden = !rehearsing;
+    this.tip.element.hidden = !rehearsing;
+    this.holding.label.textContent = rehearsing ? "What holds the tool" : "Plan";
+    this.holding.value.textContent = rehearsing ? holdingWords(now) : state.corridor?.words ?? "";
+    this.holding.element.classList.toggle("caution", Boolean(rehearsing ? now.held : corridor?.caution));
+    const details = state.details ?? {};
+    for (const [name, , digits, unit] of ROWS) this.values[name].textContent = `${fixed(details[name], digits)} ${unit}`.trim();
+  }
+}
+
+function holdingWords(now) {
+  if (!["running", "paused", "ready"].includes(now.state)) return "";
+  if (now.state === "ready") return "In place at the entry, not started";
+  if (now.state === "paused") return "Paused";
+  if (now.held) return now.reason || "Held";
+  return now.reason || "Nothing, the tool is free to move";
+}
+
+function reading(name, extra = "") {
+  const label = h("span", { class: "reading-label" }, name);
+  const value = h("span", { class: "reading-value" }, "–");
+  const element = h("div", { class: `reading ${extra}` }, label, value);
+  const set = (number, digits, unit) => {
+    if (!Number.isFinite(number)) value.replaceChildren("–");
+    else value.replaceChildren(fixed(number, digits), h("span", { class: "unit" }, ` ${unit}`));
+  };
+  return { element, label, value, set };
+}
