@@ -1,0 +1,42 @@
+"""Under which names the planner answers: exact Host and Origin values, nothing resembling them."""
+
+from app.settings import Settings
+from vfix_engine.errors import InputError
+
+_SAME_MACHINE_NAMES: dict[str, tuple[str, ...]] = {
+    "127.0.0.1": ("127.0.0.1", "localhost"),
+    "localhost": ("localhost", "127.0.0.1"),
+    "::1": ("[::1]", "localhost"),
+}
+_WILDCARDS = frozenset({"0.0.0.0", "::", "*", ""})
+
+
+def allowed_hosts(settings: Settings) -> frozenset[str]:
+    """Values of the Host header that are answered, such as '127.0.0.1:8765'.
+
+    Raises InputError for a wildcard address: a page that answers to any name can be reached by DNS rebinding.
+    """
+    if settings.host in _WILDCARDS:
+        raise InputError(f"host {settings.host!r} listens on every address; name the one address to listen on.")
+    names = _SAME_MACHINE_NAMES.get(settings.host, (_bracketed(settings.host),))
+    with_port = {f"{name}:{settings.port}" for name in names}
+    return frozenset(with_port | (set(names) if settings.port == 80 else set()))
+
+
+def base_url(settings: Settings) -> str:
+    """Address of the page, without the token."""
+    return f"http://{_bracketed(settings.host)}:{settings.port}"
+
+
+def login_url(settings: Settings) -> str:
+    """Address of the page with its token: opens the page and leaves a cookie."""
+    return f"{base_url(settings)}/?token={settings.token}"
+
+
+def cookie_name(settings: Settings) -> str:
+    """Cookies do not know ports, so the name does: two planners on one machine keep their own."""
+    return f"vfix_token_{settings.port}"
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

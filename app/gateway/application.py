@@ -1,0 +1,55 @@
+"""The ASGI application: the guard around the page, the scene and the routers it is given."""
+
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+
+from fastapi import APIRouter, FastAPI
+from starlette.staticfiles import StaticFiles
+from starlette.types import Lifespan
+
+from app import __version__
+from app.gateway.error_answers import install_error_answers
+from app.gateway.guard import Guard
+from app.gateway.pages import WEB_DIR, page_router
+from app.gateway.relay import scene_router
+from app.gateway.scene_server import SceneServer
+from app.gateway.warm_up import WarmUp
+from app.settings import Settings
+
+
+def build_application(
+    settings: Settings,
+    services: object,
+    scene_server: SceneServer,
+    warm_up: WarmUp,
+    routers: Sequence[APIRouter],
+) -> FastAPI:
+    """Application whose `state` holds settings, services, scene_server and warmup; it stops the scene at its end."""
+    app = FastAPI(
+        title="vfix",
+        version=__version__,
+        description="Cases, plans and exports of the planner. Not for clinical use.",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=_lifespan(scene_server, warm_up),
+    )
+    app.state.settings = settings
+    app.state.services = services
+    app.state.scene_server = scene_server
+    app.state.warmup = warm_up
+    install_error_answers(app)
+    for router in (page_router(), scene_router(scene_server), *routers):
+        app.include_router(router)
+    app.mount("/static", StaticFiles(directory=WEB_DIR), name="static")
+    app.add_middleware(Guard, settings=settings)
+    return app
+
+
+def _lifespan(scene_server: SceneServer, warm_up: WarmUp) -> Lifespan[FastAPI]:
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        warm_up.start()
+        yield
+        scene_server.stop()
+
+    return lifespan

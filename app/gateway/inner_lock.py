@@ -1,0 +1,48 @@
+"""Lock on the scene's own server: it listens on loopback, where every local user can knock.
+
+viser 1.1.1 starts a `websockets` server and offers no hook for admission, so the `serve` that it calls is
+wrapped while it starts. A test holds this work-around to the pinned version.
+"""
+
+import contextlib
+import http
+import inspect
+from collections.abc import Callable, Iterator
+from typing import Any, cast
+
+import websockets.asyncio.server as websockets_server
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+Admit = Callable[[ServerConnection, Request], http.HTTPStatus | None]
+
+
+@contextlib.contextmanager
+def locked_servers(admit: Admit) -> Iterator[None]:
+    """While open, every `websockets` server that starts asks `admit` first; a status it returns is the answer.
+
+    Raises RuntimeError on leaving when no server was started through the wrapped call: it would stand open.
+    """
+    original = websockets_server.serve
+    started = 0
+
+    def serve(handler: Any, host: str, port: int, *, process_request: Any, **options: Any) -> Any:
+        nonlocal started
+        started += 1
+
+        async def guarded(connection: ServerConnection, request: Request) -> Response | None:
+            status = admit(connection, request)
+            if status is not None:
+                return connection.respond(status, f"{status.phrase}\n")
+            answer = process_request(connection, request)
+            return cast(Response | None, await answer if inspect.isawaitable(answer) else answer)
+
+        return original(handler, host, port, process_request=guarded, **options)
+
+    websockets_server.serve = serve  # type: ignore[assignment,misc]
+    try:
+        yield
+    finally:
+        websockets_server.serve = original  # type: ignore[misc]
+    if not started:
+        raise RuntimeError("the scene's server was started in a way that its lock does not know.")
