@@ -1,1 +1,12 @@
-"""Control: admittance law, one QP, certificate, explanation."""
+"""Control: admittance law, one QP, certificate, explanation.
+
+One step: the task gives rows, the boundary adds its own, the QP gives a joint step, the certificate takes, shrinks or
+holds it, and the explanation names what held it.
+"""
+
+from .certificate import ToolState
+from .controller import Controller, StepReport, Task
+from .explain import Blocker
+from .settings import Bound, ControlSettings
+
+__all__ = ["Blocker", "Bound", "ControlSettings", "Controller", "StepReport", "Task", "ToolState"]

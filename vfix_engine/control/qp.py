@@ -1,0 +1,153 @@
+"""All objectives and constraints stacked to one QP, solved, and the answer checked (Li 2007, eq. 20-21).
+
+Problem: minimise ½ xᵀH x + fᵀx subject to G x ≤ h and low ≤ x ≤ high, x = (Δq, λ).
+The step is scaled by its length L before solving, so that tolerances mean the same at every speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import daqp
+import numpy as np
+import qpsolvers
+from numpy.typing import NDArray
+
+from ..errors import ControlError
+from ..fixtures import Constraint, Objective
+
+Array = NDArray[np.float64]
+
+_UNBOUNDED = 1e30
+_REGULARISATION = 1e-9  # keeps H positive definite where an objective says nothing, e.g. about λ
+PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
+DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A checked answer: step Δq (n,), progress λ, multiplier of every constraint row and of every joint bound."""
+
+    step: Array
+    progress: float
+    row_multiplier: Array
+    bound_multiplier: Array
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One scaled QP; ``scale`` L in mm, rows over Δq / L and λ."""
+
+    hessian: Array
+    gradient: Array
+    rows: Array
+    bound: Array
+    low: Array
+    high: Array
+    scale: float
+
+    @property
+    def row_count(self) -> int:
+        """Inequality rows the way the papers count them: constraints and both sides of every joint bound."""
+        return len(self.bound) + 2 * (len(self.low) - 1)
+
+
+def stack(
+    objectives: Sequence[Objective], constraints: Sequence[Constraint], low: Array, high: Array, scale: float
+) -> Problem:
+    """One QP from all fixtures (eq. 3, 20, 21).
+
+    Args:
+        low, high: box (n,) for Δq.
+        scale: L, the length of the wanted step in mm.
+    """
+    size = len(low) + 1
+    column = np.ones(size)
+    column[-1] = 1.0 / scale
+    matrix = np.concatenate([o.matrix for o in objectives]) * column
+    target = np.concatenate([o.target for o in objectives]) / scale
+    hessian = matrix.T @ matrix
+    hessian.flat[:: size + 1] += _REGULARISATION
+    if constraints:
+        rows = np.concatenate([c.matrix for c in constraints]) * column
+        bound = np.concatenate([c.bound for c in constraints]) / scale
+    else:
+        rows, bound = np.zeros((0, size)), np.zeros(0)
+    return Problem(
+        hessian,
+        -(matrix.T @ target),
+        rows,
+        bound,
+        np.append(low / scale, 0.0),
+        np.append(high / scale, 1.0),
+        scale,
+    )
+
+
+def holdable(problem: Problem) -> Problem:
+    """The same problem with every bound widened so far that x = 0 is feasible."""
+    return replace(problem, bound=np.maximum(problem.bound, 0.0))
+
+
+def solve(problem: Problem, solver: str = "daqp") -> Solution | None:
+    """The minimiser, or None when the problem has none or the solver's answer does not stand its check.
+
+    Several solvers return a finite, wrong x on an infeasible problem, so the answer is judged by its residuals:
+    no row violated, and the gradient balanced by multipliers of the right sign.
+
+    Args:
+        solver: 'daqp' is called natively; any other name goes through qpsolvers.
+    """
+    answer = _solve_natively(problem) if solver == "daqp" else _solve_by_name(problem, solver)
+    if answer is None:
+        return None
+    x, rows, bounds = answer
+    if not (np.isfinite(x).all() and _is_optimal(problem, x, rows, bounds)):
+        return None
+    return Solution(x[:-1] * problem.scale, float(x[-1]), rows, bounds)
+
+
+def _solve_natively(problem: Problem) -> tuple[Array, Array, Array] | None:
+    size = len(problem.gradient)
+    upper = np.concatenate([problem.high, problem.bound])
+    lower = np.concatenate([problem.low, np.full(len(problem.bound), -_UNBOUNDED)])
+    sense = np.zeros(len(upper), dtype=np.int32)
+    x, _, flag, info = daqp.solve(problem.hessian, problem.gradient, problem.rows, upper, lower, sense)
+    if flag != 1:
+        return None
+    multiplier = info["lam"]
+    return x, multiplier[size:], multiplier[:size]
+
+
+def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array, Array] | None:
+    if solver not in qpsolvers.available_solvers:
+        known = ", ".join(sorted(qpsolvers.available_solvers))
+        raise ControlError(f"QP solver '{solver}' is not installed; available are: {known}")
+    solution = qpsolvers.solve_problem(
+        qpsolvers.Problem(
+            problem.hessian,
+            problem.gradient,
+            problem.rows,
+            problem.bound,
+            lb=problem.low,
+            ub=problem.high,
+        ),
+        solver=solver,
+    )
+    if not solution.found or solution.x is None or solution.z is None or solution.z_box is None:
+        return None
+    return solution.x, solution.z, solution.z_box
+
+
+def _is_optimal(problem: Problem, x: Array, rows: Array, bounds: Array) -> bool:
+    """Karush-Kuhn-Tucker conditions within tolerance."""
+    excess = problem.rows @ x - problem.bound
+    outside = np.concatenate([excess, problem.low - x, x - problem.high])
+    if outside.max() > PRIMAL_TOLERANCE:
+        return False
+    terms = (problem.hessian @ x, problem.gradient, problem.rows.T @ rows, bounds)
+    balance = terms[0] + terms[1] + terms[2] + terms[3]
+    size = 1.0 + max(float(np.abs(t).max(initial=0.0)) for t in terms)
+    wrong_sign = rows.min(initial=0.0) < -DUAL_TOLERANCE * size
+    return bool(np.abs(balance).max() <= DUAL_TOLERANCE * size) and not wrong_sign

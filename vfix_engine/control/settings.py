@@ -1,0 +1,92 @@
+"""Every number the controller can be given, with its range, unit and meaning."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
+
+from ..errors import InputError
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What a setting may be: closed range, unit and a name a person reads."""
+
+    low: float
+    high: float
+    unit: str
+    label: str
+
+
+@dataclass(frozen=True)
+class ControlSettings:
+    """Settings of one rehearsal; immutable, checked on construction (InputError).
+
+    Printed by Li 2007: k_d = 0.2, k_tau = 0, weights of joints 0.01.
+    The other numbers are ours; DESIGN-level reasons are in docs/concepts.md.
+    """
+
+    dt_s: float = 1e-3
+    margin_mm: float = 0.3
+    threshold_mm: float = 3.0
+    stiffness_n_per_mm: float = 0.25
+    force_cap_n: float = 5.0
+    gain_mm_per_s_per_n: float = 2.0
+    rotation_gain_rad_per_s_per_nmm: float = 4e-4
+    k_d: float = 0.2
+    k_tau: float = 0.0
+    capture_mm: float = 0.05
+    view_distance_mm: float = 15.0
+    target_tolerance_mm: float = 0.015
+
+    def __post_init__(self) -> None:
+        for name, bound in self.bounds().items():
+            value = getattr(self, name)
+            if not isinstance(value, (int, float)) or not math.isfinite(value) or not bound.low <= value <= bound.high:
+                unit = f" {bound.unit}" if bound.unit else ""
+                raise InputError(f"{bound.label} ({name}) is {value!r}; allowed is {bound.low} … {bound.high}{unit}")
+
+    @staticmethod
+    def bounds() -> dict[str, Bound]:
+        """Allowed range of every setting, by field name."""
+        return dict(_BOUNDS)
+
+    def clamped(self, **changes: float) -> ControlSettings:
+        """A copy with changes pulled into their ranges; a NaN or an unknown name raises InputError."""
+        kept: dict[str, float] = {}
+        for name, value in changes.items():
+            if name not in _BOUNDS:
+                raise InputError(f"no setting is called '{name}'")
+            if not math.isfinite(value):
+                raise InputError(f"{_BOUNDS[name].label} ({name}) must be a finite number")
+            kept[name] = min(max(float(value), _BOUNDS[name].low), _BOUNDS[name].high)
+        return replace(self, **kept)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> ControlSettings:
+        """Settings from a plan's mapping; unknown names raise InputError."""
+        known = {f.name for f in fields(cls)}
+        unknown = sorted(set(data) - known)
+        if unknown:
+            raise InputError(f"unknown settings: {', '.join(unknown)}; known are {', '.join(sorted(known))}")
+        return cls(**data)
+
+    def to_dict(self) -> dict[str, float]:
+        return asdict(self)
+
+
+_BOUNDS = {
+    "dt_s": Bound(1e-4, 2e-2, "s", "Control period"),
+    "margin_mm": Bound(0.05, 3.0, "mm", "Safety margin"),
+    "threshold_mm": Bound(0.5, 10.0, "mm", "Boundary threshold"),
+    "stiffness_n_per_mm": Bound(0.01, 5.0, "N/mm", "Grip stiffness"),
+    "force_cap_n": Bound(0.1, 20.0, "N", "Force cap"),
+    "gain_mm_per_s_per_n": Bound(0.05, 10.0, "mm/s/N", "Admittance gain"),
+    "rotation_gain_rad_per_s_per_nmm": Bound(1e-6, 5e-3, "rad/s/(N·mm)", "Rotation gain"),
+    "k_d": Bound(0.0, 0.9, "", "Path blending k_d"),
+    "k_tau": Bound(0.0, 1.0, "", "Compliance k_τ"),
+    "capture_mm": Bound(0.005, 5.0, "mm", "Offset of full correction"),
+    "view_distance_mm": Bound(1.0, 60.0, "mm", "View distance r"),
+    "target_tolerance_mm": Bound(0.002, 1.0, "mm", "Target tolerance ε_t"),
+}

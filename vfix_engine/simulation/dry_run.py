@@ -1,0 +1,71 @@
+"""A dry run: the controller itself drives the path from the entry, so that a plan shows the pose it would really take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..control import ControlSettings
+from .rehearsal import Command, Rehearsal
+from .scene import Scene
+
+Array = NDArray[np.float64]
+
+STEP_MM = 0.1  # length of a dry step: ten times a rehearsal's, the certificate being the same
+PATIENCE = 40  # held steps after which the tool is stuck
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """Poses along the path: arc length s (n,) in mm, tip (n, 3), clearance of the whole tool (n,), joints q (n, 7).
+
+    completed: the end was reached; reason: what held the tool where it was not.
+    """
+
+    s: Array
+    tip: Array
+    clearance: Array
+    q: Array
+    completed: bool
+    reason: str
+    length_mm: float
+
+    @property
+    def reached_mm(self) -> float:
+        return float(self.s[-1])
+
+
+def dry_run(scene: Scene, settings: ControlSettings) -> DryRun:
+    """Drive the scene's path at full force in coarse steps.
+
+    Raises:
+        StartRefused: the start pose is outside a limit or inside the margin.
+        ControlError: the scene has no path.
+    """
+    speed = settings.gain_mm_per_s_per_n * settings.force_cap_n
+    bounds = ControlSettings.bounds()["dt_s"]
+    dt = min(max(STEP_MM / speed, bounds.low), bounds.high)
+    rehearsal = Rehearsal(scene, replace(settings, dt_s=dt))
+    state = rehearsal.start("path")
+    length = 0.0 if scene.path is None else scene.path.length
+    snapshot = rehearsal.snapshot(state)
+    rows = [snapshot]
+    stuck, best = 0, snapshot.progress_mm
+    while snapshot.phase != "done" and stuck < PATIENCE:
+        state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
+        rows.append(snapshot)
+        gained = snapshot.progress_mm > best + 0.02 * speed * dt
+        best = max(best, snapshot.progress_mm)
+        stuck = 0 if gained or snapshot.phase == "approach" and not snapshot.held else stuck + 1
+    done = snapshot.phase == "done"
+    return DryRun(
+        s=np.array([r.progress_mm for r in rows]),
+        tip=np.stack([r.tip for r in rows]),
+        clearance=np.array([r.clearance_mm for r in rows]),
+        q=np.stack([r.q for r in rows]),
+        completed=done,
+        reason="" if done else snapshot.reason or "the tool no longer moves along the path",
+        length_mm=length,
+    )

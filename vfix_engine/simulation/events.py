@@ -1,0 +1,13 @@
+"""What the control process says once, over its pipe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Event:
+    """kind: 'ready', 'refused' (the start), 'note' (a command that could not be done) or 'failed'; text says why."""
+
+    kind: str
+    text: str = ""

@@ -1,0 +1,101 @@
+"""Placing the robot: where its base stands and how the tool is turned so that the path can be driven."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..control import ControlSettings
+from ..errors import StartRefused
+from ..geometry.path import SplinePath
+from ..geometry.proximity import ProximityTree
+from ..robots import RobotModel, Tool
+from .dry_run import DryRun, dry_run
+from .scene import Scene
+
+Array = NDArray[np.float64]
+
+_TILTS = (0.0, 12.0, 24.0)  # degrees between shaft and chord of the path
+_ROLLS = 12  # turns of the bend about the shaft
+_TRIED = 6  # placings that get a dry run, best first
+_SAMPLES = 24  # poses along the path that rank a placing
+
+
+@dataclass(frozen=True)
+class Placing:
+    """base: transform_base_to_patient (4, 4); q_start (n,); run: the dry run that this placing was chosen by."""
+
+    base: Array
+    q_start: Array
+    run: DryRun
+
+
+def place_robot(
+    tree: ProximityTree,
+    robot: RobotModel,
+    tool: Tool,
+    path: SplinePath,
+    settings: ControlSettings,
+) -> Placing:
+    """The placing from which the controller gets furthest along the path.
+
+    Directions of the shaft around the path's chord and turns of the bend are ranked by the clearance of the unmoving
+    orientation at samples of the path; the best few are driven dry, and the first that arrives is taken.
+
+    Raises:
+        StartRefused: the tool does not fit at the entry in any of these directions.
+    """
+    ranked = sorted(_orientations(path), key=lambda r: -_room(tree, tool, path, r, settings))
+    best: Placing | None = None
+    reason = ""
+    tried = 0
+    for rotation in ranked:
+        base = np.eye(4)
+        base[:3, :3], base[:3, 3] = rotation, path.position(0.0)
+        q_start = np.zeros(len(robot.joints))
+        scene = Scene(tree, robot, tool, base, q_start, path)
+        try:
+            run = dry_run(scene, settings)
+        except StartRefused as error:
+            reason = str(error)
+            continue
+        if best is None or run.reached_mm > best.run.reached_mm:
+            best = Placing(base, q_start, run)
+        tried += 1
+        if run.completed or tried == _TRIED:
+            break
+    if best is None:
+        raise StartRefused(f"the tool fits at the entry in no direction: {reason}")
+    return best
+
+
+def _orientations(path: SplinePath) -> Iterator[Array]:
+    """Rotations (3, 3) of the tip frame: shaft (+y) near the path's chord, bend turned about it."""
+    entry = path.position(0.0)
+    chord = path.position(0.7 * path.length) - entry
+    chord = chord / np.linalg.norm(chord)
+    side = np.cross(chord, [0.0, 0.0, 1.0] if abs(chord[2]) < 0.9 else [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    up = np.cross(side, chord)
+    for tilt in np.radians(_TILTS):
+        for around in np.arange(8) * np.pi / 4 if tilt else (0.0,):
+            lean = np.cos(around) * side + np.sin(around) * up
+            shaft = np.cos(tilt) * chord + np.sin(tilt) * lean
+            across = np.cross(shaft, up)
+            across /= np.linalg.norm(across)
+            for roll in np.arange(_ROLLS) * 2 * np.pi / _ROLLS:
+                x = np.cos(roll) * across + np.sin(roll) * np.cross(shaft, across)
+                yield np.column_stack([x, shaft, np.cross(x, shaft)])
+
+
+def _room(tree: ProximityTree, tool: Tool, path: SplinePath, rotation: Array, settings: ControlSettings) -> float:
+    """Mean clearance along the path with this orientation, each sample cut at the threshold."""
+    cap = settings.threshold_mm
+    stations = np.linspace(0.0, path.length, _SAMPLES)
+    clearances = [min(tree.clearance(tool.segments(rotation, path.position(s)), cap), cap) for s in stations]
+    # A tool that cannot even stand at the entry is ranked behind all that can.
+    entry = -cap if clearances[0] < settings.margin_mm else 0.0
+    return float(np.mean(clearances)) + entry

@@ -1,0 +1,59 @@
+"""Every step to a CSV file, readable by anything."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from .snapshot import Snapshot
+
+NOTICE = "not for clinical use"
+
+
+class CsvRecorder:
+    """Columns: t [s], q0 … [mm, rad], tip_x/y/z, and for each tool segment i its axis ends and radius in LPS mm.
+
+    The file appears under its name only when the recording is closed, so that a torn one is never mistaken for whole.
+    """
+
+    def __init__(self, path: Path):
+        self._path = path
+        self._part = path.with_name(path.name + ".part")
+        self._file = self._part.open("w", newline="", encoding="utf-8")
+        self._writer = csv.writer(self._file)
+        self._started = False
+
+    def add(self, snapshot: Snapshot) -> None:
+        if not self._started:
+            self._writer.writerow(self._header(len(snapshot.q), len(snapshot.radius)))
+            self._started = True
+        segments = np.column_stack([snapshot.segments_start, snapshot.segments_end, snapshot.radius])
+        values = np.concatenate([[snapshot.t], snapshot.q, snapshot.tip, segments.ravel()])
+        self._writer.writerow([repr(float(v)) for v in values])
+
+    @staticmethod
+    def _header(joints: int, segments: int) -> list[str]:
+        columns = ["t", *(f"q{i}" for i in range(joints)), "tip_x", "tip_y", "tip_z"]
+        for i in range(segments):
+            columns += [f"s{i}_{end}{axis}" for end in "ab" for axis in "xyz"] + [f"s{i}_r"]
+        return columns
+
+    def close(self) -> None:
+        self._file.close()
+        self._part.replace(self._path)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self._file.close()
+            self._part.unlink()

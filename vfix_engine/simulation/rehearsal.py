@@ -1,0 +1,235 @@
+"""A rehearsal: modes and phases around the controller; one pure step from state and command to state and snapshot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..control import ControlSettings, Controller, StepReport, Task, ToolState
+from ..control.admittance import saturate
+from ..control.tasks import (
+    approach_path,
+    approach_target,
+    follow_path,
+    inspect_target,
+    move_freely,
+    view_point,
+)
+from ..errors import ControlError
+from .scene import Scene
+from .snapshot import Snapshot
+
+Array = NDArray[np.float64]
+
+LEAVE_PATH_MM = 0.5  # a tip further off than this is brought back by an approach
+ON_PATH_MM = 0.02  # the approach ends here
+END_MM = 0.02  # remaining arc length that counts as arrived
+ON_TARGET_SHARE = 0.5  # of ε_t, where inspection takes over from its approach
+SEARCH_WINDOW_MM = 5.0  # closest point is searched this far along the path, never on another branch
+
+MODES = ("path", "inspect", "free")
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the hand does during one step: force (3,) in N at the grip, drive and twist as -1, 0 or +1."""
+
+    force: Array
+    drive: int = 0
+    twist: int = 0
+
+
+@dataclass(frozen=True)
+class PathPoint:
+    """The path's point closest to the tip: arc length s in mm, position (3,), unit tangent (3,)."""
+
+    s: float
+    position: Array
+    tangent: Array
+
+
+@dataclass(frozen=True)
+class RehearsalState:
+    """All that a rehearsal remembers between two steps; ``nearest`` is None where there is no path."""
+
+    tool: ToolState
+    mode: str
+    phase: str
+    nearest: PathPoint | None
+    target: int
+    steps: int
+
+
+class Rehearsal:
+    """Drives one scene; ``step`` is a pure function of state and command."""
+
+    def __init__(self, scene: Scene, settings: ControlSettings):
+        self.scene, self.settings = scene, settings
+        self.controller = Controller(scene.placed_robot(), scene.tool, scene.tree, settings)
+
+    def start(self, mode: str = "path") -> RehearsalState:
+        """The state at the entry.
+
+        Raises:
+            StartRefused: the start pose is outside a limit or inside the margin.
+            ControlError: the mode needs a path or target that the scene has not.
+        """
+        tool = self.controller.start(self.scene.q_start)
+        nearest = None if self.scene.path is None else PathPoint(*self.scene.path.closest(tool.tip.position))
+        return self.with_mode(RehearsalState(tool, "free", "free", nearest, 0, 0), mode)
+
+    def with_mode(self, state: RehearsalState, mode: str, target: int = 0) -> RehearsalState:
+        """The same pose in another mode; ControlError when the scene has no path or no such target."""
+        if mode not in MODES:
+            raise ControlError(f"mode '{mode}' is not one of {', '.join(MODES)}")
+        if mode == "path":
+            if self.scene.path is None:
+                raise ControlError("path following needs a path of at least two points")
+            nearest = PathPoint(*self.scene.path.closest(state.tool.tip.position))
+            off = float(np.linalg.norm(nearest.position - state.tool.tip.position))
+            phase = "follow" if off <= LEAVE_PATH_MM else "approach"
+            return replace(state, mode=mode, phase=phase, nearest=nearest)
+        if mode == "inspect":
+            if not 0 <= target < len(self.scene.targets):
+                raise ControlError(f"there is no target number {target + 1}; add a target to the plan")
+            return replace(state, mode=mode, phase="inspect_approach", target=target)
+        return replace(state, mode=mode, phase="free")
+
+    def step(self, state: RehearsalState, command: Command) -> tuple[RehearsalState, Snapshot]:
+        """One control period."""
+        force = saturate(np.asarray(command.force, dtype=float), self.settings.force_cap_n)
+        if not np.isfinite(force).all():
+            force = np.zeros(3)  # HAZ-05: a number that is none pushes nothing
+        if state.mode == "path":
+            return self._path_step(state, command, force)
+        if state.mode == "inspect":
+            return self._inspect_step(state, command, force)
+        torque = self._torque(state, command, force, state.tool.tip.position)
+        report = self.controller.step(state.tool, move_freely(state.tool, force, torque, self.settings))
+        return self._finish(replace(state, tool=report.state), report, force, torque)
+
+    def _path_step(self, state: RehearsalState, command: Command, force: Array) -> tuple[RehearsalState, Snapshot]:
+        path, near = self.scene.path, state.nearest
+        if path is None or near is None:
+            raise ControlError("path following needs a path of at least two points")
+        offset = near.position - state.tool.tip.position
+        cap = self.settings.force_cap_n
+        force = saturate(force + command.drive * cap * near.tangent, cap)
+        limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
+        phase = "follow" if float(np.linalg.norm(offset)) <= limit else "approach"
+        if phase == "approach":
+            task = approach_path(state.tool, force, offset, self.settings)
+        else:
+            room = (near.s, path.length - near.s)
+            task = follow_path(state.tool, force, near.tangent, offset, room, self.settings)
+        report = self.controller.step(state.tool, task)
+        state = replace(state, tool=report.state, phase=phase)
+        after = self._nearest(state)
+        end = ""
+        if phase == "follow":
+            push = float(force @ near.tangent)
+            if path.length - after.s <= END_MM:
+                state = replace(state, phase="done")
+                end = "the end of the path" if push > 0 else ""
+            elif after.s <= END_MM and push < 0:
+                end = "the entry of the path"
+        return self._finish(replace(state, nearest=after), report, force, np.zeros(3), end)
+
+    def _nearest(self, state: RehearsalState) -> PathPoint:
+        """The path's point closest to the tip, searched around the last one."""
+        if self.scene.path is None or state.nearest is None:
+            raise ControlError("path following needs a path of at least two points")
+        return PathPoint(*self.scene.path.closest(state.tool.tip.position, state.nearest.s, SEARCH_WINDOW_MM))
+
+    def _inspect_step(
+        self, state: RehearsalState, command: Command, force: Array
+    ) -> tuple[RehearsalState, Snapshot]:
+        target, tool = self.scene.targets[state.target], self.scene.tool
+        centre = view_point(state.tool, tool, self.settings.view_distance_mm)
+        off = float(np.linalg.norm(centre - target))
+        tolerance = self.settings.target_tolerance_mm
+        arrived = off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance)
+        phase = "inspect_hold" if arrived else "inspect_approach"
+        torque = np.zeros(3)
+        task: Task
+        if phase == "inspect_hold":
+            torque = self._torque(state, command, force, centre)
+            task = inspect_target(state.tool, tool, torque, target, self.settings)
+        else:
+            pull = force
+            if command.drive > 0:
+                pull = saturate(force + self.settings.force_cap_n * _unit(target - centre), self.settings.force_cap_n)
+            task = approach_target(state.tool, tool, pull, target, self.settings)
+        report = self.controller.step(state.tool, task)
+        return self._finish(replace(state, tool=report.state, phase=phase), report, force, torque)
+
+    def _torque(self, state: RehearsalState, command: Command, force: Array, centre: Array) -> Array:
+        """τ = (grip − centre) × f plus the twist about the shaft, in N·mm."""
+        tip, tool = state.tool.tip, self.scene.tool
+        lever = tool.grip(tip.rotation, tip.position) - centre
+        twist = command.twist * self.settings.force_cap_n * tool.grip_from_bend * tip.rotation[:, 1]
+        torque: Array = np.cross(lever, force) + twist
+        return torque
+
+    def _finish(
+        self, state: RehearsalState, report: StepReport, force: Array, torque: Array, end: str = ""
+    ) -> tuple[RehearsalState, Snapshot]:
+        state = replace(state, steps=state.steps + 1)
+        return state, self.snapshot(state, report, force, torque, end)
+
+    def snapshot(
+        self,
+        state: RehearsalState,
+        report: StepReport | None = None,
+        force: Array | None = None,
+        torque: Array | None = None,
+        end: str = "",
+    ) -> Snapshot:
+        """What a viewer or recorder is told about a state; ``report`` is the step that led to it."""
+        tool, scene, settings = state.tool, self.scene, self.settings
+        tip = tool.tip.position
+        centre = view_point(tool, scene.tool, settings.view_distance_mm)
+        error = progress = length = 0.0
+        if scene.path is not None and state.nearest is not None:
+            near = state.nearest if state.mode == "path" else self._nearest(state)
+            error, progress, length = float(np.linalg.norm(near.position - tip)), near.s, scene.path.length
+        target_error = float("nan")
+        if state.mode == "inspect":
+            target_error = float(np.linalg.norm(centre - scene.targets[state.target]))
+        held = report is not None and report.held
+        why = report.blockers if report is not None and (held or report.share < 0.9) else ()
+        return Snapshot(
+            t=state.steps * settings.dt_s,
+            q=tool.q,
+            segments_start=tool.segments.start,
+            segments_end=tool.segments.end,
+            radius=tool.segments.radius,
+            tip=tip,
+            grip=scene.tool.grip(tool.tip.rotation, tip),
+            virtual_point=centre,
+            force=np.zeros(3) if force is None else force,
+            torque=np.zeros(3) if torque is None else torque,
+            mode=state.mode,
+            phase=state.phase,
+            held=held,
+            slowed=bool(why) and not held,
+            reason=end or (why[0].text if why else ""),
+            active=tuple(b.text for b in why),
+            blocking_point=next((b.point for b in why if b.point is not None), None),
+            tip_error_mm=error,
+            clearance_mm=tool.clearance,
+            margin_mm=settings.margin_mm,
+            threshold_mm=settings.threshold_mm,
+            progress_mm=progress,
+            length_mm=length,
+            target_error_mm=target_error,
+            rows=0 if report is None else report.rows,
+            steps=state.steps,
+        )
+
+
+def _unit(vector: Array) -> Array:
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0 else vector

@@ -1,0 +1,35 @@
+"""What a rehearsal happens in: anatomy, robot, tool, path and targets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.path import SplinePath
+from ..geometry.proximity import ProximityTree
+from ..robots import PlacedRobot, RobotModel, Tool
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that does not change during a rehearsal; patient frame, mm.
+
+    base: transform_base_to_patient (4, 4); q_start: joints at the entry (n,).
+    path: None where only free motion is wanted; targets: (m, 3).
+    """
+
+    tree: ProximityTree
+    robot: RobotModel
+    tool: Tool
+    base: Array
+    q_start: Array
+    path: SplinePath | None = None
+    targets: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    target_names: tuple[str, ...] = ()
+
+    def placed_robot(self) -> PlacedRobot:
+        return self.robot.placed(self.base)
