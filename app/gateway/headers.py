@@ -32,10 +32,10 @@ def page_policy(host: str | None) -> str:
 
 
 def scene_policy(host: str | None) -> str:
-    """Policy of viser's client, a file that unpacks itself by inline scripts, WebAssembly, blob workers, no other host."""
+    """Policy of viser's client, one file that unpacks and builds its own scripts; it reaches no other host either."""
     return _policy(
         "default-src 'none'",
-        "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:",
+        "script-src 'unsafe-inline' 'unsafe-eval' blob:",
         "worker-src blob:",
         "style-src 'unsafe-inline'",
         "font-src data:",
