@@ -19,10 +19,12 @@ _SCRIPT = """
 })();
 """
 
-# The floating panel, docked panels, the narrow screen's sheet and the command palette belong to viser's own page.
+# viser's panel, floating, docked or as a narrow screen's sheet, and its notices are not part of our page.
 _STYLE = """
 html, body { overscroll-behavior: none; }
-[data-floating-window], [data-dock-region], [data-dock-bar] { display: none !important; }
+[data-floating-window], [data-dock-region], .mantine-Paper-root, .mantine-Notifications-root {
+  display: none !important;
+}
 """
 
 

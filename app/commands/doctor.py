@@ -1,0 +1,119 @@
+"""`vfix doctor`: check this machine and say what would not work."""
+
+import argparse
+import json
+import os
+import platform
+import sys
+import tempfile
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from app import __version__
+from app.browsers import find_browser
+from app.settings import Settings
+
+PACKAGES = (
+    "daqp",
+    "embreex",
+    "fastapi",
+    "numba",
+    "numpy",
+    "pin",
+    "pydicom",
+    "qpsolvers",
+    "scipy",
+    "simpleitk",
+    "sqlalchemy",
+    "starlette",
+    "trimesh",
+    "uvicorn",
+    "viser",
+    "websockets",
+)
+
+
+@dataclass(frozen=True)
+class Health:
+    """What was found; `problems` holds a sentence for everything that stands in the way."""
+
+    vfix: str
+    python: str
+    platform: str
+    cores: int
+    packages: dict[str, str | None]
+    browser: str | None
+    home: str
+    home_writable: bool
+    compiled_kernels: int
+    kernel_cache_writable: bool
+    problems: tuple[str, ...]
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> argparse.ArgumentParser:
+    """Declare the options of `vfix doctor`."""
+    parser = subparsers.add_parser("doctor", help="check this machine", description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print what was found; 1 when something stands in the way."""
+    health = examine(Settings.from_environment())
+    if args.json:
+        print(json.dumps(asdict(health)))
+    else:
+        _print_for_people(health)
+    return 1 if health.problems else 0
+
+
+def examine(settings: Settings) -> Health:
+    """Look at this machine without changing it."""
+    packages = {name: _version(name) for name in PACKAGES}
+    home_writable = _is_writable(settings.home)
+    engine = Path(__file__).resolve().parents[2] / "vfix_engine"
+    kernels = sum(1 for _ in engine.glob("**/__pycache__/*.nbc"))
+    problems = [f"The package {name} is missing: run scripts/start.py again." for name, v in packages.items() if not v]
+    if not home_writable:
+        problems.append(f"The data folder {settings.home} cannot be written: set VFIX_HOME to one that can.")
+    return Health(
+        vfix=__version__,
+        python=platform.python_version(),
+        platform=platform.platform(),
+        cores=os.cpu_count() or 1,
+        packages=packages,
+        browser=find_browser(),
+        home=str(settings.home),
+        home_writable=home_writable,
+        compiled_kernels=kernels,
+        kernel_cache_writable=_is_writable(engine),
+        problems=tuple(problems),
+    )
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _is_writable(folder: Path) -> bool:
+    """Whether a file can be made in `folder`, or in the nearest folder above it that exists."""
+    existing = next(place for place in (folder, *folder.parents) if place.is_dir())
+    try:
+        with tempfile.TemporaryFile(dir=existing):
+            return True
+    except OSError:
+        return False
+
+
+def _print_for_people(health: Health) -> None:
+    print(f"vfix {health.vfix} on Python {health.python}, {health.platform}, {health.cores} cores")
+    print(f"browser: {health.browser or 'none found; the page opens in any browser you start yourself'}")
+    print(f"data folder: {health.home} ({'writable' if health.home_writable else 'NOT writable'})")
+    place = "beside the code" if health.kernel_cache_writable else "in the user's cache folder"
+    print(f"compiled kernels: {health.compiled_kernels} kept, {place}")
+    for problem in health.problems:
+        print(problem, file=sys.stderr)

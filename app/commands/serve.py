@@ -1,0 +1,97 @@
+"""`vfix serve`: start the planner and open its page."""
+
+import argparse
+import dataclasses
+import os
+import socket
+import sys
+import threading
+import webbrowser
+
+import uvicorn
+
+from app.gateway.addresses import login_url
+from app.main import build
+from app.settings import Settings
+from vfix_engine.errors import InputError
+
+MAX_WEBSOCKET_BYTES = 64 * 2**20
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> argparse.ArgumentParser:
+    """Declare the options of `vfix serve`."""
+    parser = subparsers.add_parser("serve", help="start the planner and open its page", description=__doc__)
+    parser.add_argument("--port", type=int, help="port to listen on (default 8765, or a free one if that is taken)")
+    parser.add_argument("--host", help="address to listen on (default 127.0.0.1)")
+    parser.add_argument(
+        "--allow-remote",
+        action="store_true",
+        help="let other machines reach the planner; needs a token of your own in VFIX_TOKEN",
+    )
+    parser.add_argument("--no-browser", action="store_true", help="print the address only")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until interrupted."""
+    if args.allow_remote and not os.environ.get("VFIX_TOKEN"):
+        raise InputError("--allow-remote needs a token of your own: set VFIX_TOKEN first.")
+    settings = Settings.from_environment(host=args.host, port=args.port, allow_remote=args.allow_remote)
+    may_move = args.port is None and "VFIX_PORT" not in os.environ
+    with bind(settings, may_move=may_move) as listener:
+        settings = dataclasses.replace(settings, port=listener.getsockname()[1])
+        server = uvicorn.Server(
+            uvicorn.Config(
+                build(settings),
+                ws_max_size=MAX_WEBSOCKET_BYTES,
+                ws_per_message_deflate=False,
+                log_level="warning",
+                access_log=False,  # it would write the token of the address down
+                server_header=False,
+                timeout_graceful_shutdown=3,
+            )
+        )
+        print(f"vfix is at {login_url(settings)}", flush=True)
+        if not args.no_browser and _has_screen():
+            threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True).start()
+        server.run(sockets=[listener])
+    return 0
+
+
+def bind(settings: Settings, *, may_move: bool) -> socket.socket:
+    """Take the port before anything is started; with `may_move` a free one when it is taken.
+
+    Raises InputError when the address cannot be had.
+    """
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    if sys.platform == "win32":
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+    else:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((settings.host, settings.port))
+        return listener
+    except OSError as error:
+        listener.close()
+        if may_move:
+            return bind(dataclasses.replace(settings, port=0), may_move=False)
+        raise InputError(
+            f"cannot listen on {settings.host}, port {settings.port}: {error.strerror}. "
+            "Another planner may be running; `--port 0` takes any free port."
+        ) from None
+
+
+def _has_screen() -> bool:
+    """Without a screen, Python would open a text browser in this very terminal."""
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _open_browser(server: uvicorn.Server, url: str) -> None:
+    while not server.started:
+        if server.should_exit:
+            return
+        threading.Event().wait(0.05)
+    webbrowser.open(url)

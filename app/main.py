@@ -1,0 +1,22 @@
+"""Wires settings, services, scene server and routers into the application that `vfix serve` runs."""
+
+from fastapi import FastAPI
+
+from app.api import router as api_router
+from app.gateway.application import build_application
+from app.gateway.scene_server import SceneServer
+from app.gateway.warm_up import WarmUp, WarmUpStep
+from app.services import Services, build_services
+from app.session import router as session_router
+from app.settings import Settings
+
+
+def build(settings: Settings) -> FastAPI:
+    """The whole planner for these settings, whose port must be the one that is listened on."""
+    return create_app(settings, build_services(settings), SceneServer())
+
+
+def create_app(settings: Settings, services: Services, scene_server: SceneServer) -> FastAPI:
+    """The planner over services and a scene server that exist already; the application stops the scene at its end."""
+    warm_up = WarmUp((WarmUpStep("Opening the embedded case", services.cases.embedded_case),))
+    return build_application(settings, services, scene_server, warm_up, (api_router, session_router))

@@ -1,0 +1,103 @@
+"""Run every check and every test, those in a real browser included.
+
+    python3 scripts/test.py                  everything
+    python3 scripts/test.py tests/geometry   further arguments go to pytest
+
+Makes the private environment with the test tools, finds Chrome, Chromium or Edge (VFIX_BROWSER names one)
+or installs Chromium the way the machine allows. Needs Python 3.11 or newer and nothing else.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from environment import ROOT, SetUpFailed, ensure_environment, run_in_environment, use_new_enough_python
+
+CHECKS = (
+    ("style", ("-m", "ruff", "check", ".")),
+    ("format", ("-m", "ruff", "format", "--check", ".")),
+    ("types", ("-m", "mypy")),
+)
+
+
+def main(arguments: "list[str]") -> int:
+    """Set up, check, test; returns the first status that is not 0."""
+    if "-h" in arguments or "--help" in arguments:
+        print(__doc__)
+        return 0
+    try:
+        use_new_enough_python()
+        python = ensure_environment(with_tests=True)
+        os.environ["VFIX_BROWSER"] = ensure_browser(python)
+    except SetUpFailed as reason:
+        print(f"vfix: {reason}", file=sys.stderr)
+        return 1
+    print(f"Browser: {os.environ['VFIX_BROWSER']}", flush=True)
+    if "--setup-only" in arguments:
+        return 0
+    statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
+    statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
+    for name, status in statuses.items():
+        print(f"{name}: {'ok' if status == 0 else f'FAILED ({status})'}")
+    return next((status for status in statuses.values() if status), 0)
+
+
+def ensure_browser(python: Path) -> str:
+    """Path of a browser for the tests, installed if need be. Raises SetUpFailed."""
+    sys.path.insert(0, str(ROOT))
+    from app.browsers import find_browser
+
+    found = find_browser()
+    if found is not None and _starts(found):
+        return found
+    if os.environ.get("VFIX_BROWSER"):
+        raise SetUpFailed(f"VFIX_BROWSER is {os.environ['VFIX_BROWSER']!r}, which does not start.")
+    print("No Chrome, Chromium or Edge found; installing Chromium ...", flush=True)
+    if _may_use_apt():
+        _install_with_apt()
+        found = find_browser()
+        if found is not None and _starts(found):
+            return found
+    found = _install_with_playwright(python)
+    if found is None:
+        raise SetUpFailed(
+            "There is no browser for the page's tests and none could be installed. "
+            "Install Chrome, Chromium or Edge, or name one in VFIX_BROWSER."
+        )
+    return found
+
+
+def _starts(browser: str) -> bool:
+    """Whether it says its version; a placeholder that only points to another installer does not."""
+    if sys.platform == "win32":  # there `--version` opens a window
+        return True
+    try:
+        return subprocess.run([browser, "--version"], capture_output=True, timeout=60, check=False).returncode == 0
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+
+
+def _may_use_apt() -> bool:
+    return shutil.which("apt-get") is not None and hasattr(os, "geteuid") and os.geteuid() == 0
+
+
+def _install_with_apt() -> None:
+    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    for command in (["apt-get", "update"], ["apt-get", "install", "-y", "--no-install-recommends", "chromium"]):
+        subprocess.run(command, env=environment, check=False)
+
+
+def _install_with_playwright(python: Path) -> "str | None":
+    """Playwright's own Chromium, with the system's libraries where they may be installed."""
+    command = [str(python), "-m", "playwright", "install", *(["--with-deps"] if _may_use_apt() else []), "chromium"]
+    subprocess.run(command, check=False)
+    ask = "from playwright.sync_api import sync_playwright as s\nwith s() as p: print(p.chromium.executable_path)"
+    answer = subprocess.run([str(python), "-c", ask], capture_output=True, text=True, check=False)
+    path = answer.stdout.strip()
+    return path if path and Path(path).is_file() and _starts(path) else None
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
