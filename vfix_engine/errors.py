@@ -24,7 +24,14 @@ class InputError(VfixError):
 
 
 class FrameError(InputError):
-    """Frame or unit is missing, unknown or contradictory."""
+    """Frame or unit is missing, unknown or contradictory.
+
+    missing: what the file does not name and the user has to say: 'frame', 'unit', both or nothing.
+    """
+
+    def __init__(self, message: str, missing: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.missing = missing
 
 
 class ImageError(InputError):

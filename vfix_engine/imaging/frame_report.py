@@ -31,6 +31,32 @@ def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.fl
     return placed * RAS_TO_LPS if frame == "RAS" else placed
 
 
+def settle(
+    named: tuple[str | None, str | None], given: tuple[str | None, str | None], *, assume: bool
+) -> tuple[str, str, FrameReport]:
+    """Frame and unit to read a file by, out of what it names and what the user says; each pair is (frame, unit).
+
+    Returns (frame, unit, report). What neither names is LPS mm when `assume` is set, and the report says so.
+    Raises FrameError for an unknown word, for a user who contradicts the file, or for something nobody names.
+    """
+    check_frame(given[0])
+    check_unit(given[1])
+    missing = []
+    for word, in_file, from_user in zip(("frame", "unit"), named, given, strict=True):
+        if in_file is None and from_user is None:
+            missing.append(word)
+        if in_file is not None and from_user is not None and in_file != from_user:
+            raise FrameError(f"the file names the {word} {in_file}, not {from_user}.")
+    if missing and not assume:
+        choices = {"frame": "frame (LPS or RAS)", "unit": "unit (mm or m)"}
+        raise FrameError(
+            f"the file does not name its {' and its '.join(choices[word] for word in missing)}; say which.",
+            tuple(missing),
+        )
+    frame, unit = named[0] or given[0] or "LPS", named[1] or given[1] or "mm"
+    return frame, unit, FrameReport(frame, assumed=bool(missing))
+
+
 def check_frame(frame: str | None) -> None:
     """Raise FrameError unless the frame is None, LPS or RAS."""
     if frame is not None and frame not in FRAMES:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -163,6 +163,23 @@ class Volume:
         to_index = self.direction.T / self.spacing[:, None]
         index_steps = np.ascontiguousarray((to_index @ steps).T)
         return sample_plane(self.hu, self.lps_to_index(start), index_steps[0], index_steps[1], shape, outside)
+
+
+def to_hu(values: npt.NDArray[Any]) -> npt.NDArray[np.int16]:
+    """Voxel values as int16 HU, rounded and clipped to that type's range. Raises ImageError for NaN or infinity."""
+    if values.dtype == np.int16:
+        return values
+    if not np.isfinite(values).all():
+        raise ImageError("some voxels are not finite numbers.")
+    limits = np.iinfo(np.int16)
+    hu: npt.NDArray[np.int16] = np.clip(np.rint(values), limits.min, limits.max).astype(np.int16)
+    return hu
+
+
+def volume_of(hu: npt.NDArray[np.int16], transform_index_to_lps: Floats) -> Volume:
+    """Volume on the grid of a (4, 4) affine from (i, j, k) to LPS mm."""
+    spacing = np.linalg.norm(transform_index_to_lps[:3, :3], axis=0)
+    return Volume(hu, transform_index_to_lps[:3, 3], spacing, transform_index_to_lps[:3, :3] / spacing)
 
 
 def _vector(value: npt.ArrayLike, name: str) -> Floats:

@@ -1,0 +1,73 @@
+"""How values cross from a worker process and back: JSON, with arrays beside it as .npy files. Never pickle.
+
+The types that may cross are listed here; anything else is refused.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.frame_report import FrameReport
+from vfix_engine.imaging.surface import ThinnedSurface
+from vfix_engine.imaging.volume import Volume
+
+_TYPES: dict[str, type[Any]] = {kind.__name__: kind for kind in (TriangleMesh, FrameReport, ThinnedSurface, Volume)}
+
+
+def save(value: Any, folder: Path, name: str) -> None:
+    """Write a value as `name`.json, its arrays as `name`-N.npy."""
+    arrays: list[np.ndarray[Any, Any]] = []
+    text = json.dumps(_encoded(value, arrays))
+    for number, array in enumerate(arrays):
+        np.save(folder / f"{name}-{number}.npy", array, allow_pickle=False)
+    (folder / f"{name}.json").write_text(text, encoding="utf-8")
+
+
+def load(folder: Path, name: str) -> Any:
+    """Read a value that `save` wrote. Raises ValueError when it was not."""
+    return _decoded(json.loads((folder / f"{name}.json").read_text(encoding="utf-8")), folder, name)
+
+
+def _encoded(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Path):
+        return {"kind": "path", "value": str(value)}
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+        return {"kind": "array", "value": len(arrays) - 1}
+    if isinstance(value, tuple):
+        return {"kind": "tuple", "value": [_encoded(item, arrays) for item in value]}
+    if isinstance(value, list):
+        return {"kind": "list", "value": [_encoded(item, arrays) for item in value]}
+    if isinstance(value, dict):
+        return {"kind": "dict", "value": [[str(key), _encoded(item, arrays)] for key, item in value.items()]}
+    if type(value).__name__ in _TYPES:
+        content = {field.name: _encoded(getattr(value, field.name), arrays) for field in fields(value)}
+        return {"kind": type(value).__name__, "value": content}
+    raise TypeError(f"a {type(value).__name__} does not cross between processes.")
+
+
+def _decoded(value: Any, folder: Path, name: str) -> Any:
+    if not isinstance(value, dict):
+        return value
+    kind, content = value["kind"], value["value"]
+    if kind == "path":
+        return Path(content)
+    if kind == "array":
+        return np.load(folder / f"{name}-{int(content)}.npy", allow_pickle=False)
+    if kind == "tuple":
+        return tuple(_decoded(item, folder, name) for item in content)
+    if kind == "list":
+        return [_decoded(item, folder, name) for item in content]
+    if kind == "dict":
+        return {key: _decoded(item, folder, name) for key, item in content}
+    if kind not in _TYPES:
+        raise ValueError("the worker answered with a value of a kind that does not cross.")
+    return _TYPES[kind](**{key: _decoded(item, folder, name) for key, item in content.items()})

@@ -1,0 +1,92 @@
+"""What the header of an image file claims, checked before a single voxel is decoded."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import dataclass
+from typing import BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from vfix_engine.errors import ImageError
+
+MAX_VOXELS = 300_000_000  # a head of 512 x 512 x 1100; 0.6 GB as int16
+MAX_SIDE = 8192  # [voxel]
+PLAUSIBLE_SPACING = (0.01, 30.0)  # [mm] finer or coarser is another unit or another thing
+_CHUNK = 1 << 20  # [byte]
+
+
+@dataclass(frozen=True)
+class GridHeader:
+    """A checked header.
+
+    sizes: voxels along i, j, k.
+    transform_index_to_file: (4, 4) from (i, j, k) to the file's own frame and unit.
+    frame, unit: as the file names them; None where it does not. The unit of a CT grid that names none is mm, because
+        its spacing has to be plausible in mm to be read at all.
+    """
+
+    sizes: tuple[int, int, int]
+    transform_index_to_file: npt.NDArray[np.float64]
+    frame: str | None
+    unit: str
+
+
+def check_sizes(sizes: list[int]) -> tuple[int, int, int]:
+    """Three voxel counts within reason. Raises ImageError."""
+    if len(sizes) != 3 or min(sizes) < 2:
+        raise ImageError(f"a CT volume has three axes of at least two voxels, not {sizes}.")
+    count = math.prod(sizes)
+    if max(sizes) > MAX_SIDE or count > MAX_VOXELS:
+        raise ImageError(f"the header claims {sizes[0]} x {sizes[1]} x {sizes[2]} voxels; {MAX_VOXELS:,} can be read.")
+    return sizes[0], sizes[1], sizes[2]
+
+
+def check_transform(transform: npt.NDArray[np.float64], mm_per_unit: float) -> npt.NDArray[np.float64]:
+    """The transform, finite, invertible and of a spacing that a CT can have. Raises ImageError."""
+    if not np.isfinite(transform).all():
+        raise ImageError("the placement in the header is not finite.")
+    spacing = np.linalg.norm(transform[:3, :3], axis=0) * mm_per_unit
+    low, high = PLAUSIBLE_SPACING
+    if not ((spacing >= low) & (spacing <= high)).all():
+        figures = " x ".join(f"{value:g}" for value in spacing)
+        raise ImageError(f"a voxel of {figures} mm is not one of a head CT ({low:g} to {high:g} mm); check the unit.")
+    if np.abs(transform[:3, 3]).max() * mm_per_unit > 1e5:
+        raise ImageError("the volume lies more than 100 m from its own origin; check the header.")
+    return transform
+
+
+def check_length(found: int, claimed: int, *, where: str = "file") -> None:
+    """Raise ImageError when fewer bytes of voxels are there than the header claims."""
+    if found < claimed:
+        raise ImageError(f"the {where} is cut off: the header claims {claimed:,} bytes of voxels, {found:,} are there.")
+
+
+def inflate(stream: BinaryIO, wbits: int, limit: int, keep: int = 0) -> tuple[int, bytes]:
+    """Count what a zlib (wbits 15) or gzip (31) stream inflates to, without keeping more than `keep` first bytes.
+
+    Stops as soon as `limit` is passed. Returns (inflated bytes, first bytes).
+    Raises ImageError for a damaged or unfinished stream, or one past the limit.
+    """
+    total, head = 0, bytearray()
+    inflater = zlib.decompressobj(wbits)
+    while True:
+        if inflater.eof:
+            pending = inflater.unused_data or stream.read(_CHUNK)
+            if not pending or wbits != 31 or not pending.startswith(b"\x1f\x8b"):
+                return total, bytes(head)
+            inflater = zlib.decompressobj(wbits)
+        else:
+            pending = inflater.unconsumed_tail or stream.read(_CHUNK)
+            if not pending:
+                raise ImageError("the compressed voxels are cut off.")
+        try:
+            data = inflater.decompress(pending, _CHUNK)
+        except zlib.error:
+            raise ImageError("the compressed voxels are damaged.") from None
+        total += len(data)
+        head += data[: max(0, keep - len(head))]
+        if total > limit:
+            raise ImageError(f"the compressed voxels hold more than the {limit:,} bytes that the header claims.")

@@ -1,0 +1,132 @@
+"""Run a function on untrusted input in a process of its own, with limits on memory and time.
+
+Whatever a hostile file does to the decoders (endless loop, crash, all the memory), it does to the worker; the caller
+gets an InputError. Values cross by `crossing`: JSON and .npy, no pickle. `worker` is the other end.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from vfix_engine import errors
+from vfix_engine.imaging import crossing
+
+Result = TypeVar("Result")
+Progress = Callable[[str, float], None]
+
+DEFAULT_MEMORY_BYTES = 6 << 30
+DEFAULT_SECONDS = 30.0
+MAX_PROGRESS_LINE = 4096  # [byte]
+
+
+def run_isolated(
+    function: Callable[..., Result],
+    *args: Any,
+    memory_bytes: int = DEFAULT_MEMORY_BYTES,
+    seconds: float = DEFAULT_SECONDS,
+    progress: Progress | None = None,
+) -> Result:
+    """The function's result, computed in a fresh process.
+
+    function: at the top of a module; with `progress` it is called with a keyword argument `progress(stage, fraction)`.
+    args: of the kinds that `crossing` lists.
+    memory_bytes: address space the worker may take; where the system cannot limit it, only the time limit holds.
+    seconds: wall-clock limit.
+
+    Raises what the function raises when that is a VfixError, and InputError when the worker dies or is late.
+    """
+    with tempfile.TemporaryDirectory(prefix="vfix-worker-") as name:
+        folder = Path(name)
+        request = {
+            "module": function.__module__,
+            "function": function.__qualname__,
+            "memory_bytes": memory_bytes,
+            "seconds": seconds,
+            "progress": progress is not None,
+            "path": sys.path,
+        }
+        (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
+        crossing.save(list(args), folder, "arguments")
+        _run_worker(folder, seconds, progress)
+        return _answer(folder)
+
+
+def _run_worker(folder: Path, seconds: float, progress: Progress | None) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-P", str(Path(__file__).with_name("worker.py")), str(folder)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,  # decoders write there what the file says
+        env=_environment(),
+        start_new_session=True,
+    )
+    late = threading.Event()
+
+    def stop() -> None:
+        late.set()
+        process.kill()
+
+    timer = threading.Timer(seconds, stop)
+    timer.start()
+    try:
+        assert process.stdout is not None
+        for line in iter(lambda: process.stdout.readline(MAX_PROGRESS_LINE), b""):  # type: ignore[union-attr]
+            _forward(line, progress)
+        process.wait()
+    finally:
+        timer.cancel()
+        process.kill()
+        process.wait()
+        if process.stdout is not None:
+            process.stdout.close()
+    if late.is_set():
+        raise errors.InputError(f"reading the file took longer than {seconds:g} s and was stopped.")
+    if process.returncode != 0:
+        raise errors.InputError(f"the file could not be read: its reader {_end(process.returncode)}.")
+
+
+def _end(status: int) -> str:
+    if status < 0:
+        return f"was ended by {signal.Signals(-status).name}"
+    return f"ended with status {status}"
+
+
+def _forward(line: bytes, progress: Progress | None) -> None:
+    """Pass on one line of progress; what is not one is dropped, since a decoder may print there."""
+    try:
+        stage, fraction = json.loads(line)
+        if progress is not None and isinstance(stage, str):
+            progress(stage, min(max(float(fraction), 0.0), 1.0))
+    except (ValueError, TypeError):
+        return
+
+
+def _environment() -> dict[str, str]:
+    """What the worker needs of the environment, and nothing that is secret."""
+    kept = {"PATH", "HOME", "TMPDIR", "TEMP", "TMP", "SYSTEMROOT", "LANG", "LC_ALL", "NUMBA_CACHE_DIR"}
+    single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS"), "1")
+    return {name: value for name, value in os.environ.items() if name in kept} | single
+
+
+def _answer(folder: Path) -> Any:
+    failure = folder / "failure.json"
+    if failure.exists():
+        told = json.loads(failure.read_text(encoding="utf-8"))
+        kind = getattr(importlib.import_module("vfix_engine.errors"), told["kind"])
+        if kind is errors.FrameError:
+            raise errors.FrameError(told["message"], tuple(told["missing"]))
+        raise kind(told["message"])
+    try:
+        return crossing.load(folder, "result")
+    except (OSError, ValueError, KeyError, TypeError):
+        raise errors.InputError("the file could not be read: its reader gave no answer.") from None

@@ -1,0 +1,117 @@
+"""NIfTI-1, single file, plain or gzip: header checked against nifti1.h; frame RAS by definition of the format."""
+
+from __future__ import annotations
+
+import math
+import struct
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vfix_engine.errors import ImageError
+from vfix_engine.imaging.grid_header import (
+    MAX_VOXELS,
+    GridHeader,
+    check_length,
+    check_sizes,
+    check_transform,
+    inflate,
+)
+
+_HEADER_BYTES = 352
+_BYTES_OF_DATATYPE = {2: 1, 4: 2, 8: 4, 16: 4, 64: 8, 256: 1, 512: 2, 768: 4}
+_MM_PER_UNIT = {0: 1.0, 1: 1000.0, 2: 1.0, 3: 0.001}  # unknown, m, mm, um
+_PLACEMENTS_AGREE = 0.05  # [mm]
+
+
+def read_header(path: Path) -> GridHeader:
+    """The checked header of a NIfTI-1 file, its voxels counted; the transform is in RAS mm. Raises ImageError."""
+    with path.open("rb") as file:
+        head = file.read(2)
+        file.seek(0)
+        if head == b"\x1f\x8b":
+            found, head = inflate(file, 31, MAX_VOXELS * 8, keep=_HEADER_BYTES)
+        else:
+            head = file.read(_HEADER_BYTES)
+            found = path.stat().st_size
+    if len(head) < _HEADER_BYTES:
+        raise ImageError("the file is shorter than a NIfTI header; it is cut off or not NIfTI.")
+    order = _byte_order(head)
+    dims = struct.unpack_from(order + "8h", head, 40)
+    if not (dims[0] == 3 or (dims[0] == 4 and dims[4] == 1)):
+        raise ImageError(f"the NIfTI file has {dims[0]} dimensions; a CT volume has 3.")
+    sizes = check_sizes(list(dims[1:4]))
+    datatype, bitpix = struct.unpack_from(order + "2h", head, 70)
+    item = _BYTES_OF_DATATYPE.get(datatype)
+    if item is None or bitpix != 8 * item:
+        raise ImageError("the NIfTI file holds a type of voxel that is not a plain number.")
+    (offset,) = struct.unpack_from(order + "f", head, 108)
+    if not _HEADER_BYTES <= offset <= 1 << 24:
+        raise ImageError("the NIfTI header does not say rightly where its voxels begin.")
+    check_length(found - int(offset), math.prod(sizes) * item)
+    mm = _MM_PER_UNIT.get(head[123] & 7)
+    if mm is None:
+        raise ImageError("the NIfTI header's unit of length is not known.")
+    transform, placed = _transform(head, order, sizes)
+    transform[:3] *= mm
+    return GridHeader(sizes, check_transform(transform, 1.0), "RAS" if placed else None, "mm")
+
+
+def _byte_order(head: bytes) -> str:
+    for order in ("<", ">"):
+        (length,) = struct.unpack_from(order + "i", head, 0)
+        if length == 348:
+            break
+        if length == 540:
+            raise ImageError("the file is NIfTI-2; save it as NIfTI-1.")
+    else:
+        raise ImageError("the file is not NIfTI: its header does not begin with its length.")
+    if head[344:348] == b"ni1\0":
+        raise ImageError("the NIfTI header belongs to a pair of files (.hdr, .img); save it as one .nii file.")
+    if head[344:348] != b"n+1\0":
+        raise ImageError("the file is not NIfTI: its magic word is missing.")
+    return order
+
+
+def _transform(head: bytes, order: str, sizes: tuple[int, int, int]) -> tuple[npt.NDArray[np.float64], bool]:
+    """((4, 4) from index to the file's unit, whether the header places the volume in the patient)."""
+    qform_code, sform_code = struct.unpack_from(order + "2h", head, 252)
+    found = []
+    if sform_code > 0:
+        found.append(np.vstack([np.array(struct.unpack_from(order + "12f", head, 280)).reshape(3, 4), [0, 0, 0, 1]]))
+    if qform_code > 0:
+        found.append(_quaternion_transform(head, order))
+    if len(found) == 2:
+        last = np.append(np.array(sizes) - 1.0, 1.0)
+        off = np.abs(np.concatenate([(found[0] - found[1])[:3, 3], ((found[0] - found[1]) @ last)[:3]])).max()
+        if not off <= _PLACEMENTS_AGREE:
+            raise ImageError(f"the NIfTI header places the volume twice (sform, qform), {off:.3g} mm apart; keep one.")
+    if found:
+        return found[0], True
+    return np.diag([*struct.unpack_from(order + "3f", head, 80), 1.0]), False
+
+
+def _quaternion_transform(head: bytes, order: str) -> npt.NDArray[np.float64]:
+    """Method 2 of nifti1.h: rotation by the unit quaternion (a, b, c, d), third column times qfac."""
+    qfac, *pixdim = struct.unpack_from(order + "4f", head, 76)
+    b, c, d, *offset = struct.unpack_from(order + "6f", head, 256)
+    square = b * b + c * c + d * d
+    if not square <= 1.0 + 1e-4:
+        raise ImageError("the NIfTI header's rotation is not one.")
+    a = math.sqrt(max(0.0, 1.0 - square))
+    if a < 1e-6:  # half a turn: rounding of the three stored parts must not shear the grid
+        b, c, d = (value / math.sqrt(square) for value in (b, c, d))
+    rotation = np.array(
+        [
+            [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
+            [2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b)],
+            [2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c],
+        ]
+    )
+    transform = np.eye(4)
+    transform[:3, :3] = rotation * pixdim
+    if qfac < 0:
+        transform[:3, 2] *= -1.0
+    transform[:3, 3] = offset
+    return transform

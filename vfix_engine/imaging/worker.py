@@ -1,0 +1,69 @@
+"""The worker's end of `isolated.run_isolated`: started as a script with the folder that holds its request."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import logging
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+
+def main(folder: Path) -> None:
+    """Run the request in `folder`, and leave a result or a failure there."""
+    request = json.loads((folder / "request.json").read_text(encoding="utf-8"))
+    sys.path[:] = request["path"]
+    _limit(request["memory_bytes"], request["seconds"])
+    logging.disable(logging.CRITICAL)
+    warnings.simplefilter("ignore")  # they quote the file
+
+    from vfix_engine.errors import VfixError
+    from vfix_engine.imaging import crossing
+
+    try:
+        function = getattr(importlib.import_module(request["module"]), request["function"])
+        options: dict[str, Any] = {"progress": _say} if request["progress"] else {}
+        crossing.save(function(*crossing.load(folder, "arguments"), **options), folder, "result")
+    except VfixError as error:
+        _fail(folder, type(error).__name__, str(error), getattr(error, "missing", ()))
+    except MemoryError:
+        _fail(folder, "InputError", "reading the file takes more memory than it may.", ())
+    except RecursionError:
+        _fail(folder, "InputError", "the file is nested too deeply.", ())
+    # The trust boundary: any other error is one that the file provoked, and its words may quote the file.
+    except Exception as error:
+        _fail(folder, "InputError", f"the file could not be read ({type(error).__name__}).", ())
+
+
+def _limit(memory_bytes: int, seconds: float) -> None:
+    try:
+        import resource
+    except ImportError:  # Windows: the time limit of the caller remains
+        return
+    wanted = (
+        (resource.RLIMIT_AS, memory_bytes),
+        (resource.RLIMIT_CPU, 2 * int(seconds) + 1),
+        (resource.RLIMIT_CORE, 0),
+    )
+    for kind, value in wanted:
+        hard = resource.getrlimit(kind)[1]
+        value = value if hard == resource.RLIM_INFINITY else min(value, hard)
+        try:
+            resource.setrlimit(kind, (value, value))
+        except (ValueError, OSError):  # macOS refuses some: the time limit of the caller remains
+            continue
+
+
+def _say(stage: str, fraction: float) -> None:
+    print(json.dumps([stage, fraction]), flush=True)
+
+
+def _fail(folder: Path, kind: str, message: str, missing: tuple[str, ...]) -> None:
+    text = json.dumps({"kind": kind, "message": message, "missing": list(missing)})
+    (folder / "failure.json").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
