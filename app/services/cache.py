@@ -1,0 +1,45 @@
+"""A small cache of things that are slow to make: one thread makes, the others wait."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from concurrent.futures import Future
+from typing import Generic, TypeVar
+
+Key = TypeVar("Key", bound=Hashable)
+Value = TypeVar("Value")
+
+
+class Cache(Generic[Key, Value]):
+    """The `size` most recently used values, by key. A value that could not be made is not kept."""
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._lock = threading.Lock()
+        self._entries: OrderedDict[Key, Future[Value]] = OrderedDict()
+
+    def get(self, key: Key, make: Callable[[], Value]) -> Value:
+        """The value of `key`, made by this call if it is the first."""
+        with self._lock:
+            entry = self._entries.get(key)
+            mine = entry is None
+            if entry is None:
+                entry = self._entries[key] = Future()
+                while len(self._entries) > self._size:
+                    self._entries.popitem(last=False)
+            self._entries.move_to_end(key)
+        if mine:
+            try:
+                entry.set_result(make())
+            except BaseException as error:
+                with self._lock:
+                    if self._entries.get(key) is entry:
+                        del self._entries[key]
+                entry.set_exception(error)
+        return entry.result()
+
+    def forget(self, wanted: Callable[[Key], bool]) -> None:
+        """Drop the entries whose key is `wanted` no more."""
+        with self._lock:
+            for key in [key for key in self._entries if wanted(key)]:
+                del self._entries[key]

@@ -1,0 +1,19 @@
+"""What the services refuse beyond a wrong input: something that is not there, or that changed in between."""
+
+from vfix_engine.errors import InputError, PlanError
+
+
+class NotFound(InputError):
+    """No case, plan, point or job has this name."""
+
+
+class TooLarge(InputError):
+    """A file or a text is larger than what is accepted."""
+
+
+class PlanConflict(PlanError):
+    """The plan was changed by somebody else since it was read."""
+
+
+class PlanLocked(PlanError):
+    """The plan is locked."""

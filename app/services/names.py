@@ -1,0 +1,30 @@
+"""Names that people give: kept as typed, never read as markup, free of characters that could hide or break something."""
+
+import unicodedata
+
+from vfix_engine.errors import InputError
+
+MAX_NAME = 120  # [characters]
+# Controls, lone surrogates, line and paragraph separators.
+_REFUSED_CATEGORIES = frozenset({"Cc", "Cs", "Zl", "Zp"})
+# Characters that reorder the text around them: a name must not look like another one.
+_REORDERING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+def check_name(text: object, what: str) -> str:
+    """The name as it was given. Raises InputError when it is empty, too long or holds a refused character."""
+    name = check_label(text, what)
+    if not name.strip():
+        raise InputError(f"the {what} is empty; give it a name.")
+    return name
+
+
+def check_label(text: object, what: str) -> str:
+    """Like `check_name`, but it may be empty: other programs write points without a label."""
+    if not isinstance(text, str):
+        raise InputError(f"the {what} must be text.")
+    if len(text) > MAX_NAME:
+        raise InputError(f"the {what} has {len(text)} characters; {MAX_NAME} are allowed.")
+    if any(unicodedata.category(c) in _REFUSED_CATEGORIES or c in _REORDERING for c in text):
+        raise InputError(f"the {what} holds a control character; use letters, digits and signs.")
+    return text

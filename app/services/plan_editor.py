@@ -1,0 +1,281 @@
+"""Edits of one plan: checked, stored before they return, and undone and redone across restarts."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.orm import Session
+
+from app.services.errors import NotFound, PlanConflict, PlanLocked
+from app.services.names import check_label
+from app.services.plan_model import (
+    Plan,
+    PlanContent,
+    PlanPoint,
+    check_content,
+    check_position,
+    content_from_json,
+    content_to_json,
+    new_point_id,
+)
+from app.store import Store
+from app.store.database import utc_now
+from app.store.models import PlanRow, PlanStateRow
+from vfix_engine.errors import PlanError
+
+MAX_STATES = 500  # states of a plan's history that are kept
+
+
+class PlanEditor:
+    """The one way to change a plan, for the page and every other client; may be called from any thread.
+
+    Each edit is one durable transaction (HAZ-24). `expected_revision` is the revision the caller saw: where the plan
+    has moved on, PlanConflict is raised and nothing changes. A locked plan refuses every edit with PlanLocked.
+    """
+
+    def __init__(self, store: Store, plan_id: str) -> None:
+        self._store = store
+        self._plan_id = plan_id
+        self._lock = threading.RLock()
+
+    @property
+    def plan(self) -> Plan:
+        """The plan as stored now."""
+        with self._store.reading() as session:
+            return read_plan(session, self._plan_id)
+
+    @property
+    def revision(self) -> int:
+        return self.plan.revision
+
+    @property
+    def locked(self) -> bool:
+        return self.plan.locked
+
+    @property
+    def can_undo(self) -> bool:
+        return self.history()[0]
+
+    @property
+    def can_redo(self) -> bool:
+        return self.history()[1]
+
+    def history(self) -> tuple[bool, bool]:
+        """Whether there is something to undo, and something to redo; neither on a locked plan."""
+        with self._store.reading() as session:
+            row = _row(session, self._plan_id)
+            low, high = _span(session, self._plan_id)
+            return not row.locked and low < row.cursor, not row.locked and row.cursor < high
+
+    def add_point(
+        self,
+        position: Sequence[float],
+        label: str | None = None,
+        index: int | None = None,
+        *,
+        expected_revision: int | None = None,
+    ) -> str:
+        """Add a path point at the end, or before the point at `index`; returns its id."""
+        point_id = new_point_id()
+
+        def change(content: PlanContent) -> PlanContent:
+            where = len(content.points) if index is None else index
+            if not 0 <= where <= len(content.points):
+                raise PlanError(f"there is no place {where} in a path of {len(content.points)} points.")
+            points = list(content.points)
+            points.insert(where, _new(point_id, position, label, "P", content.points))
+            return content.with_points(points)
+
+        self._edit(change, expected_revision)
+        return point_id
+
+    def insert_between(
+        self,
+        before_id: str,
+        position: Sequence[float],
+        label: str | None = None,
+        *,
+        expected_revision: int | None = None,
+    ) -> str:
+        """Add a path point right after the one called `before_id`; returns its id."""
+        with self._lock:
+            index = _index(self.plan.points, before_id) + 1
+            return self.add_point(position, label, index, expected_revision=expected_revision)
+
+    def move_point(self, point_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> None:
+        """Put a path point somewhere else."""
+        place = check_position(position)
+        self._edit(lambda c: c.with_points(_replaced(c.points, point_id, position=place)), expected_revision)
+
+    def delete_point(self, point_id: str, *, expected_revision: int | None = None) -> None:
+        """Take a path point away."""
+        self._edit(lambda c: c.with_points(_without(c.points, point_id)), expected_revision)
+
+    def add_target(
+        self, position: Sequence[float], label: str | None = None, *, expected_revision: int | None = None
+    ) -> str:
+        """Add a target; returns its id."""
+        target_id = new_point_id()
+
+        def change(content: PlanContent) -> PlanContent:
+            target = _new(target_id, position, label, "T", content.targets)
+            return replace(content, targets=(*content.targets, target))
+
+        self._edit(change, expected_revision)
+        return target_id
+
+    def move_target(self, target_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> None:
+        """Put a target somewhere else."""
+        place = check_position(position)
+        self._edit(lambda c: replace(c, targets=_replaced(c.targets, target_id, position=place)), expected_revision)
+
+    def delete_target(self, target_id: str, *, expected_revision: int | None = None) -> None:
+        """Take a target away."""
+        self._edit(lambda c: replace(c, targets=_without(c.targets, target_id)), expected_revision)
+
+    def rename_point(self, item_id: str, label: str, *, expected_revision: int | None = None) -> None:
+        """Give a path point or a target another label."""
+        text = check_label(label, "label")
+
+        def change(content: PlanContent) -> PlanContent:
+            if any(point.id == item_id for point in content.targets):
+                return replace(content, targets=_replaced(content.targets, item_id, label=text))
+            return content.with_points(_replaced(content.points, item_id, label=text))
+
+        self._edit(change, expected_revision)
+
+    def set_settings(self, settings: Mapping[str, float], *, expected_revision: int | None = None) -> None:
+        """Set some of the controller's settings; the others stay."""
+        self._edit(lambda c: replace(c, settings={**c.settings, **settings}), expected_revision)
+
+    def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> None:
+        """Keep a placing of the robot with the plan."""
+        self._edit(lambda c: replace(c, robot=robot), expected_revision)
+
+    def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> None:
+        """Lock the plan against edits, or unlock it; not a step of the history."""
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision, even_locked=True)
+            if row.locked != locked:
+                row.locked = locked
+                _touch(row)
+
+    def undo(self, *, expected_revision: int | None = None) -> None:
+        """Go back to the state before the newest edit. Raises PlanError when there is none."""
+        self._move(-1, expected_revision)
+
+    def redo(self, *, expected_revision: int | None = None) -> None:
+        """Take an undo back. Raises PlanError when there is none to take back."""
+        self._move(+1, expected_revision)
+
+    def _move(self, by: int, expected_revision: int | None) -> None:
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision)
+            low, high = _span(session, self._plan_id)
+            if not low <= row.cursor + by <= high:
+                raise PlanError("there is nothing to undo." if by < 0 else "there is nothing to redo.")
+            row.cursor += by
+            _touch(row)
+
+    def _edit(self, change: Callable[[PlanContent], PlanContent], expected_revision: int | None) -> None:
+        """Apply a change as the newest state of the history; what had been undone is gone."""
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision)
+            content = check_content(change(_content(session, row)))
+            later = PlanStateRow.plan_id == self._plan_id, PlanStateRow.position > row.cursor
+            session.execute(delete(PlanStateRow).where(*later))
+            row.cursor += 1
+            session.add(PlanStateRow(plan_id=self._plan_id, position=row.cursor, document=content_to_json(content)))
+            oldest = PlanStateRow.plan_id == self._plan_id, PlanStateRow.position <= row.cursor - MAX_STATES
+            session.execute(delete(PlanStateRow).where(*oldest))
+            _touch(row)
+
+    def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> PlanRow:
+        row = _row(session, self._plan_id)
+        if row.deleted_at is not None:
+            raise PlanError("the plan is deleted; restore it first.")
+        if expected_revision is not None and row.revision != expected_revision:
+            raise PlanConflict(
+                f"the plan is at revision {row.revision}, not {expected_revision}; somebody else changed it."
+            )
+        if row.locked and not even_locked:
+            raise PlanLocked("the plan is locked; unlock it to change it.")
+        return row
+
+
+def read_plan(session: Session, plan_id: str) -> Plan:
+    """The plan of that id, deleted or not. Raises NotFound."""
+    row = _row(session, plan_id)
+    content = _content(session, row)
+    return Plan(
+        id=row.id,
+        name=row.name,
+        case_id=row.case_id,
+        case_hash=row.case_hash,
+        points=content.points,
+        targets=content.targets,
+        tool=content.tool,
+        robot=content.robot,
+        settings=content.settings,
+        created=row.created,
+        modified=row.modified,
+        revision=row.revision,
+        locked=row.locked,
+        deleted_at=row.deleted_at,
+    )
+
+
+def _row(session: Session, plan_id: str) -> PlanRow:
+    row = session.get(PlanRow, plan_id)
+    if row is None:
+        raise NotFound(f"there is no plan {plan_id!r:.80}.")
+    return row
+
+
+def _content(session: Session, row: PlanRow) -> PlanContent:
+    state = session.get(PlanStateRow, (row.id, row.cursor))
+    if state is None:
+        raise PlanError("the plan's content is missing from the store.")
+    return content_from_json(state.document)
+
+
+def _span(session: Session, plan_id: str) -> tuple[int, int]:
+    """First and last position of the history."""
+    positions = select(func.min(PlanStateRow.position), func.max(PlanStateRow.position))
+    low, high = session.execute(positions.where(PlanStateRow.plan_id == plan_id)).one()
+    return int(low), int(high)
+
+
+def _touch(row: PlanRow) -> None:
+    row.revision += 1
+    row.modified = utc_now()
+
+
+def _new(
+    point_id: str, position: Sequence[float], label: str | None, letter: str, others: Sequence[PlanPoint]
+) -> PlanPoint:
+    if label is None:
+        taken = {point.label for point in others}
+        label = next(text for n in range(1, len(others) + 2) if (text := f"{letter}{n}") not in taken)
+    return PlanPoint(point_id, check_label(label, "label"), check_position(position))
+
+
+def _index(points: Sequence[PlanPoint], point_id: str) -> int:
+    for index, point in enumerate(points):
+        if point.id == point_id:
+            return index
+    raise NotFound(f"there is no point {point_id!r:.80} in this plan.")
+
+
+def _replaced(points: Sequence[PlanPoint], point_id: str, **changes: Any) -> tuple[PlanPoint, ...]:
+    index = _index(points, point_id)
+    return (*points[:index], replace(points[index], **changes), *points[index + 1 :])
+
+
+def _without(points: Sequence[PlanPoint], point_id: str) -> tuple[PlanPoint, ...]:
+    index = _index(points, point_id)
+    return (*points[:index], *points[index + 1 :])

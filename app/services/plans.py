@@ -1,0 +1,138 @@
+"""Plans of the store: listed, made, renamed, duplicated, deleted with recovery, and edited."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+
+from sqlalchemy import select
+
+from app.services.errors import PlanLocked
+from app.services.names import MAX_NAME, check_name
+from app.services.plan_editor import PlanEditor, read_plan
+from app.services.plan_model import (
+    Plan,
+    PlanContent,
+    PlanFile,
+    PlanPoint,
+    check_content,
+    content_to_json,
+    unplaced_robot,
+)
+from app.store import Store
+from app.store.database import utc_now
+from app.store.models import CaseRow, PlanRow, PlanStateRow
+from vfix_engine.errors import PlanError
+
+__all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanService"]
+
+
+class PlanService:
+    """Plans of every case; may be used from any thread."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._editors: dict[str, PlanEditor] = {}
+        self._lock = threading.Lock()
+
+    def list(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[Plan, ...]:
+        """Plans of a case, or of all, oldest first."""
+        query = select(PlanRow.id).order_by(PlanRow.created, PlanRow.id)
+        if case_id is not None:
+            query = query.where(PlanRow.case_id == case_id)
+        if not include_deleted:
+            query = query.where(PlanRow.deleted_at.is_(None))
+        with self._store.reading() as session:
+            return tuple(read_plan(session, plan_id) for plan_id in session.scalars(query))
+
+    def get(self, plan_id: str) -> Plan:
+        """The plan, deleted or not. Raises NotFound."""
+        with self._store.reading() as session:
+            return read_plan(session, plan_id)
+
+    def create(
+        self, case_id: str, name: str, content: PlanContent | None = None, *, plan_id: str | None = None
+    ) -> Plan:
+        """Make a plan of a case; empty unless a content is given."""
+        check_name(name, "plan's name")
+        content = check_content(content or PlanContent())
+        plan_id, now = plan_id or f"plan-{secrets.token_hex(6)}", utc_now()
+        with self._store.writing() as session:
+            case = session.get(CaseRow, case_id)
+            if case is None or case.deleted_at is not None:
+                raise PlanError("the case of this plan is not there or deleted.")
+            session.add(
+                PlanRow(
+                    id=plan_id,
+                    case_id=case_id,
+                    case_hash=case.content_hash,
+                    name=name,
+                    created=now,
+                    modified=now,
+                    deleted_at=None,
+                    locked=False,
+                    revision=1,
+                    cursor=0,
+                )
+            )
+            session.flush()
+            session.add(PlanStateRow(plan_id=plan_id, position=0, document=content_to_json(content)))
+        return self.get(plan_id)
+
+    def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
+        """Make a plan out of an imported file. `name` wins over the file's.
+
+        Raises PlanError when the file was made for another head, unless `other_case` says that this is known; the
+        robot's placing is dropped then.
+        """
+        content = file.content
+        with self._store.reading() as session:
+            case = session.get(CaseRow, case_id)
+        if case is not None and file.case_hash not in (None, case.content_hash):
+            if not other_case:
+                raise PlanError("the plan was made for another case; its points may lie in other anatomy.")
+            content = PlanContent(
+                content.points, content.targets, content.tool, unplaced_robot(content.robot["name"]), content.settings
+            )
+        return self.create(case_id, file.name if name is None else name, content)
+
+    def duplicate(self, plan_id: str, name: str | None = None) -> Plan:
+        """Copy a plan as it is now, without its history."""
+        plan = self.get(plan_id)
+        if name is None:
+            name = f"{plan.name[: MAX_NAME - 7]} (copy)"
+        return self.create(plan.case_id, name, plan.content)
+
+    def rename(self, plan_id: str, name: str) -> Plan:
+        """Give a plan another name."""
+        check_name(name, "plan's name")
+        return self._change(plan_id, name=name)
+
+    def delete(self, plan_id: str) -> Plan:
+        """Take a plan off the lists; `restore` brings it back. Raises PlanLocked for a locked one."""
+        if self.get(plan_id).locked:
+            raise PlanLocked("the plan is locked; unlock it to delete it.")
+        return self._change(plan_id, deleted_at=utc_now())
+
+    def restore(self, plan_id: str) -> Plan:
+        """Bring a deleted plan back."""
+        return self._change(plan_id, deleted_at=None)
+
+    def editor(self, plan_id: str) -> PlanEditor:
+        """The plan's editor, the same for every caller. Raises NotFound."""
+        self.get(plan_id)
+        with self._lock:
+            if plan_id not in self._editors:
+                self._editors[plan_id] = PlanEditor(self._store, plan_id)
+            return self._editors[plan_id]
+
+    def _change(self, plan_id: str, **values: str | None) -> Plan:
+        with self._store.writing() as session:
+            read_plan(session, plan_id)
+            row = session.get_one(PlanRow, plan_id)
+            for name, value in values.items():
+                setattr(row, name, value)
+            row.revision += 1
+            row.modified = utc_now()
+            session.flush()
+            return read_plan(session, plan_id)

@@ -1,0 +1,88 @@
+"""The embedded database: opened, migrated, and safe to lose power at any moment.
+
+SQLite in WAL mode with synchronous=FULL: a transaction whose commit returned survives a crash (HAZ-24).
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session
+
+from app.settings import Settings
+from app.store.files import FileStore, StorageError
+
+_MIGRATIONS = Path(__file__).parent / "migrations"
+_BUSY_SECONDS = 30  # how long a writer waits for another process of the same home
+
+
+class Store:
+    """Database and files of one home folder; may be used from any thread and by several processes at once."""
+
+    def __init__(self, settings: Settings) -> None:
+        settings.home.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self.files = FileStore(settings.files_dir)
+        self._engine = _open(settings.database_path)
+        _migrate(self._engine)
+
+    @contextmanager
+    def reading(self) -> Iterator[Session]:
+        """A session that sees one consistent state and writes nothing."""
+        with Session(self._engine, expire_on_commit=False) as session:
+            yield session
+
+    @contextmanager
+    def writing(self) -> Iterator[Session]:
+        """A session that is the only writer; committed durably when the block ends, undone when it raises.
+
+        Raises StorageError when the disk refuses the commit.
+        """
+        try:
+            with Session(self._engine, expire_on_commit=False) as session:
+                session.connection(execution_options={"vfix_writes": True})
+                yield session
+                session.commit()
+        except OperationalError as error:
+            raise StorageError(f"the change could not be stored: {error.orig}.") from error
+
+    def close(self) -> None:
+        """Let go of every connection."""
+        self._engine.dispose()
+
+
+def utc_now() -> str:
+    """The time now, ISO 8601 in UTC."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def _open(path: Path) -> Engine:
+    engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": _BUSY_SECONDS})
+
+    @event.listens_for(engine, "connect")
+    def _on_connect(connection: Any, _: object) -> None:
+        connection.isolation_level = None  # the driver must not begin transactions of its own
+        for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
+            connection.execute(f"PRAGMA {pragma}")
+
+    @event.listens_for(engine, "begin")
+    def _on_begin(connection: Connection) -> None:
+        # A writer locks at once: a lock taken only at its first write would fail on what it read before.
+        writes = connection.get_execution_options().get("vfix_writes", False)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    return engine
+
+
+def _migrate(engine: Engine) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(_MIGRATIONS).replace("%", "%%"))
+    config.set_main_option("path_separator", "os")
+    with engine.connect().execution_options(vfix_writes=True) as connection, connection.begin():
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")

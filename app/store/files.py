@@ -1,0 +1,80 @@
+"""Files that are whole or absent: atomic writing, and a folder in which a file's name is the hash of its bytes."""
+
+import contextlib
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+from vfix_engine.errors import VfixError
+
+
+class StorageError(VfixError):
+    """The disk refused: full, read-only or broken."""
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Put `data` at `path` so that a crash or a full disk leaves the old file or the new one, never half (HAZ-25).
+
+    Raises StorageError with the system's reason.
+    """
+    try:
+        _write_atomically(path, data)
+    except OSError as error:
+        raise StorageError(f"{path.name} could not be written: {error.strerror or error}.") from error
+
+
+def _write_atomically(path: Path, data: bytes) -> None:
+    descriptor, temporary = tempfile.mkstemp(prefix=".vfix-", dir=path.parent)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        raise
+    sync_folder(path.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a rename in `folder` durable, where the platform allows a folder to be opened."""
+    if os.name == "nt":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+class FileStore:
+    """Immutable files under their SHA-256; equal bytes are stored once."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def put(self, data: bytes) -> str:
+        """Store bytes and return their key; durable when it returns. Raises StorageError."""
+        key = hashlib.sha256(data).hexdigest()
+        path = self._path(key)
+        if not path.exists():
+            path.parent.mkdir(exist_ok=True)
+            write_atomically(path, data)
+            sync_folder(self._folder)
+        return key
+
+    def path(self, key: str) -> Path:
+        """Where the file is. Raises StorageError when it is gone."""
+        path = self._path(key)
+        if not path.is_file():
+            raise StorageError(f"the stored file {key[:12]} is missing; import the case again.")
+        return path
+
+    def _path(self, key: str) -> Path:
+        if len(key) != 64 or not set(key) <= set("0123456789abcdef"):
+            raise StorageError("a stored file is named by 64 hexadecimal digits.")
+        return self._folder / key[:2] / key

@@ -1,0 +1,1 @@
+"""Versioned changes of the store's tables, applied at every start."""

@@ -1,0 +1,9 @@
+"""Alembic's entry: migrate on the connection that the store hands over."""
+
+from alembic import context
+
+from app.store.models import Base
+
+context.configure(connection=context.config.attributes["connection"], target_metadata=Base.metadata)
+with context.begin_transaction():
+    context.run_migrations()
