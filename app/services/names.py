@@ -1,4 +1,4 @@
-"""Names that people give: kept as typed, never read as markup, free of characters that could hide or break something."""
+"""Names that people give: kept as typed, never read as markup, free of characters that hide or break something."""
 
 import unicodedata
 

@@ -4,7 +4,9 @@ import contextlib
 import hashlib
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import BinaryIO
 
 from vfix_engine.errors import VfixError
 
@@ -57,14 +59,26 @@ class FileStore:
         self._folder = folder
         folder.mkdir(parents=True, exist_ok=True)
 
-    def put(self, data: bytes) -> str:
-        """Store bytes and return their key; durable when it returns. Raises StorageError."""
-        key = hashlib.sha256(data).hexdigest()
-        path = self._path(key)
-        if not path.exists():
+    def put_with(self, write: Callable[[BinaryIO], object]) -> str:
+        """Store what `write` writes, without ever holding it whole in memory. Raises StorageError."""
+        descriptor, name = tempfile.mkstemp(prefix=".vfix-", dir=self._folder)
+        temporary = Path(name)
+        try:
+            with os.fdopen(descriptor, "w+b") as file:
+                write(file)
+                file.flush()
+                os.fsync(file.fileno())
+                file.seek(0)
+                key = hashlib.file_digest(file, "sha256").hexdigest()
+            path = self._path(key)
             path.parent.mkdir(exist_ok=True)
-            write_atomically(path, data)
+            os.replace(temporary, path)
+            sync_folder(path.parent)
             sync_folder(self._folder)
+        except OSError as error:
+            raise StorageError(f"a file of the case could not be stored: {error.strerror or error}.") from error
+        finally:
+            temporary.unlink(missing_ok=True)
         return key
 
     def path(self, key: str) -> Path:

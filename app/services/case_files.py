@@ -1,0 +1,72 @@
+"""Surfaces and volumes of a case as files: numpy archives without pickle (HAZ-22), or assets that travel with vfix."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.services.case_model import SurfaceInfo, VolumeInfo, to_bounds, to_triple
+from app.store import FileStore
+from app.store.files import StorageError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.mesh_files import read_mesh
+from vfix_engine.imaging.readers import read_volume
+from vfix_engine.imaging.volume import Volume
+from vfix_engine.resources import assets_dir
+
+ASSET, STORED = "asset:", "sha256:"
+
+
+class CaseFiles:
+    """Writes and reads the files of cases."""
+
+    def __init__(self, files: FileStore) -> None:
+        self._files = files
+
+    def put_surface(self, name: str, mesh: TriangleMesh) -> SurfaceInfo:
+        """Store a surface; every coordinate comes back bit for bit."""
+        key = self._files.put_with(lambda file: np.savez(file, vertices=mesh.vertices, faces=mesh.faces))
+        return surface_info(name, mesh, STORED + key)
+
+    def put_volume(self, name: str, volume: Volume) -> VolumeInfo:
+        """Store a volume."""
+        arrays = {"hu": volume.hu, "origin": volume.origin, "spacing": volume.spacing, "direction": volume.direction}
+        key = self._files.put_with(lambda file: np.savez(file, **arrays))
+        return volume_info(name, volume, STORED + key)
+
+    def surface(self, source: str) -> TriangleMesh:
+        """Read a surface. Raises StorageError when its file is gone or damaged."""
+        if source.startswith(ASSET):
+            return read_mesh(_asset(source))[0]
+        arrays = self._arrays(source)
+        return TriangleMesh(arrays["vertices"], arrays["faces"])
+
+    def volume(self, source: str) -> Volume:
+        """Read a volume. Raises StorageError when its file is gone or damaged."""
+        if source.startswith(ASSET):
+            return read_volume(_asset(source))[0]
+        arrays = self._arrays(source)
+        return Volume(arrays["hu"], arrays["origin"], arrays["spacing"], arrays["direction"])
+
+    def _arrays(self, source: str) -> dict[str, Any]:
+        path = self._files.path(source.removeprefix(STORED))
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                return {name: archive[name] for name in archive.files}
+        except (OSError, ValueError) as error:
+            raise StorageError(f"the stored file {path.name[:12]} is damaged; import the case again.") from error
+
+
+def surface_info(name: str, mesh: TriangleMesh, source: str) -> SurfaceInfo:
+    return SurfaceInfo(name, len(mesh.faces), to_bounds(mesh.bounds), source)
+
+
+def volume_info(name: str, volume: Volume, source: str) -> VolumeInfo:
+    k, j, i = volume.hu.shape
+    return VolumeInfo(name, to_triple(volume.spacing), (i, j, k), to_bounds(volume.bounds), source)
+
+
+def _asset(source: str) -> Path:
+    return assets_dir() / source.removeprefix(ASSET)

@@ -1,0 +1,162 @@
+"""Cases of the store: listed, made, renamed, deleted with recovery; their surfaces, volumes and trees, cached."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import secrets
+from collections.abc import Mapping, Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.services.cache import Cache
+from app.services.case_files import CaseFiles
+from app.services.case_model import BONE, Bead, Case, CaseContent, CaseFrame, SurfaceInfo, VolumeInfo
+from app.services.errors import NotFound
+from app.services.names import check_name
+from app.store import Store
+from app.store.database import utc_now
+from app.store.models import CaseRow
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.imaging.volume import Volume
+
+__all__ = ["Bead", "Case", "CaseFrame", "CaseService", "SurfaceInfo", "VolumeInfo"]
+
+
+class CaseService:
+    """Heads, by id; may be used from any thread."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._files = CaseFiles(store.files)
+        self._surfaces: Cache[str, TriangleMesh] = Cache(12)
+        self._volumes: Cache[str, Volume] = Cache(4)
+        self._trees: Cache[str, ProximityTree] = Cache(4)
+
+    def list(self, include_deleted: bool = False) -> tuple[Case, ...]:
+        """Cases, oldest first."""
+        query = select(CaseRow).order_by(CaseRow.created, CaseRow.id)
+        if not include_deleted:
+            query = query.where(CaseRow.deleted_at.is_(None))
+        with self._store.reading() as session:
+            return tuple(_case(row) for row in session.scalars(query))
+
+    def get(self, case_id: str) -> Case:
+        """The case, deleted or not. Raises NotFound."""
+        with self._store.reading() as session:
+            return _case(_row(session, case_id))
+
+    def create(
+        self,
+        name: str,
+        *,
+        frame: CaseFrame,
+        surfaces: Mapping[str, TriangleMesh],
+        volume: Volume | None = None,
+        beads: Sequence[Bead] = (),
+    ) -> Case:
+        """Make a case; every file is durable before the case is listed.
+
+        surfaces: by name; 'bone' is the one the controller uses, the others are for display only.
+        Raises InputError when there is no bone or the name cannot be used.
+        """
+        check_name(name, "case's name")
+        if BONE not in surfaces:
+            raise InputError("a case needs a bone surface.")
+        infos = tuple(self._files.put_surface(label, mesh) for label, mesh in surfaces.items())
+        volumes = () if volume is None else (self._files.put_volume("ct", volume),)
+        content = CaseContent(frame, infos, volumes, tuple(beads))
+        return self.put(f"case-{secrets.token_hex(6)}", name, content, _hash(content))
+
+    def put(self, case_id: str, name: str, content: CaseContent, content_hash: str) -> Case:
+        """Store a case under an id, or give the one of that id another content; its name and fate stay then."""
+        with self._store.writing() as session:
+            row = session.get(CaseRow, case_id)
+            if row is None:
+                row = CaseRow(id=case_id, name=name, created=utc_now(), deleted_at=None)
+                session.add(row)
+            row.content_hash, row.document = content_hash, content.to_json()
+        return self.get(case_id)
+
+    def rename(self, case_id: str, name: str) -> Case:
+        """Give a case another name."""
+        check_name(name, "case's name")
+        return self._change(case_id, name=name)
+
+    def delete(self, case_id: str) -> Case:
+        """Take a case off the lists, its plans with it; `restore` brings it back."""
+        return self._change(case_id, deleted_at=utc_now())
+
+    def restore(self, case_id: str) -> Case:
+        """Bring a deleted case back."""
+        return self._change(case_id, deleted_at=None)
+
+    def case_surface(self, case_id: str, name: str = BONE) -> TriangleMesh:
+        """A surface of a case. Raises NotFound."""
+        info = _named(self.get(case_id).surfaces, name, "surface")
+        return self._surfaces.get(info.source, lambda: self._files.surface(info.source))
+
+    def display_meshes(self, case_id: str) -> dict[str, TriangleMesh]:
+        """The surfaces to show, by name: all but the bone, or the bone where there is no other."""
+        names = [info.name for info in self.get(case_id).surfaces]
+        return {name: self.case_surface(case_id, name) for name in [n for n in names if n != BONE] or names}
+
+    def volume(self, case_id: str, name: str | None = None) -> Volume | None:
+        """A CT volume of a case, the widest unless a name is given; None for a case that was made of a surface."""
+        case = self.get(case_id)
+        if not case.volumes and name is None:
+            return None
+        info = case.volumes[0] if name is None else _named(case.volumes, name, "volume")
+        return self._volumes.get(info.source, lambda: self._files.volume(info.source))
+
+    def tree(self, case_id: str) -> ProximityTree:
+        """The proximity tree of a case's bone; the first call builds it."""
+        info = _named(self.get(case_id).surfaces, BONE, "surface")
+        return self._trees.get(info.source, lambda: ProximityTree(self.case_surface(case_id)))
+
+    def _change(self, case_id: str, **values: str | None) -> Case:
+        with self._store.writing() as session:
+            row = _row(session, case_id)
+            for name, value in values.items():
+                setattr(row, name, value)
+        return self.get(case_id)
+
+
+def _row(session: Session, case_id: str) -> CaseRow:
+    row = session.get(CaseRow, case_id)
+    if row is None:
+        raise NotFound(f"there is no case {case_id!r:.80}.")
+    return row
+
+
+def _case(row: CaseRow) -> Case:
+    content = CaseContent.from_json(row.document)
+    return Case(
+        id=row.id,
+        name=row.name,
+        created=row.created,
+        deleted_at=row.deleted_at,
+        frame=content.frame,
+        spacing_mm=content.volumes[0].spacing_mm if content.volumes else None,
+        content_hash=row.content_hash,
+        surfaces=content.surfaces,
+        volumes=content.volumes,
+        beads=content.beads,
+    )
+
+
+def _named(items: Sequence[SurfaceInfo] | Sequence[VolumeInfo], name: str, what: str) -> SurfaceInfo | VolumeInfo:
+    for item in items:
+        if item.name == name:
+            return item
+    known = ", ".join(item.name for item in items) or "none"
+    raise NotFound(f"this case has no {what} {name!r:.40}; it has: {known}.")
+
+
+def _hash(content: CaseContent) -> str:
+    """A case is its files: the hash of what they are called and hold."""
+    sources = {item.name: item.source for item in (*content.surfaces, *content.volumes)}
+    return hashlib.sha256(json.dumps(sources, sort_keys=True).encode()).hexdigest()

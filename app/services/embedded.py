@@ -1,0 +1,68 @@
+"""The case that travels with vfix: the synthetic head, and the sample plan in it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+
+from app.services.case_files import ASSET, CaseFiles, surface_info, volume_info
+from app.services.case_model import BONE, Bead, CaseContent, CaseFrame, to_triple
+from app.services.cases import CaseService
+from app.services.errors import NotFound
+from app.services.exchange import from_native_json
+from app.services.plans import PlanService
+from app.store import Store
+from vfix_engine.resources import assets_dir
+
+HEAD_PHANTOM = "head-phantom"
+SAMPLE_PLAN = "head-phantom-sample"
+_NAME = "Head phantom"
+_FOLDER = "head_phantom"
+_SURFACES = {
+    BONE: "bone_nose.ply",
+    "skull": "skull_display.ply",
+    "skull_half": "skull_half_display.ply",
+    "skin": "skin_display.ply",
+}
+_VOLUMES = {"head": "ct_head.nrrd", "nose": "ct_nose.nrrd"}
+
+
+def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) -> None:
+    """Make the embedded case and its sample plan where they are missing; follow the assets where they are newer.
+
+    What the user did to them stays: a new name, a deletion, edits of the plan.
+    """
+    content_hash = _assets_hash()
+    try:
+        known = cases.get(HEAD_PHANTOM)
+    except NotFound:
+        known = None
+    if known is None or known.content_hash != content_hash:
+        cases.put(HEAD_PHANTOM, _NAME, _content(CaseFiles(store.files)), content_hash)
+    try:
+        plans.get(SAMPLE_PLAN)
+    except NotFound:
+        if cases.get(HEAD_PHANTOM).deleted_at is None:
+            text = (assets_dir() / "plans" / "head_phantom.json").read_text(encoding="utf-8")
+            sample = from_native_json(text)
+            plans.create(HEAD_PHANTOM, sample.name, sample.content, plan_id=SAMPLE_PLAN)
+
+
+def _content(files: CaseFiles) -> CaseContent:
+    description = json.loads((assets_dir() / _FOLDER / "phantom.json").read_text(encoding="utf-8"))
+    surfaces = {name: f"{ASSET}{_FOLDER}/{file}" for name, file in _SURFACES.items()}
+    volumes = {name: f"{ASSET}{_FOLDER}/{file}" for name, file in _VOLUMES.items()}
+    return CaseContent(
+        CaseFrame(description["frame"], assumed=False),
+        tuple(surface_info(name, files.surface(source), source) for name, source in surfaces.items()),
+        tuple(volume_info(name, files.volume(source), source) for name, source in volumes.items()),
+        tuple(Bead(bead["name"], to_triple(bead["centroid"])) for bead in description["beads"]),
+    )
+
+
+def _assets_hash() -> str:
+    digest = hashlib.sha256()
+    for file in (*_SURFACES.values(), *_VOLUMES.values(), "phantom.json"):
+        with (assets_dir() / _FOLDER / file).open("rb") as stream:
+            digest.update(hashlib.file_digest(stream, "sha256").digest())
+    return digest.hexdigest()
