@@ -96,7 +96,7 @@ def _make_venv() -> None:
 
 
 def _pip(*arguments: str) -> None:
-    command = [str(python_of_venv()), "-m", "pip", "--disable-pip-version-check", "--no-input", *arguments, "--quiet"]
+    command = [str(python_of_venv()), "-m", "pip", "--disable-pip-version-check", "--no-input", *arguments, "-qq"]
     if subprocess.run(command, check=False).returncode:
         raise SetUpFailed(
             "The dependencies could not be installed; pip's words stand above. "

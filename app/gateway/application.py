@@ -5,16 +5,35 @@ from contextlib import asynccontextmanager
 
 from fastapi import APIRouter, FastAPI
 from starlette.staticfiles import StaticFiles
-from starlette.types import Lifespan
+from starlette.types import ASGIApp, Lifespan
 
 from app import __version__
-from app.gateway.error_answers import install_error_answers
+from app.gateway.error_answers import DiscreetErrors, install_error_answers
 from app.gateway.guard import Guard
 from app.gateway.pages import WEB_DIR, page_router
 from app.gateway.relay import scene_router
 from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp
 from app.settings import Settings
+
+
+class GuardedApplication(FastAPI):
+    """FastAPI with the guard outside everything, its own middleware included."""
+
+    def __init__(self, settings: Settings, lifespan: Lifespan[FastAPI]) -> None:
+        super().__init__(
+            title="vfix",
+            version=__version__,
+            description="Cases, plans and exports of the planner. Not for clinical use.",
+            docs_url=None,
+            redoc_url=None,
+            lifespan=lifespan,
+        )
+        self.state.settings = settings
+
+    def build_middleware_stack(self) -> ASGIApp:
+        """Starlette calls this once, before the first request."""
+        return Guard(DiscreetErrors(super().build_middleware_stack()), self.state.settings)
 
 
 def build_application(
@@ -25,15 +44,7 @@ def build_application(
     routers: Sequence[APIRouter],
 ) -> FastAPI:
     """Application whose `state` holds settings, services, scene_server and warmup; it stops the scene at its end."""
-    app = FastAPI(
-        title="vfix",
-        version=__version__,
-        description="Cases, plans and exports of the planner. Not for clinical use.",
-        docs_url=None,
-        redoc_url=None,
-        lifespan=_lifespan(scene_server, warm_up),
-    )
-    app.state.settings = settings
+    app = GuardedApplication(settings, _lifespan(scene_server, warm_up))
     app.state.services = services
     app.state.scene_server = scene_server
     app.state.warmup = warm_up
@@ -41,7 +52,6 @@ def build_application(
     for router in (page_router(), scene_router(scene_server), *routers):
         app.include_router(router)
     app.mount("/static", StaticFiles(directory=WEB_DIR), name="static")
-    app.add_middleware(Guard, settings=settings)
     return app
 
 

@@ -1,11 +1,14 @@
 """Every error of a route leaves in the one JSON shape, and none shows a traceback."""
 
+import contextlib
 import logging
+import traceback
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.error_shape import error_body, error_code
 from vfix_engine.errors import ControlError, InputError, VfixError
@@ -38,7 +41,25 @@ async def _http(_: Request, error: Exception) -> JSONResponse:
     return JSONResponse(error_body(code, str(error.detail)), error.status_code, headers=error.headers)
 
 
-async def _unexpected(request: Request, error: Exception) -> JSONResponse:
-    # Neither the answer nor the log says what was in the request: it may be a patient's.
-    _LOG.error("%s on %s %s", type(error).__name__, request.method, request.scope["route"].path)
+async def _unexpected(_: Request, __: Exception) -> JSONResponse:
     return JSONResponse(error_body("internal_error", "The planner met an error it did not expect."), 500)
+
+
+class DiscreetErrors:
+    """Logs where an unexpected error came from, without its message or values: they may be a patient's."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await self._app(scope, receive, send)
+        except Exception as error:
+            if scope["type"] == "lifespan":
+                raise
+            frames = traceback.extract_tb(error.__traceback__)
+            where = "\n".join(f"  {frame.filename}:{frame.lineno} {frame.name}" for frame in frames)
+            _LOG.error("%s on a %s request\n%s", type(error).__name__, scope["type"], where)
+            if scope["type"] == "websocket":
+                with contextlib.suppress(Exception):  # the connection may be gone already
+                    await send({"type": "websocket.close", "code": 1011})

@@ -137,7 +137,9 @@ class SceneServer:
         if request.headers.get_all("Origin"):
             return http.HTTPStatus.FORBIDDEN
         offered = request.headers.get_all(_SECRET_HEADER)
-        if len(offered) != 1 or not hmac.compare_digest(offered[0].encode(), self._secret.encode()):
+        if len(offered) != 1 or not hmac.compare_digest(
+            offered[0].encode("utf-8", "surrogateescape"), self._secret.encode()
+        ):
             return http.HTTPStatus.UNAUTHORIZED
         return None
 

@@ -1,0 +1,136 @@
+"""A planner that really listens: uvicorn on a loopback port and the scene's server behind it."""
+
+import contextlib
+import http.client
+import secrets
+import socket
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+from fastapi import APIRouter, FastAPI
+from starlette.websockets import WebSocket
+
+from app.gateway.application import build_application
+from app.gateway.scene_server import SceneServer
+from app.gateway.warm_up import WarmUp
+from app.settings import Settings
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An HTTP answer as it stood on the wire."""
+
+    status: int
+    headers: http.client.HTTPMessage
+    body: bytes
+
+
+@dataclass(frozen=True)
+class Planner:
+    """A running planner and the ways to knock at it."""
+
+    app: FastAPI
+    settings: Settings
+    scene_server: SceneServer
+
+    @property
+    def port(self) -> int:
+        return self.settings.port
+
+    @property
+    def host(self) -> str:
+        return f"127.0.0.1:{self.port}"
+
+    @property
+    def origin(self) -> str:
+        return f"http://{self.host}"
+
+    @property
+    def bearer(self) -> tuple[str, str]:
+        return ("Authorization", f"Bearer {self.settings.token}")
+
+    @property
+    def cookie(self) -> tuple[str, str]:
+        return ("Cookie", f"vfix_token_{self.port}={self.settings.token}")
+
+    def http(self, method: str, path: str, *headers: tuple[str, str], host: str | None = None) -> Answer:
+        """One request with exactly these headers (and Host); nothing is added or made nice."""
+        names = [] if host == "" else [("Host", self.host if host is None else host)]
+        return knock(self.port, method, path, [*names, *headers, ("Connection", "close")])
+
+    def handshake(self, path: str, *headers: tuple[str, str], host: str | None = None) -> Answer:
+        """The first half of a WebSocket: its handshake and the answer to it; 101 means let in."""
+        return knock(self.port, "GET", path, [("Host", self.host if host is None else host), *upgrade(), *headers])
+
+
+def upgrade() -> list[tuple[str, str]]:
+    return [
+        ("Connection", "Upgrade"),
+        ("Upgrade", "websocket"),
+        ("Sec-WebSocket-Version", "13"),
+        ("Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="),
+        ("Sec-WebSocket-Protocol", "viser-v1.1.1"),
+    ]
+
+
+def knock(port: int, method: str, target: str, headers: list[tuple[str, str]], body: bytes = b"") -> Answer:
+    lines = [f"{method} {target} HTTP/1.1", *(f"{name}: {value}" for name, value in headers), "", ""]
+    return raw(port, "\r\n".join(lines).encode("latin-1") + body, method)
+
+
+def raw(port: int, data: bytes, method: str = "GET") -> Answer:
+    """Send bytes, read one answer."""
+    with socket.create_connection(("127.0.0.1", port), timeout=10) as connection:
+        connection.sendall(data)
+        response = http.client.HTTPResponse(connection, method=method)
+        response.begin()
+        content = b"" if response.status == 101 else response.read()
+        return Answer(response.status, response.headers, content)
+
+
+def other_routes() -> APIRouter:
+    """Routes in place of the cases, plans and the session."""
+    router = APIRouter()
+
+    async def echo(word: str) -> dict[str, str]:
+        return {"word": word}
+
+    for method in ("GET", "POST", "PUT", "PATCH", "DELETE"):
+        router.add_api_route("/api/echo/{word}", echo, methods=[method], operation_id=f"echo_{method}")
+
+    @router.get("/api/broken")
+    async def broken() -> None:
+        raise ValueError("Jane Doe, born 1970")
+
+    @router.websocket("/session")
+    async def session(websocket: WebSocket) -> None:
+        await websocket.accept(subprotocol="viser-v1.1.1")
+        await websocket.close()
+
+    return router
+
+
+@contextlib.contextmanager
+def listening(home: Path, routers: Sequence[APIRouter]) -> Iterator[Planner]:
+    """Serve these routers behind the real gateway until the block ends."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        settings = Settings(home=home, port=listener.getsockname()[1], token=secrets.token_urlsafe(24))
+        scene_server = SceneServer()
+        app = build_application(settings, None, scene_server, WarmUp(()), routers)
+        server = uvicorn.Server(uvicorn.Config(app, ws_max_size=64 * 2**20, log_level="error", access_log=False))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+        thread.start()
+        deadline = time.monotonic() + 20
+        while not server.started and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert server.started, "the planner did not start"
+        try:
+            yield Planner(app, settings, scene_server)
+        finally:
+            server.should_exit = True
+            thread.join(20)
+            assert not thread.is_alive(), "the planner did not stop"
