@@ -1,0 +1,154 @@
+"""The head: bone with opacity and cut-away, CT planes, the letters of the directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+import viser
+
+from app.scene import palette
+from app.scene.picking import Cut
+from vfix_engine.geometry.mesh import TriangleMesh
+
+Floats = npt.NDArray[np.float64]
+
+LETTER_GAP_MM = 14.0
+_LETTERS = {"R": (-1, 0, 0), "L": (1, 0, 0), "A": (0, -1, 0), "P": (0, 1, 0), "I": (0, 0, -1), "S": (0, 0, 1)}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the head is shown."""
+
+    opacity: float = 1.0
+    cut: Cut = "whole"
+    cut_at: float = 0.0  # [mm] x of the cut
+    slices_shown: bool = False
+
+
+@dataclass(frozen=True)
+class SlicePicture:
+    """A CT slice for the scene: grey picture and the place of its pixel centres."""
+
+    axis: str
+    image: npt.NDArray[np.uint8]  # (h, w)
+    transform_pixel_to_lps: Floats  # (4, 4)
+
+
+class BoneNode:
+    """The bone's surface as one mesh; a cut gives it another geometry, the opacity only another property."""
+
+    def __init__(self, scene: viser.SceneApi, mesh: TriangleMesh) -> None:
+        self._surface = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
+        self._scene = scene
+        self._geometry: tuple[Cut, float] = ("whole", 0.0)
+        self._opacity = 1.0
+        self._node = self._add(self._surface)
+
+    def _add(self, surface: trimesh.Trimesh) -> viser.MeshHandle:
+        return self._scene.add_mesh_simple(
+            "/head/bone",
+            np.asarray(surface.vertices, dtype=np.float32),
+            np.asarray(surface.faces, dtype=np.uint32),
+            color=palette.BONE,
+            opacity=None if self._opacity >= 1.0 else self._opacity,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def show(self, look: Look) -> None:
+        geometry = (look.cut, 0.0 if look.cut == "whole" else round(look.cut_at, 2))
+        if geometry != self._geometry:
+            self._geometry, self._opacity = geometry, look.opacity
+            self._node = self._add(self._cut(*geometry))
+        elif look.opacity != self._opacity:
+            self._opacity = look.opacity
+            self._node.opacity = None if look.opacity >= 1.0 else look.opacity
+
+    def _cut(self, cut: Cut, cut_at: float) -> trimesh.Trimesh:
+        if cut == "whole":
+            return self._surface
+        # the half that is named is taken away
+        normal = [-1.0, 0.0, 0.0] if cut == "left" else [1.0, 0.0, 0.0]
+        half = trimesh.intersections.slice_mesh_plane(self._surface, normal, [cut_at, 0.0, 0.0])
+        return half if len(half.faces) else self._surface
+
+    def remove(self) -> None:
+        self._node.remove()
+
+
+class SliceNodes:
+    """The three CT planes in the scene."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._scene = scene
+        self._nodes: dict[str, viser.ImageHandle] = {}
+        self._shapes: dict[str, tuple[int, ...]] = {}
+
+    def show(self, pictures: list[SlicePicture]) -> None:
+        shown = {picture.axis for picture in pictures}
+        for axis, node in self._nodes.items():
+            if axis not in shown:
+                node.visible = False
+        for picture in pictures:
+            self._place(picture)
+
+    def _place(self, picture: SlicePicture) -> None:
+        rows, columns = picture.image.shape
+        affine = picture.transform_pixel_to_lps
+        u, v = affine[:3, 0], affine[:3, 1]
+        centre = affine[:3, :3] @ np.array([(columns - 1) / 2.0, (rows - 1) / 2.0, 0.0]) + affine[:3, 3]
+        x, y = u / np.linalg.norm(u), v / np.linalg.norm(v)
+        # viser's image lies in its x-y plane, x to the right of the picture and y down it
+        rotation = np.stack([x, y, np.cross(x, y)], axis=-1)
+        wxyz = trimesh.transformations.quaternion_from_matrix(rotation)
+        image = np.repeat(picture.image[:, :, None], 3, axis=2)
+        node = self._nodes.get(picture.axis)
+        if node is None or self._shapes[picture.axis] != picture.image.shape:
+            node = self._scene.add_image(
+                f"/head/slice_{picture.axis}",
+                image,
+                float(columns * np.linalg.norm(u)),
+                float(rows * np.linalg.norm(v)),
+                format="jpeg",
+                jpeg_quality=82,
+                cast_shadow=False,
+                receive_shadow=False,
+                wxyz=wxyz,
+                position=centre,
+            )
+            self._nodes[picture.axis], self._shapes[picture.axis] = node, picture.image.shape
+            return
+        node.image = image
+        node.position = centre
+        node.visible = True
+
+    def remove(self) -> None:
+        for node in self._nodes.values():
+            node.remove()
+
+
+class LetterNodes:
+    """R L A P I S around the head."""
+
+    def __init__(self, scene: viser.SceneApi, bounds: Floats) -> None:
+        centre, half = bounds.mean(axis=0), (bounds[1] - bounds[0]) / 2.0
+        self._nodes = [
+            scene.add_label(
+                f"/head/letter_{letter}",
+                letter,
+                position=centre + np.array(side) * (half + LETTER_GAP_MM),
+                font_screen_scale=1.1,
+                anchor="center-center",
+                depth_test=True,
+            )
+            for letter, side in _LETTERS.items()
+        ]
+
+    def remove(self) -> None:
+        for node in self._nodes:
+            node.remove()

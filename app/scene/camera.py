@@ -1,0 +1,79 @@
+"""Standard views of the head, and the way between canvas and patient frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+FIELD_OF_VIEW = np.deg2rad(28.0)  # narrow, so that sizes hardly change with depth
+FILL = 1.12  # how much larger than the head the view is
+
+# Direction from the head to the camera in LPS. The top view leans back by a hair: up is anterior then.
+_DIRECTIONS: dict[str, tuple[float, float, float]] = {
+    "anterior": (0.0, -1.0, 0.0),
+    "left": (1.0, 0.0, 0.0),
+    "right": (-1.0, 0.0, 0.0),
+    "superior": (0.0, 0.004, 1.0),
+    "oblique": (0.62, -0.74, 0.26),
+    "nose": (0.72, -0.66, -0.05),
+}
+
+
+@dataclass(frozen=True)
+class CameraPose:
+    """Camera position and the place it looks at, LPS mm."""
+
+    position: Floats
+    look_at: Floats
+
+
+def standard_view(name: str, centre: Floats, radius_mm: float) -> CameraPose:
+    """The view that shows a ball of ``radius_mm`` around ``centre``."""
+    direction = np.array(_DIRECTIONS[name])
+    direction /= np.linalg.norm(direction)
+    distance = FILL * radius_mm / np.sin(FIELD_OF_VIEW / 2.0)
+    return CameraPose(centre + direction * distance, centre)
+
+
+@dataclass(frozen=True)
+class Lens:
+    """What the browser's camera sees: pose (OpenCV axes), vertical field of view [rad], canvas [px]."""
+
+    rotation_camera_to_lps: Floats
+    position: Floats
+    look_at: Floats
+    field_of_view: float
+    width: int
+    height: int
+
+    @property
+    def focal_px(self) -> float:
+        return 0.5 * self.height / float(np.tan(self.field_of_view / 2.0))
+
+    @property
+    def mm_per_pixel(self) -> float:
+        """Size of a canvas pixel at the place looked at."""
+        return float(np.linalg.norm(self.look_at - self.position)) / self.focal_px
+
+    def ray(self, screen_x: float, screen_y: float) -> tuple[Floats, Floats]:
+        """Origin and unit direction through a place on the canvas, in parts of its size from the upper left."""
+        x = (screen_x - 0.5) * self.width / self.focal_px
+        y = (screen_y - 0.5) * self.height / self.focal_px
+        direction = self.rotation_camera_to_lps @ np.array([x, y, 1.0])
+        return self.position.copy(), direction / np.linalg.norm(direction)
+
+    def project(self, points: npt.ArrayLike) -> Floats:
+        """(n, 2) places on the canvas, in parts of its size; NaN behind the camera."""
+        seen = (np.atleast_2d(np.asarray(points, dtype=np.float64)) - self.position) @ self.rotation_camera_to_lps
+        depth = np.where(seen[:, 2] > 0.0, seen[:, 2], np.nan)
+        return np.stack(
+            [
+                0.5 + self.focal_px * seen[:, 0] / depth / self.width,
+                0.5 + self.focal_px * seen[:, 1] / depth / self.height,
+            ],
+            axis=-1,
+        )

@@ -1,0 +1,111 @@
+"""The grip, the spring to the hand, the force arrow, the virtual point and the place that blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import viser
+
+from app.scene import palette
+
+Floats = npt.NDArray[np.float64]
+
+GRIP_RADIUS_MM = 5.0
+ARROW_MM_PER_N = 6.0
+LABEL_RISE_MM = 9.0
+
+
+@dataclass(frozen=True)
+class GripDrag:
+    """The hand on the grip: phase 'start', 'update' or 'end', and where the hand is, LPS [mm]."""
+
+    phase: str
+    position: tuple[float, float, float]
+
+
+class HandNodes:
+    """What the user takes hold of. The ball follows the hand while it is dragged, else the tool."""
+
+    def __init__(self, scene: viser.SceneApi, on_drag: Callable[[GripDrag], None]) -> None:
+        self._on_drag = on_drag
+        self._grip_at = np.zeros(3)
+        self._hand: Floats | None = None
+        self._offset = np.zeros(3)
+        self._mine = False
+        self._ball = scene.add_icosphere(
+            "/hand/grip", GRIP_RADIUS_MM, color=palette.GRIP_WATCHED, cast_shadow=False, receive_shadow=False
+        )
+        self._label = scene.add_label("/hand/label", "drag", font_screen_scale=0.85, anchor="bottom-center")
+        line = np.zeros((1, 2, 3), dtype=np.float32)
+        self._spring = scene.add_line_segments("/hand/spring", line, palette.GRIP, thickness=0.9, visible=False)
+        self._arrow = scene.add_arrows(
+            "/hand/force", line, palette.FORCE, shaft_radius=0.7, head_radius=1.8, head_length=4.0, visible=False
+        )
+        self._view_point = scene.add_icosphere(
+            "/hand/view_point", 0.8, color=palette.TARGET, cast_shadow=False, receive_shadow=False, visible=False
+        )
+        self._sight = scene.add_line_segments("/hand/sight", line, palette.TARGET, thickness=0.3, visible=False)
+        self._blocked = scene.add_icosphere(
+            "/hand/blocked",
+            1.5,
+            color=palette.BLOCKED,
+            opacity=0.85,
+            cast_shadow=False,
+            receive_shadow=False,
+            visible=False,
+        )
+
+    def show(self, grip: Floats, force: Floats, mine: bool) -> None:
+        """Grip point on the tool (3,), force of the hand (3,) [N], whether this tab holds the handle."""
+        self._grip_at = grip
+        if mine != self._mine:
+            self._mine = mine
+            self._ball.color = palette.GRIP if mine else palette.GRIP_WATCHED
+            self._label.visible = mine
+            if mine:
+                self._ball.on_drag("left")(self._dragged)
+            else:
+                self._ball.remove_drag_callback("all")
+                self._hand = None
+        ball = grip if self._hand is None else self._hand
+        self._ball.position = ball
+        self._label.position = ball + np.array([0.0, 0.0, LABEL_RISE_MM])
+        self._label.visible = mine and self._hand is None
+        self._spring.visible = self._hand is not None
+        if self._hand is not None:
+            self._spring.points = np.array([[grip, self._hand]], dtype=np.float32)
+        size = float(np.linalg.norm(force))
+        self._arrow.visible = size > 0.02
+        if size > 0.02:
+            self._arrow.points = np.array([[grip, grip + ARROW_MM_PER_N * force]], dtype=np.float32)
+
+    def show_sight(self, tip: Floats, view_point: Floats | None) -> None:
+        """The virtual point ahead of the tip while a target is inspected."""
+        self._view_point.visible = self._sight.visible = view_point is not None
+        if view_point is not None:
+            self._view_point.position = view_point
+            self._sight.points = np.array([[tip, view_point]], dtype=np.float32)
+
+    def show_blocked(self, place: Floats | None) -> None:
+        self._blocked.visible = place is not None
+        if place is not None:
+            self._blocked.position = place
+
+    async def _dragged(self, event: viser.SceneNodeDragEvent[Any]) -> None:
+        end = np.array(event.end_position)
+        if event.phase == "start":
+            self._offset = self._grip_at - end
+        position = end + self._offset
+        self._hand = None if event.phase == "end" else position
+        self._on_drag(GripDrag(event.phase, (float(position[0]), float(position[1]), float(position[2]))))
+
+    def let_go(self) -> None:
+        self._hand = None
+
+    def remove(self) -> None:
+        for node in (self._ball, self._label, self._spring, self._arrow, self._view_point, self._sight, self._blocked):
+            node.remove()

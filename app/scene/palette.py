@@ -1,0 +1,42 @@
+"""Colours of the scene, and the colour-blind-safe scale of the clearance."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+BONE = (226, 216, 198)
+ACCENT = (109, 179, 242)
+SELECTED = (255, 255, 255)
+GHOST = (255, 255, 255)
+TARGET = (229, 143, 208)
+UNKNOWN = (150, 158, 170)
+TOOL = (206, 212, 220)
+ROBOT = (92, 104, 120)
+GRIP = (109, 179, 242)
+GRIP_WATCHED = (130, 138, 150)
+FORCE = (250, 204, 92)
+BLOCKED = (240, 133, 125)
+
+# Orange to blue through near-white: told apart with every common kind of colour blindness.
+_SCALE_HEX = ("#d9480f", "#f59f45", "#f7e3c0", "#b9d8ee", "#5aa5dd")
+CLEARANCE_LOW_MM = 0.0
+CLEARANCE_HIGH_MM = 2.0
+
+_SCALE = np.array([[int(code[i : i + 2], 16) for i in (1, 3, 5)] for code in _SCALE_HEX], dtype=np.float64)
+
+
+def scale_colours() -> list[str]:
+    """The stops of the scale for the legend, evenly spaced from low to high."""
+    return list(_SCALE_HEX)
+
+
+def clearance_colours(clearance_mm: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+    """(n, 3) colours of (n,) clearances [mm]; unknown (NaN) is grey."""
+    values = np.asarray(clearance_mm, dtype=np.float64)
+    share = np.clip((values - CLEARANCE_LOW_MM) / (CLEARANCE_HIGH_MM - CLEARANCE_LOW_MM), 0.0, 1.0)
+    known = np.isfinite(values)
+    stops = np.linspace(0.0, 1.0, len(_SCALE))
+    colours = np.stack([np.interp(np.where(known, share, 0.0), stops, _SCALE[:, i]) for i in range(3)], axis=-1)
+    colours[~known] = UNKNOWN
+    return np.rint(colours).astype(np.uint8)

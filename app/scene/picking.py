@@ -1,0 +1,87 @@
+"""What lies under a click: bone (as shown, with the half that is cut away gone), CT planes, points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+from vfix_engine.geometry.mesh import TriangleMesh
+
+Floats = npt.NDArray[np.float64]
+Cut = Literal["whole", "left", "right"]
+
+
+@dataclass(frozen=True)
+class Hit:
+    """The nearest thing on a ray. kind: 'bone', 'slice' or 'item'; item_id only for 'item'."""
+
+    kind: Literal["bone", "slice", "item"]
+    position: Floats
+    distance_mm: float
+    item_id: str | None = None
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A CT slice as it stands in the scene: the axis it is normal to, where, and the rectangle it fills."""
+
+    axis: int
+    position: float
+    bounds: Floats  # (2, 3) LPS [mm]
+
+
+def is_shown(points: Floats, cut: Cut, cut_at: float) -> npt.NDArray[np.bool_]:
+    """Which of (n, 3) places belong to the part of the head that is shown."""
+    if cut == "left":
+        return np.asarray(points[:, 0] <= cut_at)
+    if cut == "right":
+        return np.asarray(points[:, 0] >= cut_at)
+    return np.ones(len(points), dtype=bool)
+
+
+class BonePicker:
+    """Rays against a surface, through Embree."""
+
+    def __init__(self, mesh: TriangleMesh) -> None:
+        surface = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
+        self._intersector = RayMeshIntersector(surface)
+
+    def hit(self, origin: Floats, direction: Floats, cut: Cut, cut_at: float) -> Hit | None:
+        locations, _, _ = self._intersector.intersects_location(
+            origin[None], direction[None], multiple_hits=cut != "whole"
+        )
+        locations = np.asarray(locations, dtype=np.float64).reshape(-1, 3)
+        locations = locations[is_shown(locations, cut, cut_at)]
+        if len(locations) == 0:
+            return None
+        distance = (locations - origin) @ direction
+        nearest = int(distance.argmin())
+        return Hit("bone", locations[nearest], float(distance[nearest]))
+
+
+def hit_plane(origin: Floats, direction: Floats, plane: Plane) -> Hit | None:
+    if abs(direction[plane.axis]) < 1e-9:
+        return None
+    distance = (plane.position - origin[plane.axis]) / direction[plane.axis]
+    if distance <= 0.0:
+        return None
+    position = origin + distance * direction
+    others = [axis for axis in range(3) if axis != plane.axis]
+    inside = np.all(position[others] >= plane.bounds[0][others]) and np.all(position[others] <= plane.bounds[1][others])
+    return Hit("slice", position, float(distance)) if inside else None
+
+
+def hit_items(origin: Floats, direction: Floats, items: list[tuple[str, Floats]], radius_mm: float) -> Hit | None:
+    """The nearest ball of ``radius_mm`` around an item that the ray meets."""
+    best: Hit | None = None
+    for item_id, centre in items:
+        along = float((centre - origin) @ direction)
+        aside = float(np.linalg.norm(centre - origin - along * direction))
+        if along > 0.0 and aside <= radius_mm and (best is None or along < best.distance_mm):
+            best = Hit("item", centre, along, item_id)
+    return best

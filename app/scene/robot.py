@@ -1,0 +1,86 @@
+"""The robot and its tool in the scene: each part drawn once, then only moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+import viser
+
+from app.scene import palette, shapes
+from vfix_engine.robots import Visual
+
+Floats = npt.NDArray[np.float64]
+
+# trimesh makes a cylinder along z, a visual's runs along y
+_Z_TO_Y = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
+
+
+class RobotNodes:
+    """Boxes and cylinders that follow the links."""
+
+    def __init__(self, scene: viser.SceneApi, visuals: Sequence[Visual]) -> None:
+        self._visuals = tuple(visuals)
+        self._nodes = [self._add(scene, index, visual) for index, visual in enumerate(self._visuals)]
+
+    def _add(self, scene: viser.SceneApi, index: int, visual: Visual) -> viser.MeshHandle:
+        if visual.kind == "box":
+            mesh = trimesh.creation.box(extents=visual.size)
+        else:
+            mesh = trimesh.creation.cylinder(radius=visual.size[0], height=visual.size[1], sections=32)
+            mesh.apply_transform(_Z_TO_Y)
+        return scene.add_mesh_simple(
+            f"/robot/part_{index}",
+            np.asarray(mesh.vertices),
+            np.asarray(mesh.faces),
+            color=visual.colour,
+            flat_shading=visual.kind == "box",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def place(self, link_placements: Floats) -> None:
+        """Move every part to its link, (n, 4, 4) in the patient frame."""
+        for visual, node in zip(self._visuals, self._nodes, strict=True):
+            placement = link_placements[visual.link]
+            node.position = placement[:3, :3] @ np.array(visual.position) + placement[:3, 3]
+            node.wxyz = shapes.quaternion(placement[:3, :3])
+
+    def remove(self) -> None:
+        for node in self._nodes:
+            node.remove()
+
+
+class ToolNodes:
+    """The tool as the controller sees it: capsules around axis segments."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._scene = scene
+        self._nodes: list[tuple[float, float, viser.MeshHandle]] = []
+
+    def place(self, start: Floats, end: Floats, radius: Floats) -> None:
+        """(S, 3) ends of the axes and (S,) radii, LPS mm."""
+        lengths = np.linalg.norm(end - start, axis=1)
+        while len(self._nodes) > len(start):
+            self._nodes.pop()[2].remove()
+        for index in range(len(start)):
+            key = (round(float(radius[index]), 3), round(float(lengths[index]), 3))
+            if index >= len(self._nodes):
+                self._nodes.append((*key, self._add(index, *key)))
+            elif self._nodes[index][:2] != key:
+                self._nodes[index] = (*key, self._add(index, *key))
+            node = self._nodes[index][2]
+            node.position = start[index]
+            node.wxyz = shapes.quaternion(shapes.rotation_z_to(end[index] - start[index]))
+
+    def _add(self, index: int, radius: float, length: float) -> viser.MeshHandle:
+        vertices, faces = shapes.capsule(radius, length)
+        return self._scene.add_mesh_simple(
+            f"/robot/tool_{index}", vertices, faces, color=palette.TOOL, cast_shadow=False, receive_shadow=False
+        )
+
+    def remove(self) -> None:
+        for _, _, node in self._nodes:
+            node.remove()

@@ -1,0 +1,45 @@
+"""Small meshes for the scene, made once: capsule, ball, diamond, arrow."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+Floats = npt.NDArray[np.float64]
+Shape = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
+
+
+@functools.lru_cache(maxsize=64)
+def capsule(radius: float, length: float) -> Shape:
+    """Capsule whose axis runs from the origin to (0, 0, length)."""
+    mesh = trimesh.creation.capsule(height=length, radius=radius, count=[18, 10])
+    vertices = np.asarray(mesh.vertices)
+    middle = 0.5 * (vertices[:, 2].min() + vertices[:, 2].max())
+    return vertices + np.array([0.0, 0.0, length / 2.0 - middle]), np.asarray(mesh.faces)
+
+
+@functools.lru_cache(maxsize=8)
+def diamond(radius: float) -> Shape:
+    """Octahedron: how targets differ from points, also without colour."""
+    vertices = radius * np.array(
+        [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64
+    )
+    faces = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+    return vertices, faces
+
+
+def rotation_z_to(direction: Floats) -> Floats:
+    """(3, 3) rotation that takes +z to a direction."""
+    z = direction / np.linalg.norm(direction)
+    helper = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    x = np.cross(helper, z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def quaternion(rotation: Floats) -> Floats:
+    """(4,) w, x, y, z of a (3, 3) rotation."""
+    return np.asarray(trimesh.transformations.quaternion_from_matrix(rotation), dtype=np.float64)

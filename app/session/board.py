@@ -1,0 +1,52 @@
+"""The view model: named sections of plain JSON values, each with the revision of its last change."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any
+
+Section = Mapping[str, Any]
+
+
+class Board:
+    """Thread-safe, latest wins: a slow reader gets the newest state, never a queue of old ones (HAZ-31)."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._sections: dict[str, tuple[int, Section | None]] = {}
+        self._revision = 0
+        self._listeners: list[Callable[[], None]] = []
+
+    def publish(self, name: str, section: Section | None) -> None:
+        """Set a section; nothing happens when its value is the one already shown."""
+        with self._lock:
+            known = self._sections.get(name)
+            if known is not None and known[1] == section:
+                return
+            self._revision += 1
+            self._sections[name] = (self._revision, section)
+            listeners = tuple(self._listeners)
+        for listener in listeners:
+            listener()
+
+    def changed_since(self, revision: int) -> tuple[int, dict[str, Section | None]]:
+        """The newest revision and every section that changed after ``revision``."""
+        with self._lock:
+            changed = {name: value for name, (at, value) in self._sections.items() if at > revision}
+            return self._revision, changed
+
+    def read(self, name: str) -> Section | None:
+        with self._lock:
+            return self._sections.get(name, (0, None))[1]
+
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call ``listener`` after each change; the returned function ends it."""
+        with self._lock:
+            self._listeners.append(listener)
+
+        def unsubscribe() -> None:
+            with self._lock:
+                self._listeners.remove(listener)
+
+        return unsubscribe

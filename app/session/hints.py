@@ -1,0 +1,53 @@
+"""The hint line: what to do next, in one sentence."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+Step = Literal["patient", "plan", "rehearse"]
+
+
+def patient_hint(case_open: bool, loading: bool) -> str:
+    if loading:
+        return "The head is being prepared."
+    if not case_open:
+        return "Choose a head, or import a CT volume or a bone surface."
+    return "Turn the head with the left mouse button, zoom with the wheel. Then go to Plan."
+
+
+def plan_hint(points: int, targets: int, add_mode: str, ghost: bool, locked: bool, completed: bool | None) -> str:
+    if ghost:
+        return "Is this the right place? Enter or ‘Add here’ adds it, Esc takes it back."
+    if locked:
+        return "The points are locked. Unlock them to add, move or delete."
+    if add_mode == "target":
+        return "Click what is to be inspected, in the head or in a slice. Targets stay where you click."
+    if points == 0:
+        return "Click the place where the tool goes in: at the nostril, in the head or in a slice."
+    if points == 1:
+        return "Click the next place of the path, further in. Slices and the cut-away show the air."
+    if completed is False:
+        return "The tool does not get through yet. Move or add points where the path turns orange."
+    if completed and not targets:
+        return "The tool fits. Add a target to inspect, or go to Rehearse."
+    if completed:
+        return "The tool fits along the whole path. Go to Rehearse."
+    return "Add points until the path leads where you need to look; drag a point to move it."
+
+
+def rehearse_hint(points: int, state: str, mine: bool, mode: str, done: bool, targets: int) -> str:
+    if points < 2:
+        return "A rehearsal needs a path of two points at least. Go back to Plan."
+    if state in ("absent", "failed"):
+        return "Press Start: the robot is placed at the entry."
+    if state == "starting":
+        return "The robot is being placed at the entry."
+    if not mine:
+        return "You are watching. Another window holds the handle."
+    if state != "running":
+        return "Press Start, then drag the blue sphere on the shaft or hold ↑ to move in."
+    if mode == "inspect":
+        return "Drag the sphere sideways: the tool swings about the target it looks at."
+    if done and targets:
+        return "The end of the path is reached. Choose Inspect to look at a target."
+    return "Drag the blue sphere on the shaft, or hold ↑ and ↓. The bone cannot be hit."

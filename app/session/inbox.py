@@ -1,0 +1,46 @@
+"""The queue in front of a workspace's thread: requests in order, with latest-wins slots for what streams."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+
+Request = Callable[[], None]
+MAX_WAITING = 512  # requests of one tab; more is a page that has lost its mind
+
+
+class Inbox:
+    """Thread-safe. A request with a slot replaces an unanswered one of the same slot, in its place."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._queue: queue.Queue[str | Request | None] = queue.Queue()
+        self._slots: dict[str, Request] = {}
+
+    def put(self, request: Request, slot: str | None = None) -> bool:
+        """Queue a request; False when the tab has too many waiting already."""
+        with self._lock:
+            if slot is not None and slot in self._slots:
+                self._slots[slot] = request
+                return True
+            if self._queue.qsize() >= MAX_WAITING:
+                return False
+            if slot is not None:
+                self._slots[slot] = request
+                self._queue.put(slot)
+            else:
+                self._queue.put(request)
+            return True
+
+    def close(self) -> None:
+        """The last thing a reader gets is None."""
+        self._queue.put(None)
+
+    def get(self, timeout: float) -> Request | None:
+        """The next request; None at the end. Raises ``queue.Empty`` after ``timeout`` seconds."""
+        entry = self._queue.get(timeout=timeout)
+        if isinstance(entry, str):
+            with self._lock:
+                return self._slots.pop(entry)
+        return entry

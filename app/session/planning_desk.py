@@ -1,0 +1,280 @@
+"""The planning side of a tab: which plan is open, its desk, and what the tool makes of its path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from app.scene.picking import hit_items
+from app.scene.plan import DragEvent, PlanItem
+from app.scene.view import ClickRay
+from app.services import Services
+from app.session import commands as c
+from app.session.board import Board
+from app.session.corridor_desk import Corridor, CorridorDesk
+from app.session.head_desk import HeadDesk
+from app.session.hints import plan_hint
+from app.session.plan_desk import Ghost, PlanDesk, curve_points
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import InputError, PlanError
+
+Floats = npt.NDArray[np.float64]
+Position = tuple[float, float, float]
+SELECT_RADIUS_MM = 2.0
+
+
+class PlanningDesk:
+    """Owned by its workspace's thread."""
+
+    def __init__(
+        self, services: Services, board: Board, executor: Executor, ask: Callable[[Callable[[], None]], Any]
+    ) -> None:
+        self._services, self._board = services, board
+        self._desk: PlanDesk | None = None
+        self._case_id: str | None = None
+        self._plans: list[Any] = []
+        self._focus: Position | None = None
+        self._corridor_key: Any = None
+        self._corridor = CorridorDesk(services, executor, lambda answer: ask(lambda: self._corridor.accept(answer)))
+
+    # -- opening
+
+    def open(self, case_id: str, plan_id: str | None) -> None:
+        """Open a plan of a case: the named one, else the newest, else a new one."""
+        self._case_id = case_id
+        plans = list(self._services.plans.list(case_id))
+        ids = [plan.id for plan in plans]
+        if plan_id not in ids:
+            plan_id = ids[0] if ids else self._services.plans.create(case_id, "Plan 1").id
+        self._load(plan_id)
+
+    def close(self) -> None:
+        self._case_id = self._desk = None
+        self._plans = []
+        self._corridor.clear()
+
+    def _load(self, plan_id: str) -> None:
+        self._desk = PlanDesk(self._services, plan_id)
+        points = self._desk.points()
+        self._focus = points[len(points) // 2] if points else None
+        self._corridor_key = None
+
+    # -- what there is
+
+    @property
+    def plan_id(self) -> str | None:
+        return None if self._desk is None else self._desk.plan_id
+
+    @property
+    def plan(self) -> Any:
+        return None if self._desk is None else self._desk.plan
+
+    @property
+    def selected(self) -> str | None:
+        return None if self._desk is None else self._desk.selected
+
+    @property
+    def locked(self) -> bool:
+        return self._desk is None or self._desk.locked
+
+    @property
+    def ghost(self) -> Ghost | None:
+        return None if self._desk is None else self._desk.ghost
+
+    def items(self) -> tuple[PlanItem, ...]:
+        return () if self._desk is None else tuple(self._desk.items())
+
+    def places(self) -> list[Position]:
+        return [item.position for item in self.items()]
+
+    def curve_key(self) -> Any:
+        """Changes when the spline or its colours do."""
+        return (tuple(self._desk.points()), id(self._corridor.current)) if self._desk else None
+
+    def curve(self) -> tuple[Floats | None, Floats | None]:
+        """Places along the spline, and the clearance of the whole tool there where it is known."""
+        path = None if self._desk is None else self._desk.path()
+        points = curve_points(path)
+        if path is None or points is None:
+            return None, None
+        return points, self._corridor.current.clearances(np.linspace(0.0, path.length, len(points)))
+
+    def take_focus(self) -> Position | None:
+        """Where the slices should go now, once."""
+        focus, self._focus = self._focus, None
+        return focus
+
+    # -- commands
+
+    def do(self, command: c.AnyCommand) -> str:
+        """Answer an editing command; returns words for the user, often none."""
+        desk = self._need()
+        before = desk.selected
+        words = self._edit(desk, command)
+        if desk.selected is not None and desk.selected != before:
+            self._focus = next((item.position for item in desk.items() if item.id == desk.selected), None)
+        return words
+
+    def _edit(self, desk: PlanDesk, command: c.AnyCommand) -> str:
+        match command:
+            case c.AddMode():
+                desk.add_mode = command.kind
+                desk.cancel()
+            case c.Lock():
+                desk.set_locked(command.locked)
+            case c.PickOnSlice():
+                desk.pick(np.array(command.position), on_bone=False)
+                self._focus = None if desk.ghost is None else desk.ghost.position
+            case c.DragItem():
+                desk.drag(command.item_id, command.position)
+            case c.RenameItem():
+                desk.rename(command.item_id, command.label)
+            case c.ItemCommand():
+                return self._item(desk, command)
+            case c.PlainCommand():
+                self._plain(desk, command.type)
+            case _:
+                raise InputError(f"the command {command.type} cannot be used here.")
+        return ""
+
+    def _item(self, desk: PlanDesk, command: c.ItemCommand) -> str:
+        if command.type == "item.drop":
+            return desk.drop(command.item_id)
+        if command.type == "item.delete":
+            desk.delete(command.item_id)
+        elif command.type == "point.insert_after":
+            desk.insert_between(command.item_id)
+            self._focus = None if desk.ghost is None else desk.ghost.position
+        else:
+            desk.kind_of(command.item_id)
+            desk.selected = command.item_id
+        return ""
+
+    def _plain(self, desk: PlanDesk, name: str) -> None:
+        {"undo": desk.undo, "redo": desk.redo, "ghost.confirm": desk.confirm, "ghost.cancel": desk.cancel}[name]()
+
+    def do_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> None:
+        """Open, make, rename, duplicate, delete and restore plans."""
+        plans = self._services.plans
+        match command:
+            case c.NewPlan():
+                if self._case_id is None:
+                    raise PlanError("open a head first; a plan belongs to one.")
+                self._load(plans.create(self._case_id, command.name).id)
+            case c.RenamePlan():
+                plans.rename(command.plan_id, command.name)
+                if command.plan_id == self.plan_id:
+                    self._reload()
+            case c.PlanCommand(type="plan.open"):
+                self._load(command.plan_id)
+            case c.PlanCommand(type="plan.duplicate"):
+                self._load(plans.duplicate(command.plan_id).id)
+            case c.PlanCommand(type="plan.restore"):
+                plans.restore(command.plan_id)
+            case c.PlanCommand():
+                plans.delete(command.plan_id)
+                if command.plan_id == self.plan_id and self._case_id is not None:
+                    self.open(self._case_id, None)
+
+    def _reload(self) -> None:
+        """Read the open plan again, keeping what is selected."""
+        old = self._need()
+        desk = PlanDesk(self._services, old.plan_id)
+        desk.selected, desk.add_mode = old.selected, old.add_mode
+        self._desk = desk
+
+    def _need(self) -> PlanDesk:
+        if self._desk is None:
+            raise PlanError("no plan is open.")
+        return self._desk
+
+    # -- the scene
+
+    def click(self, ray: ClickRay, head: HeadDesk) -> str:
+        """A click in the scene: on the ghost it confirms, on an item it selects, else it picks a place."""
+        desk = self._need()
+        if desk.ghost is not None:
+            ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(desk.ghost.position))], SELECT_RADIUS_MM)
+            if ghost is not None:
+                return self.do(c.PlainCommand(type="ghost.confirm"))
+        items = [(item.id, np.array(item.position)) for item in desk.items()]
+        hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), head.hit(ray)]
+        hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
+        if hit is None:
+            return ""
+        if hit.item_id is not None:
+            return self.do(c.ItemCommand(type="item.select", item_id=hit.item_id))
+        desk.pick(hit.position, on_bone=hit.kind == "bone")
+        self._focus = None if desk.ghost is None else desk.ghost.position
+        return ""
+
+    def dragged(self, drag: DragEvent) -> str:
+        desk = self._need()
+        if drag.phase == "end":
+            return desk.drop(drag.item_id)
+        desk.drag(drag.item_id, drag.position)
+        return ""
+
+    def quiet(self) -> None:
+        """Another step begins: what was only half done is taken back."""
+        if self._desk is not None:
+            self._desk.cancel()
+
+    # -- for the page
+
+    def hint(self) -> str:
+        desk = self._desk
+        if desk is None:
+            return "Open a head first."
+        plan = desk.plan
+        return plan_hint(
+            len(plan.points),
+            len(plan.targets),
+            desk.add_mode,
+            desk.ghost is not None,
+            desk.locked,
+            self._corridor.current.completed,
+        )
+
+    def publish(self, fresh: bool) -> None:
+        if fresh and self._desk is not None:
+            self._desk.refresh()
+        self._refresh_corridor()
+        if self._case_id is not None and (fresh or not self._plans):
+            self._plans = list(self._services.plans.list(self._case_id, include_deleted=True))
+        items = [
+            {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
+            for plan in self._plans
+        ]
+        self._board.publish("plans", {"items": items})
+        self._board.publish("plan", None if self._desk is None else self._desk.view())
+        points, _ = self.curve()
+        self._board.publish("curve", {"points": [] if points is None else np.round(points[::2], 2).tolist()})
+        self._board.publish("corridor", self._corridor.current.view())
+
+    def _refresh_corridor(self) -> None:
+        """Ask for a dry run when the stored path or what it depends on is another one."""
+        if self._desk is None:
+            return
+        plan = self._desk.plan
+        key = (
+            plan.id,
+            tuple(point.position for point in plan.points),
+            plan.tool,
+            repr(plan.settings),
+            repr(plan.robot),
+        )
+        if key == self._corridor_key:
+            return
+        self._corridor_key = key
+        if len(plan.points) < 2:
+            self._corridor.clear()
+        else:
+            self._corridor.ask(plan, ControlSettings.from_dict(dict(plan.settings)).margin_mm)
+
+
+__all__ = ["Corridor", "PlanningDesk"]

@@ -1,0 +1,55 @@
+"""From a plan to a scene that a control process can run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from app.services import Services
+from app.session.rehearsals import Prepared
+from vfix_engine.control import ControlSettings
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.simulation.placing import place_robot
+from vfix_engine.simulation.realtime import SceneSpec
+
+
+def plan_key(plan: Any) -> Any:
+    """What a rehearsal depends on: another key, another placing."""
+    return (
+        plan.id,
+        plan.case_hash,
+        plan.tool,
+        repr(plan.settings),
+        repr(plan.robot),
+        tuple(tuple(point.position) for point in plan.points),
+        tuple(tuple(target.position) for target in plan.targets),
+    )
+
+
+def prepare(services: Services, plan: Any) -> Prepared:
+    """Scene and settings of a plan; a plan without a robot placing gets one.
+
+    Raises VfixError with the reason when the tool does not fit at the entry.
+    """
+    settings = ControlSettings.from_dict(dict(plan.settings))
+    points = np.array([point.position for point in plan.points], dtype=np.float64)
+    base, q_start = plan.robot.get("base"), plan.robot.get("q_start")
+    if base is None or q_start is None:
+        robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
+        placing = place_robot(services.cases.tree(plan.case_id), robot, tool, SplinePath(points), settings)
+        base, q_start = placing.base, placing.q_start
+    mesh = services.cases.case_surface(plan.case_id)
+    spec = SceneSpec(
+        vertices=np.asarray(mesh.vertices),
+        faces=np.asarray(mesh.faces),
+        robot=plan.robot["name"],
+        tool=plan.tool,
+        base=np.asarray(base, dtype=np.float64).reshape(4, 4),
+        q_start=np.asarray(q_start, dtype=np.float64),
+        path_points=points,
+        targets=np.array([target.position for target in plan.targets], dtype=np.float64).reshape(-1, 3),
+        target_names=tuple(target.label for target in plan.targets),
+    )
+    return Prepared(spec, settings)

@@ -1,0 +1,155 @@
+"""A tab's side of the rehearsal: which room it is in, whether it holds the handle, what it shows."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from typing import Any
+
+from app.services import Services
+from app.session import commands as c
+from app.session.board import Board
+from app.session.hints import rehearse_hint
+from app.session.preparation import plan_key, prepare
+from app.session.rehearsal_view import details_section, rehearsal_section, settings_section
+from app.session.rehearsals import RehearsalRoom, RehearsalRooms
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import PlanError
+from vfix_engine.robots import PlacedRobot
+from vfix_engine.simulation.snapshot import Snapshot
+
+
+class RehearsalDesk:
+    """Owned by its workspace's thread; only :attr:`room` is read from others."""
+
+    def __init__(self, services: Services, rooms: RehearsalRooms, executor: Executor, tab: str) -> None:
+        self._services, self._rooms, self._executor, self._tab = services, rooms, executor, tab
+        self.room: RehearsalRoom | None = None
+        self.snapshot: Snapshot | None = None
+        self._run_when_ready = False
+
+    def enter(self, plan_id: str | None) -> None:
+        """Go to the room of a plan."""
+        self.leave()
+        if plan_id is not None:
+            self.room = self._rooms.room(plan_id)
+            self.room.watchers.add(self._tab)
+
+    def leave(self) -> None:
+        if self.room is not None:
+            self.room.leave(self._tab)
+            self.room.watchers.discard(self._tab)
+        self.room = self.snapshot = None
+
+    @property
+    def mine(self) -> bool:
+        return self.room is not None and self.room.lease.held_by(self._tab)
+
+    @property
+    def robot(self) -> PlacedRobot | None:
+        return None if self.room is None else self.room.robot
+
+    @property
+    def state(self) -> str:
+        """'absent', 'starting', 'ready', 'running', 'paused' or 'failed'."""
+        if self.room is None:
+            return "absent"
+        state = self.room.state
+        if state != "ready" or self.snapshot is None:
+            return "starting" if state == "ready" else state
+        if self.snapshot.running:
+            return "running"
+        return "paused" if self.snapshot.steps > 0 else "ready"
+
+    def places(self) -> list[tuple[float, float, float]]:
+        """What a view of the rehearsal has to show besides the plan: the grip."""
+        if self.snapshot is None:
+            return []
+        x, y, z = (float(value) for value in self.snapshot.grip)
+        return [(x, y, z)]
+
+    # -- commands
+
+    def do_plain(self, name: str, plan: Any, case_id: str | None) -> None:
+        """Start, pause or reset."""
+        room = self.room
+        if room is None or plan is None or case_id is None:
+            raise PlanError("open a plan first.")
+        if name == "rehearsal.pause":
+            room.pause(self._tab)
+        elif name == "rehearsal.reset":
+            self._reset(room, plan)
+        else:
+            self._start(room, plan)
+
+    def _start(self, room: RehearsalRoom, plan: Any) -> None:
+        if room.is_for(plan_key(plan)):
+            room.run(self._tab)
+            return
+        if not room.lease.take(self._tab):
+            raise PlanError("another window holds the handle; you can watch, or take over when it lets go.")
+        self._open(room, plan)
+        self._run_when_ready = True
+
+    def _reset(self, room: RehearsalRoom, plan: Any) -> None:
+        if not room.lease.held_by(self._tab):
+            return
+        if room.is_for(plan_key(plan)):
+            room.reset(self._tab)
+        else:
+            self._open(room, plan)
+
+    def _open(self, room: RehearsalRoom, plan: Any) -> None:
+        if len(plan.points) < 2:
+            raise PlanError("a rehearsal needs a path of two points at least.")
+        room.open(plan_key(plan), lambda: prepare(self._services, plan), self._executor)
+
+    def do(self, command: c.SetMode | c.SetRehearsalSettings) -> None:
+        if self.room is None:
+            return
+        if isinstance(command, c.SetMode):
+            self.room.set_mode(self._tab, command.mode, command.target_index)
+        else:
+            self.room.change_settings(self._tab, command.values)
+
+    def pause(self) -> None:
+        if self.room is not None:
+            self.room.release(self._tab)
+            self.room.pause(self._tab)
+
+    # -- each tick
+
+    def tick(self) -> list[str]:
+        """Read the newest snapshot; returns words of the control process for the user."""
+        room = self.room
+        if room is None:
+            return []
+        words = room.check()
+        self.snapshot = room.snapshot()
+        if self._run_when_ready and room.state == "ready":
+            self._run_when_ready = False
+            room.run(self._tab)
+        elif room.state == "failed":
+            self._run_when_ready = False
+        return words if self.mine else []
+
+    # -- for the page
+
+    def hint(self, plan: Any) -> str:
+        points, targets = (0, 0) if plan is None else (len(plan.points), len(plan.targets))
+        mode, done = ("path", False) if self.snapshot is None else (self.snapshot.mode, self.snapshot.phase == "done")
+        return rehearse_hint(points, self.state, self.mine, mode, done, targets)
+
+    def publish(self, board: Board) -> None:
+        room = self.room
+        holder = room is not None and room.lease.holder is not None
+        words = "" if room is None else room.words
+        board.publish("rehearsal", rehearsal_section(self.snapshot, self.state, words, self.mine, holder))
+        board.publish("details", details_section(self.snapshot))
+        board.publish("settings", settings_section(ControlSettings() if room is None else room.settings))
+        board.publish("tool", self._tool())
+
+    def _tool(self) -> dict[str, Any]:
+        if self.snapshot is None:
+            return {"segments": []}
+        pairs = zip(self.snapshot.segments_start, self.snapshot.segments_end, strict=True)
+        return {"segments": [[[round(float(v), 2) for v in end] for end in pair] for pair in pairs]}

@@ -1,0 +1,95 @@
+"""A snapshot of the rehearsal as the page's sections."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from vfix_engine.control import ControlSettings
+from vfix_engine.simulation.snapshot import Snapshot
+
+# What a person at the page may turn; the rest stays as the plan says.
+SHOWN_SETTINGS = {
+    "margin_mm": (0.05, 2, (0.1, 1.5)),
+    "stiffness_n_per_mm": (0.05, 2, (0.05, 1.0)),
+    "force_cap_n": (0.5, 1, (0.5, 10.0)),
+    "gain_mm_per_s_per_n": (0.1, 1, (0.5, 5.0)),
+    "view_distance_mm": (1.0, 0, (5.0, 40.0)),
+}
+
+
+def rehearsal_section(snapshot: Snapshot | None, state: str, words: str, mine: bool, holder: bool) -> dict[str, Any]:
+    """Lengths in mm, force in N; numbers that do not exist are null."""
+    base: dict[str, Any] = {
+        "state": state,
+        "words": words,
+        "mine": mine,
+        "holder": "Another window" if holder and not mine else None,
+        "can_take": not holder,
+    }
+    if snapshot is None or state not in ("ready", "running", "paused"):
+        return base
+    return base | {
+        "mode": snapshot.mode,
+        "phase": snapshot.phase,
+        "held": snapshot.held,
+        "reason": snapshot.reason,
+        "force_n": _number(np.linalg.norm(snapshot.force), 3),
+        "tip_error_mm": _number(snapshot.tip_error_mm, 4),
+        "clearance_mm": _number(snapshot.clearance_mm, 3),
+        "margin_mm": _number(snapshot.margin_mm, 3),
+        "progress_mm": _number(snapshot.progress_mm, 2),
+        "length_mm": _number(snapshot.length_mm, 2),
+        "target_error_mm": _number(snapshot.target_error_mm, 4),
+        "path_done": snapshot.phase == "done" or snapshot.mode == "inspect",
+        "tip": _place(snapshot.tip),
+        "grip": _place(snapshot.grip),
+        "virtual_point": _place(snapshot.virtual_point),
+    }
+
+
+def details_section(snapshot: Snapshot | None) -> dict[str, Any]:
+    """How the control loop is doing."""
+    if snapshot is None:
+        return {}
+    timing = snapshot.timing
+    return {
+        "loop_hz": _number(timing.loop_hz, 0),
+        "step_us": _number(timing.step_us, 0),
+        "step_us_p99": _number(timing.step_us_p99, 0),
+        "lateness_us_p99": _number(timing.lateness_us_p99, 0),
+        "overruns": timing.overruns,
+        "rows": snapshot.rows,
+        "steps": snapshot.steps,
+    }
+
+
+def settings_section(settings: ControlSettings) -> dict[str, Any]:
+    """Sliders with range, unit and label."""
+    bounds, values = ControlSettings.bounds(), settings.to_dict()
+    return {
+        "fields": [
+            {
+                "name": name,
+                "label": bounds[name].label,
+                "unit": bounds[name].unit,
+                "lo": low,
+                "hi": high,
+                "step": step,
+                "digits": digits,
+                "value": round(values[name], 4),
+            }
+            for name, (step, digits, (low, high)) in SHOWN_SETTINGS.items()
+        ]
+    }
+
+
+def _number(value: Any, digits: int) -> float | None:
+    number = float(value)
+    return round(number, digits) if math.isfinite(number) else None
+
+
+def _place(values: Any) -> list[float]:
+    return [round(float(value), 4) for value in values]

@@ -1,0 +1,154 @@
+"""The websocket ``/session?tab=…``: sections of the view model out, validated commands in."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import re
+from collections.abc import AsyncIterator
+from typing import Any
+
+from fastapi import APIRouter, FastAPI
+from pydantic import ValidationError
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from app.session.commands import parse_command
+from app.session.hub import SessionHub, TabTaken, TooManyTabs
+from app.session.workspace import Workspace
+
+MAX_MESSAGE_CHARS = 64_000
+MIN_INTERVAL_S = 0.05  # the page is told at most 20 times a second
+MAX_PER_SECOND = 400  # messages of one page; a hand, keys and a heartbeat stay below 100
+TAB_TAKEN, TOO_MANY, FLOOD = 4409, 4503, 4429
+_TAB = re.compile(r"[A-Za-z0-9_-]{8,64}")
+_WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
+
+
+@contextlib.asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    hub = SessionHub(app.state.services, app.state.scene_server)
+    app.state.sessions = hub
+    yield
+    await asyncio.to_thread(hub.close)
+
+
+router = APIRouter(lifespan=_lifespan)
+
+
+@router.websocket("/session")
+async def session(websocket: WebSocket) -> None:
+    """One page. The gateway's guard has already checked token, Host and Origin."""
+    tab = websocket.query_params.get("tab", "")
+    await websocket.accept()
+    if not _TAB.fullmatch(tab):
+        await websocket.close(1008)
+        return
+    wanted = {
+        name: value
+        for name in ("case", "plan", "step")
+        if _WANTED.fullmatch(value := websocket.query_params.get(name, ""))
+    }
+    hub: SessionHub = websocket.app.state.sessions
+    try:
+        workspace = await _connect(hub, tab, wanted)
+    except (TabTaken, TooManyTabs) as refused:
+        await websocket.close(TAB_TAKEN if isinstance(refused, TabTaken) else TOO_MANY)
+        return
+    try:
+        await _serve(websocket, workspace)
+    finally:
+        hub.disconnect(tab)
+
+
+async def _connect(hub: SessionHub, tab: str, wanted: dict[str, str]) -> Workspace:
+    """A page that reloads may be quicker than the end of its old connection: wait for it a little."""
+    for _ in range(20):
+        try:
+            return hub.connect(tab, wanted)
+        except TabTaken:
+            await asyncio.sleep(0.1)
+    return hub.connect(tab, wanted)
+
+
+async def _serve(websocket: WebSocket, workspace: Workspace) -> None:
+    loop = asyncio.get_running_loop()
+    outbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue(maxsize=64)
+    changed = asyncio.Event()
+
+    def send_soon(message: dict[str, Any]) -> None:
+        def put() -> None:
+            if not outbox.full():
+                outbox.put_nowait(message)
+            changed.set()
+
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            loop.call_soon_threadsafe(put)
+
+    def told() -> None:
+        with contextlib.suppress(RuntimeError):
+            loop.call_soon_threadsafe(changed.set)
+
+    workspace.note = lambda words, error: send_soon({"type": "note", "words": words, "error": error})
+    unsubscribe = workspace.board.subscribe(told)
+    changed.set()
+    tasks = [
+        asyncio.create_task(_write(websocket, workspace, outbox, changed)),
+        asyncio.create_task(_read(websocket, workspace, send_soon)),
+    ]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+                task.result()
+    finally:
+        unsubscribe()
+        workspace.note = lambda words, error: None
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _write(
+    websocket: WebSocket, workspace: Workspace, outbox: asyncio.Queue[dict[str, Any]], changed: asyncio.Event
+) -> None:
+    """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31)."""
+    revision = 0
+    while True:
+        await changed.wait()
+        changed.clear()
+        revision, sections = workspace.board.changed_since(revision)
+        if sections:
+            await websocket.send_text(json.dumps({"type": "state", "sections": sections}, allow_nan=False))
+        while not outbox.empty():
+            await websocket.send_text(json.dumps(outbox.get_nowait(), allow_nan=False))
+        await asyncio.sleep(MIN_INTERVAL_S)
+
+
+async def _read(websocket: WebSocket, workspace: Workspace, send_soon: Any) -> None:
+    loop = asyncio.get_running_loop()
+    second, count = loop.time(), 0
+    while True:
+        text = await websocket.receive_text()
+        if loop.time() - second >= 1.0:
+            second, count = loop.time(), 0
+        count += 1
+        if count > MAX_PER_SECOND or len(text) > MAX_MESSAGE_CHARS:
+            await websocket.close(FLOOD)
+            return
+        try:
+            command = parse_command(text)
+        except ValidationError as error:
+            problem = error.errors(include_url=False, include_context=False, include_input=False)[0]["msg"]
+            send_soon({"type": "note", "words": f"The page asked for something impossible: {problem}", "error": True})
+            continue
+        reply = None
+        if command.id is not None:
+            number = command.id
+
+            def reply(ok: bool, result: Any, number: int = number) -> None:
+                answer = {"result": result} if ok else {"error": {"message": result}}
+                send_soon({"type": "reply", "id": number, "ok": ok, **answer})
+
+        if not workspace.command(command, reply):
+            send_soon({"type": "note", "words": "The planner is busy; that was not done.", "error": True})

@@ -1,0 +1,368 @@
+"""One tab's workspace: which head, which plan, which step; a thread of its own answers requests in order."""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+import viser
+
+from app.scene.camera import Lens
+from app.scene.hand import GripDrag
+from app.scene.plan import DragEvent
+from app.scene.view import ClickRay, SceneEvents, SceneView
+from app.services import Services
+from app.session import commands as c
+from app.session.board import Board
+from app.session.head_desk import HeadDesk
+from app.session.inbox import Inbox, Request
+from app.session.planning_desk import PlanningDesk
+from app.session.rehearsal_desk import RehearsalDesk
+from app.session.rehearsals import RehearsalRooms
+from app.session.scene_link import Picture, SceneLink
+from vfix_engine.errors import VfixError
+
+TICK_S = 0.05  # a running rehearsal is shown at 20 Hz
+LIST_S = 2.0  # lists of cases and plans
+Reply = Callable[[bool, Any], None]
+Note = Callable[[str, bool], None]
+_LOG = logging.getLogger(__name__)
+
+
+class Workspace:
+    """State of one tab on the server; it outlives a lost connection."""
+
+    def __init__(self, tab: str, services: Services, rooms: RehearsalRooms, executor: Executor) -> None:
+        self.tab = tab
+        self.board = Board()
+        self.note: Note = lambda words, error: None
+        self._inbox = Inbox()
+        self._step: str = "plan"
+        self._link: SceneLink | None = None
+        self._lens: Lens | None = None
+        self._list_at = 0.0
+        self._list_stale = True
+        self.head = HeadDesk(services, self.board, executor, self.ask)
+        self.planning = PlanningDesk(services, self.board, executor, self.ask)
+        self.rehearsal = RehearsalDesk(services, rooms, executor, tab)
+        self._thread = threading.Thread(target=self._run, name=f"workspace-{tab[:6]}", daemon=True)
+
+    # -- from other threads: queue only
+
+    def start(self, wanted: dict[str, str]) -> None:
+        """Begin work; ``wanted`` names the case, plan and step to open, where the page remembers them."""
+        self._inbox.put(lambda: self._open_first(wanted))
+        self._thread.start()
+
+    def close(self) -> None:
+        self._inbox.close()
+        self.rehearsal.leave()
+
+    def hand_gone(self) -> None:
+        """The page is not there any more: whatever the hand held is let go of."""
+        if self.rehearsal.room is not None:
+            self.rehearsal.room.release(self.tab)
+
+    def give_up_handle(self) -> None:
+        """The page did not come back: somebody else may have the handle."""
+        if self.rehearsal.room is not None:
+            self.rehearsal.room.leave(self.tab)
+
+    def ask(self, request: Request, slot: str | None = None) -> bool:
+        return self._inbox.put(request, slot)
+
+    def command(self, command: c.AnyCommand, reply: Reply | None = None) -> bool:
+        """Answer a command of the page; False when too many wait already."""
+        if isinstance(command, c.HandCommand | c.Drive):
+            self._hand(command)
+            return True
+        slot = _slot(command)
+        return self.ask(lambda: self._answer(command, reply), slot)
+
+    def scene_connected(self, client: viser.ClientHandle) -> None:
+        self.ask(lambda: self._attach(client))
+
+    def scene_gone(self) -> None:
+        self.ask(self._detach)
+
+    def _hand(self, command: c.HandCommand | c.Drive) -> None:
+        """The hand's messages go straight to the control process; each is a write into shared memory."""
+        room = self.rehearsal.room
+        if room is None:
+            return
+        if isinstance(command, c.Drive):
+            (room.drive if command.type == "drive" else room.twist)(self.tab, command.direction)
+        elif command.type == "heartbeat":
+            room.heartbeat(self.tab)
+        elif command.type == "grip.release":
+            room.release(self.tab)
+        elif command.type == "rehearsal.take":
+            room.lease.take(self.tab)
+        elif command.type == "rehearsal.let_go":
+            room.leave(self.tab)
+
+    def _events(self) -> SceneEvents:
+        return SceneEvents(
+            clicked=lambda ray: self.ask(lambda: self._clicked(ray)) and None,
+            item_dragged=lambda drag: self.ask(lambda: self._dragged(drag), _drag_slot(drag)) and None,
+            grip_dragged=self._grip_dragged,
+            camera_moved=lambda lens: self.ask(lambda: self._camera_moved(lens), "camera") and None,
+        )
+
+    def _grip_dragged(self, drag: GripDrag) -> None:
+        room = self.rehearsal.room
+        if room is None:
+            return
+        if drag.phase == "end":
+            room.release(self.tab)
+        else:
+            room.set_grip(self.tab, drag.position)
+
+    # -- on the workspace's own thread
+
+    def _run(self) -> None:
+        due = time.monotonic() + TICK_S
+        while True:
+            try:
+                request = self._inbox.get(max(due - time.monotonic(), 0.001))
+                if request is None:
+                    return
+                self._guarded(request)
+                self._guarded(self._publish)
+            except queue.Empty:
+                pass
+            if time.monotonic() >= due:
+                self._guarded(self._tick)
+                due = time.monotonic() + TICK_S
+
+    def _guarded(self, request: Request) -> None:
+        try:
+            request()
+        except VfixError as error:
+            self.note(str(error), True)
+        except Exception:
+            _LOG.exception("a request of a workspace failed")
+            self.note("That did not work; the planner's log says why.", True)
+
+    def _tick(self) -> None:
+        for words in self.rehearsal.tick():
+            self.note(words, True)
+        self._publish()
+
+    def _open_first(self, wanted: dict[str, str]) -> None:
+        self.head.open_first(wanted.get("case"))
+        self._open_plan(wanted.get("plan"))
+        if wanted.get("step") in ("patient", "plan", "rehearse"):
+            self._step = wanted["step"]
+
+    def _open_plan(self, plan_id: str | None) -> None:
+        self.rehearsal.leave()
+        case_id = self.head.case_id
+        if case_id is None:
+            self.planning.close()
+        else:
+            self.planning.open(case_id, plan_id)
+        self._enter_room()
+
+    def _enter_room(self) -> None:
+        self.rehearsal.enter(self.planning.plan_id)
+
+    def _answer(self, command: c.AnyCommand, reply: Reply | None) -> None:
+        self._list_stale |= isinstance(command, c.CaseCommand | c.RenameCase | c.PlanCommand | c.NewPlan | c.RenamePlan)
+        try:
+            result = self._do(command)
+        except VfixError as error:
+            if reply is None:
+                raise
+            reply(False, str(error))
+            return
+        if reply is not None:
+            self._publish()
+            reply(True, result)
+
+    def _do(self, command: c.AnyCommand) -> Any:
+        match command:
+            case c.Project():
+                return self._project(command.points)
+            case c.SetStep():
+                self._set_step(command.name)
+            case c.CaseCommand() | c.RenameCase():
+                self._do_case(command)
+            case c.PlanCommand() | c.NewPlan() | c.RenamePlan():
+                self._do_plan(command)
+            case c.SetCross() | c.SetSlice() | c.SetWindow() | c.SetView():
+                self.head.do(command)
+            case c.SetCamera():
+                self._look_from(command.view)
+            case c.SetMode() | c.SetRehearsalSettings():
+                self.rehearsal.do(command)
+            case c.PlainCommand() if command.type.startswith("rehearsal."):
+                self.rehearsal.do_plain(command.type, self.planning.plan, self.head.case_id)
+            case _:
+                self._say(self.planning.do(command))
+                self._follow_selection()
+        return None
+
+    def _say(self, words: str) -> None:
+        if words:
+            self.note(words, False)
+
+    def _set_step(self, name: str) -> None:
+        if name == self._step:
+            return
+        if self._step == "rehearse":
+            self.rehearsal.pause()
+        self._step = name
+        self.planning.quiet()
+        if name == "rehearse":
+            self._look_from("nose")
+
+    def _do_case(self, command: c.CaseCommand | c.RenameCase) -> None:
+        if command.type == "case.open":
+            self.head.open(command.case_id)
+            self._open_plan(None)
+        else:
+            self.head.change(command)
+
+    def _do_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> None:
+        before = self.planning.plan_id
+        self.planning.do_plan(command)
+        if self.planning.plan_id != before:
+            self.rehearsal.leave()
+            self._enter_room()
+
+    def _follow_selection(self) -> None:
+        """Slices go through the point that was just chosen or added."""
+        position = self.planning.take_focus()
+        if position is not None:
+            self.head.go_to(position)
+
+    # -- the scene
+
+    def _attach(self, client: viser.ClientHandle) -> None:
+        self._link = SceneLink(SceneView(client, self._events()))
+        self._look_from("nose" if self._step == "rehearse" else "oblique")
+
+    def _detach(self) -> None:
+        self._link = self._lens = None
+        if self.rehearsal.room is not None:
+            self.rehearsal.room.release(self.tab)
+
+    def _look_from(self, name: str) -> None:
+        if self._link is None:
+            return
+        centre, radius = self.head.extent()
+        if name == "nose":
+            places = np.array(self.planning.places() + self.rehearsal.places())
+            if len(places):
+                centre = (places.min(axis=0) + places.max(axis=0)) / 2.0
+                radius = max(45.0, 0.5 * float(np.linalg.norm(np.ptp(places, axis=0))) + 12.0)
+            else:
+                radius *= 0.45
+        self._link.look_from(name, centre, radius)
+
+    def _clicked(self, ray: ClickRay) -> None:
+        if self._step == "plan":
+            self._say(self.planning.click(ray, self.head))
+            self._follow_selection()
+
+    def _dragged(self, drag: DragEvent) -> None:
+        if self._step == "plan":
+            self._say(self.planning.dragged(drag))
+
+    def _camera_moved(self, lens: Lens) -> None:
+        self._lens = lens
+
+    def _project(self, points: list[c.Position]) -> dict[str, Any]:
+        """Places on the canvas in parts of its size; null behind the camera."""
+        lens = self._link.view.lens() if self._link else None
+        if lens is None:
+            return {"places": None}
+        places = lens.project(np.array(points, dtype=np.float64).reshape(-1, 3))
+        return {"places": [place.tolist() if np.isfinite(place).all() else None for place in places]}
+
+    # -- what the page and the scene show
+
+    def _publish(self) -> None:
+        fresh = self._list_due()
+        self.head.publish(fresh)
+        self.planning.publish(fresh)
+        self.rehearsal.publish(self.board)
+        self.board.publish("step", self._step_section())
+        self._publish_camera()
+        if self._link is None:
+            self.board.publish("scene", {"ready": False, "words": "Preparing the scene …"})
+            return
+        self._link.draw(self._picture())
+        showing = self._step == "rehearse"
+        self._link.draw_rehearsal(
+            self.rehearsal.snapshot if showing else None, self.rehearsal.robot if showing else None, self.rehearsal.mine
+        )
+        ready = self.head.head is not None
+        self.board.publish("scene", {"ready": ready, "words": self.head.loading or "No head is open."})
+
+    def _list_due(self) -> bool:
+        """Lists of cases and plans are read anew now and then: other tabs and the command line change them too."""
+        now = time.monotonic()
+        if now < self._list_at and not self._list_stale:
+            return False
+        self._list_at, self._list_stale = now + LIST_S, False
+        return True
+
+    def _picture(self) -> Picture:
+        head, planning = self.head, self.planning
+        return Picture(
+            head=head.head,
+            look=head.look(),
+            slices_key=head.slices_key(),
+            slices=head.slice_pictures,
+            items=planning.items(),
+            selected=planning.selected,
+            locked=planning.locked or self._step != "plan",
+            curve_key=planning.curve_key(),
+            curve=planning.curve,
+            ghost=planning.ghost,
+        )
+
+    def _publish_camera(self) -> None:
+        lens = self._lens
+        height = None if lens is None or lens.height <= 0 else round(lens.mm_per_pixel * lens.height, 2)
+        self.board.publish("camera", {"view_height_mm": height})
+
+    def _step_section(self) -> dict[str, Any]:
+        available = ["patient"]
+        if self.head.case_id is not None:
+            available.append("plan")
+        if self.planning.plan_id is not None:
+            available.append("rehearse")
+        hint = {
+            "patient": self.head.hint,
+            "plan": self.planning.hint,
+            "rehearse": lambda: self.rehearsal.hint(self.planning.plan),
+        }[self._step]()
+        return {"name": self._step, "available": available, "hint": hint}
+
+
+def _slot(command: c.AnyCommand) -> str | None:
+    """Commands that stream: only the newest of each counts."""
+    match command:
+        case c.SetSlice():
+            return f"{command.type}.{command.axis}"
+        case c.SetCross():
+            return command.type
+        case c.SetView() if command.cut is None and command.slices_shown is None:
+            return command.type
+        case c.DragItem():
+            return f"{command.type}.{command.item_id}"
+        case _:
+            return None
+
+
+def _drag_slot(drag: DragEvent) -> str | None:
+    return f"drag.{drag.item_id}" if drag.phase == "update" else None
