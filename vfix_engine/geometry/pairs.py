@@ -1,0 +1,105 @@
+"""Closest pairs between tool and surface, and the few of them that bind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import compiled
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Closest pairs of the tool's segments and pieces of the surface; N of them, lengths in mm, patient frame.
+
+    distance: (N,) from the capsule's surface to the anatomy; negative inside the capsule.
+    normal: (N, 3) unit vectors from the surface to the axis; the triangle's own normal where the two coincide.
+    on_tool: (N, 3) points P_k on the axis; on_surface: (N, 3) points P_b on the anatomy (Li 2007, III.D).
+    segment: (N,) which segment of the tool; triangle: (N,) which face of the mesh, −1 for a grouped pair.
+    """
+
+    distance: Array
+    normal: Array
+    on_tool: Array
+    on_surface: Array
+    segment: Index
+    triangle: Index
+
+    def __len__(self) -> int:
+        return len(self.distance)
+
+    def take(self, rows: NDArray[np.int64]) -> Pairs:
+        """The pairs with these indices, in that order."""
+        return Pairs(
+            self.distance[rows],
+            self.normal[rows],
+            self.on_tool[rows],
+            self.on_surface[rows],
+            self.segment[rows],
+            self.triangle[rows],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """One closest pair; the fields are those of ``Pairs`` for one row."""
+
+    distance: float
+    normal: Array
+    on_tool: Array
+    on_surface: Array
+    segment: int
+    triangle: int
+
+
+def pairs_from_rows(rows: Array, labels: Index) -> Pairs:
+    """Pairs from the kernels' rows: (N, 10) distance, normal, on_tool, on_surface; (N, 2) segment, triangle."""
+    rows.setflags(write=False)
+    labels.setflags(write=False)
+    return Pairs(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], labels[:, 0], labels[:, 1])
+
+
+def reduce_pairs(pairs: Pairs, max_rows: int = 40, cosine: float = 0.95, radius: float = 4.0) -> Pairs:
+    """The nearest pairs that say something of their own, nearest first.
+
+    A pair is dropped when a nearer kept one of the same segment has a normal within ``cosine`` and a point on the axis
+    within ``radius`` mm: its row would be nearly the same and weaker.
+    """
+    rows = _select(pairs.distance, pairs.normal, pairs.on_tool, pairs.segment, max_rows, cosine, radius)
+    return pairs.take(rows)
+
+
+@compiled
+def _select(
+    distance: Array, normal: Array, point: Array, segment: Index, max_rows: int, cosine: float, radius: float
+) -> NDArray[np.int64]:
+    count = len(distance)
+    kept = np.empty(min(max_rows, count), np.int64)
+    waiting = np.arange(count)
+    left, found = count, 0
+    while left > 0 and found < max_rows:
+        best = 0
+        for i in range(1, left):
+            if distance[waiting[i]] < distance[waiting[best]]:
+                best = i
+        b = waiting[best]
+        kept[found] = b
+        found += 1
+        still = 0
+        for i in range(left):
+            w = waiting[i]
+            same = False
+            if segment[w] == segment[b]:
+                x, y, z = point[w, 0] - point[b, 0], point[w, 1] - point[b, 1], point[w, 2] - point[b, 2]
+                along = normal[w, 0] * normal[b, 0] + normal[w, 1] * normal[b, 1] + normal[w, 2] * normal[b, 2]
+                same = along >= cosine and x * x + y * y + z * z <= radius * radius
+            if w != b and not same:
+                waiting[still] = w
+                still += 1
+        left = still
+    return kept[:found]

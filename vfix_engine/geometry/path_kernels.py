@@ -1,0 +1,197 @@
+"""Piecewise polynomials measured by arc length, compiled.
+
+A curve is ``breaks`` (m + 1,) and ``coefficients`` (m, degree + 1, 3), highest power first, about each piece's start.
+Its table holds parameters u (n,), arc lengths s (n,) and points (n, 3); every piece starts at an entry.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import compiled
+
+Array = NDArray[np.float64]
+
+# Gauss-Legendre with eight nodes on [−1, 1]: exact to rounding over a step of the table.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+
+@compiled
+def _piece(breaks: Array, u: float) -> int:
+    found = np.searchsorted(breaks, u, side="right") - 1
+    return min(max(found, 0), len(breaks) - 2)
+
+
+@compiled
+def _evaluate(coefficients: Array, x: float, out: Array) -> None:
+    """Position, first and second derivative (3, 3) of one piece (degree + 1, 3) at x from its start."""
+    out[:, :] = 0.0
+    for k in range(len(coefficients)):
+        for i in range(3):
+            out[2, i] = out[2, i] * x + 2.0 * out[1, i]
+            out[1, i] = out[1, i] * x + out[0, i]
+            out[0, i] = out[0, i] * x + coefficients[k, i]
+
+
+@compiled
+def _arc(coefficients: Array, x0: float, x1: float, out: Array) -> float:
+    """Arc length of one piece between x0 and x1."""
+    middle, half, total = 0.5 * (x0 + x1), 0.5 * (x1 - x0), 0.0
+    for k in range(len(_NODES)):
+        _evaluate(coefficients, middle + half * _NODES[k], out)
+        total += _WEIGHTS[k] * np.sqrt(out[1, 0] ** 2 + out[1, 1] ** 2 + out[1, 2] ** 2)
+    return total * half
+
+
+@compiled
+def arc_table(breaks: Array, coefficients: Array, step: float) -> tuple[Array, Array, Array]:
+    """Parameters, arc lengths and points at entries no further apart than ``step`` in the parameter."""
+    room = 1
+    for m in range(len(coefficients)):
+        room += max(int(np.ceil((breaks[m + 1] - breaks[m]) / step)), 4)
+    u, s, points, out = np.empty(room), np.zeros(room), np.empty((room, 3)), np.empty((3, 3))
+    n = 0
+    for m in range(len(coefficients)):
+        parts = max(int(np.ceil((breaks[m + 1] - breaks[m]) / step)), 4)
+        width = (breaks[m + 1] - breaks[m]) / parts
+        for k in range(parts):
+            _evaluate(coefficients[m], k * width, out)
+            u[n], points[n] = breaks[m] + k * width, out[0]
+            s[n + 1] = s[n] + _arc(coefficients[m], k * width, (k + 1) * width, out)
+            n += 1
+    last = len(coefficients) - 1
+    _evaluate(coefficients[last], breaks[last + 1] - breaks[last], out)
+    u[n], points[n] = breaks[last + 1], out[0]
+    return u, s, points
+
+
+@compiled
+def parameter_at(breaks: Array, coefficients: Array, u: Array, s: Array, wanted: float, out: Array) -> float:
+    """Parameter at an arc length, by Newton's steps inside one entry of the table."""
+    if wanted <= 0.0:
+        return u[0]
+    if wanted >= s[-1]:
+        return u[-1]
+    i = min(np.searchsorted(s, wanted, side="right") - 1, len(s) - 2)
+    m = _piece(breaks, u[i])
+    start, low, high = u[i] - breaks[m], u[i] - breaks[m], u[i + 1] - breaks[m]
+    x = start + (high - start) * (wanted - s[i]) / (s[i + 1] - s[i])
+    for _ in range(30):
+        off = s[i] + _arc(coefficients[m], start, x, out) - wanted
+        if abs(off) <= 1e-13 * (1.0 + s[-1]):
+            break
+        low, high = (low, x) if off > 0.0 else (x, high)
+        _evaluate(coefficients[m], x, out)
+        speed = np.sqrt(out[1, 0] ** 2 + out[1, 1] ** 2 + out[1, 2] ** 2)
+        x = x - off / speed if speed > 0.0 else low
+        if not low < x < high:
+            x = 0.5 * (low + high)
+    return breaks[m] + x
+
+
+@compiled
+def _unit_tangent(coefficients: Array, x: float, width: float, out: Array, tangent: Array) -> None:
+    """Unit tangent of a piece; where the curve stands still for an instant, the direction just beside it."""
+    _evaluate(coefficients, x, out)
+    size = np.sqrt(out[1, 0] ** 2 + out[1, 1] ** 2 + out[1, 2] ** 2)
+    if size < 1e-9:
+        beside = 1e-5 * width
+        _evaluate(coefficients, x + beside if x < 0.5 * width else x - beside, out)
+        size = np.sqrt(out[1, 0] ** 2 + out[1, 1] ** 2 + out[1, 2] ** 2)
+    for i in range(3):
+        tangent[i] = out[1, i] / size
+
+
+@compiled
+def sample(breaks: Array, coefficients: Array, u: Array, s: Array, points: Array, wanted: Array, order: int) -> Array:
+    """Positions (order 0) or unit tangents (order 1) at arc lengths (m,): (m, 3)."""
+    values, out = np.empty((len(wanted), 3)), np.empty((3, 3))
+    for k in range(len(wanted)):
+        place = parameter_at(breaks, coefficients, u, s, wanted[k], out)
+        m = _piece(breaks, place)
+        if order == 0:
+            _evaluate(coefficients[m], place - breaks[m], out)
+            values[k] = out[0]
+        else:
+            _unit_tangent(coefficients[m], place - breaks[m], breaks[m + 1] - breaks[m], out, values[k])
+    return values
+
+
+@compiled
+def _slope(coefficients: Array, x: float, target: Array, out: Array) -> tuple[float, float]:
+    """First and second derivative of half the squared distance to the target."""
+    _evaluate(coefficients, x, out)
+    one, two = 0.0, 0.0
+    for i in range(3):
+        gap = out[0, i] - target[i]
+        one += gap * out[1, i]
+        two += out[1, i] * out[1, i] + gap * out[2, i]
+    return one, two
+
+
+@compiled
+def _refine(coefficients: Array, low: float, high: float, target: Array, out: Array) -> float:
+    """Where in [low, high] of one piece the distance to the target is least, from the sign of its slope."""
+    if _slope(coefficients, low, target, out)[0] >= 0.0:
+        return low
+    if _slope(coefficients, high, target, out)[0] <= 0.0:
+        return high
+    x = 0.5 * (low + high)
+    for _ in range(60):
+        one, two = _slope(coefficients, x, target, out)
+        if one > 0.0:
+            high = x
+        else:
+            low = x
+        new = x - one / two if two > 0.0 else 0.5 * (low + high)
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - x) <= 1e-13 * (1.0 + abs(x)):
+            break
+        x = new
+    return x
+
+
+@compiled
+def _gap(point: Array, target: Array) -> float:
+    x, y, z = point[0] - target[0], point[1] - target[1], point[2] - target[2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@compiled
+def closest_on_path(
+    breaks: Array, coefficients: Array, u: Array, s: Array, points: Array, target: Array, low: float, high: float
+) -> Array:
+    """Arc length, point (3) and unit tangent (3) nearest to the target, on the arc from ``low`` to ``high``: (7,)."""
+    out, result = np.empty((3, 3)), np.empty(7)
+    start = parameter_at(breaks, coefficients, u, s, low, out)
+    stop = parameter_at(breaks, coefficients, u, s, high, out)
+    first = min(max(np.searchsorted(u, start, side="right") - 1, 0), len(u) - 2)
+    last = min(max(np.searchsorted(u, stop, side="left"), first + 1), len(u) - 1)
+    # No point of a stretch is nearer than half of what its ends' distances exceed its arc by; the most promising
+    # stretch goes first, so that its answer rejects nearly all others.
+    promise = np.empty(last - first)
+    for i in range(first, last):
+        promise[i - first] = 0.5 * (_gap(points[i], target) + _gap(points[i + 1], target) - s[i + 1] + s[i])
+    seed = first + np.argmin(promise)
+    best, where, piece = np.inf, 0.0, 0
+    for turn in range(first - 1, last):
+        i = seed if turn < first else turn
+        if promise[i - first] > best or turn == seed:
+            continue
+        m = _piece(breaks, u[i])
+        x = _refine(coefficients[m], max(u[i], start) - breaks[m], min(u[i + 1], stop) - breaks[m], target, out)
+        _evaluate(coefficients[m], x, out)
+        gap = _gap(out[0], target)
+        if gap < best:
+            best, where, piece = gap, x, m
+    i = min(max(np.searchsorted(u, breaks[piece] + where, side="right") - 1, first), last - 1)
+    if u[i] < breaks[piece]:
+        i += 1
+    result[0] = s[i] + _arc(coefficients[piece], u[i] - breaks[piece], where, out)
+    result[0] = min(max(result[0], low), high)
+    _evaluate(coefficients[piece], where, out)
+    result[1:4] = out[0]
+    _unit_tangent(coefficients[piece], where, breaks[piece + 1] - breaks[piece], out, result[4:7])
+    return result
