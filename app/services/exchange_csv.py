@@ -1,0 +1,92 @@
+"""Plans as a table: comment lines that name plan, frame and unit, then one row per point.
+
+Labels that a spreadsheet would run as a formula are written behind an apostrophe, which is taken off again.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import Any
+
+from app.services.exchange_markups import number_text
+from app.services.exchange_parts import known_frame, mm_per_unit, new_point, to_lps
+from app.services.names import check_name
+from app.services.plan_model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
+from vfix_engine.errors import FrameError, PlanError
+
+_SCHEMA = "vfix-plan-table/1"
+_COLUMNS = ("kind", "label", "x", "y", "z")
+_KINDS = ("point", "target")
+_FORMULA = tuple("=+-@'\t")
+
+
+def to_csv(plan: Plan) -> str:
+    """Path points and targets in LPS mm, every digit kept."""
+    out = io.StringIO()
+    out.write(f"# {NOTICE}\n# schema={_SCHEMA}\n# name={json.dumps(plan.name)}\n")
+    out.write(f"# case_hash={plan.case_hash}\n# frame={plan.frame}\n# unit={plan.unit}\n")
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    for kind, points in zip(_KINDS, (plan.points, plan.targets), strict=True):
+        writer.writerows([kind, _shield(point.label), *map(repr, point.position)] for point in points)
+    return out.getvalue()
+
+
+def from_csv(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
+    """Path and targets of a table with the columns label, x, y, z and, where there are targets, kind.
+
+    Raises PlanError, and FrameError when neither the file nor `frame` names the frame or when the unit is not named.
+    """
+    lines = text.splitlines()
+    header = _header(lines)
+    system = known_frame(header.get("frame"), frame)
+    if "unit" not in header and "frame" in header:
+        raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
+    scale = mm_per_unit(header.get("unit", "mm"))  # without any header, a user who names the frame means mm
+    try:
+        rows = list(csv.DictReader([line for line in lines if not line.startswith("#")], strict=True))
+    except csv.Error as error:
+        raise PlanError(f"the table is damaged: {error}.") from None
+    content: dict[str, list[PlanPoint]] = {kind: [] for kind in _KINDS}
+    for row in rows:
+        kind = row.get("kind", "point")
+        if kind not in content:
+            raise PlanError(f"a row of the table is a {kind!r:.40}; it must be a point or a target.")
+        content[kind].append(_point(row, system, scale))
+    if not rows and "schema" not in header:
+        raise PlanError("the table holds no points.")
+    name = check_name(_name(header.get("name")) or default_name, "plan's name")
+    points = check_content(PlanContent(tuple(content["point"]), tuple(content["target"])))
+    return PlanFile(name, points, header.get("case_hash") or None)
+
+
+def _header(lines: list[str]) -> dict[str, str]:
+    pairs = (line[1:].partition("=") for line in lines if line.startswith("#"))
+    return {key.strip(): value.strip() for key, separator, value in pairs if separator}
+
+
+def _name(text: str | None) -> Any:
+    if text is None:
+        return None
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def _point(row: dict[str, Any], frame: str, scale: float) -> PlanPoint:
+    values = [row.get(axis) for axis in "xyz"]
+    if None in values or None in row:
+        raise PlanError("a row of the table does not have a label, x, y and z.")
+    position = to_lps([number_text(str(value)) for value in values], frame, scale)
+    return new_point(_unshield(row.get("label") or ""), position)
+
+
+def _shield(label: str) -> str:
+    return f"'{label}" if label.startswith(_FORMULA) else label
+
+
+def _unshield(label: str) -> str:
+    return label[1:] if label.startswith("'") and label[1:].startswith(_FORMULA) else label

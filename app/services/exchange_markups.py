@@ -1,0 +1,206 @@
+"""3D Slicer's Markups: `.mrk.json` of schema v1.0.3 written and read, `.fcsv` of versions 4.6 and later read."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from typing import Any
+
+from app.services.exchange_parts import (
+    CurveSample,
+    known_frame,
+    mm_per_unit,
+    new_point,
+    parse_json_object,
+    to_json_text,
+    to_lps,
+)
+from app.services.names import MAX_NAME, check_name
+from app.services.plan_model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, Position, check_content, number
+from vfix_engine.errors import PlanError
+
+_SCHEMA = (
+    "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
+    "markups-schema-v1.0.3.json#"
+)
+_TARGETS, _DENSE, _UNREACHED = " targets", " resampled", " not reached"
+# Columns of a control point's axes: to the patient's right, anterior and superior, as Slicer writes them.
+_ORIENTATION = [-1.0, -0.0, -0.0, -0.0, -1.0, -0.0, 0.0, 0.0, 1.0]
+
+
+def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") -> str:
+    """Control points as a curve, the path as driven as a resampled curve with clearances, targets as a point list.
+
+    curve: samples of the path; those with a clearance carry it as a measurement per control point.
+    remark: why there are no clearances, where there are none.
+    """
+    markups = [_markup("Curve", plan.name, plan.points)]
+    reached = [sample for sample in curve if sample.clearance_mm is not None]
+    beyond = [sample for sample in curve if sample.clearance_mm is None]
+    if reached:
+        markups.append(_dense(plan.name + _DENSE, reached))
+        markups[-1]["measurements"] = [
+            _measurement(
+                "clearance", "Distance of the whole tool's surface from bone", [s.clearance_mm for s in reached]
+            ),
+            _measurement("arc length", "Length of the path up to the control point", [s.s_mm for s in reached]),
+        ]
+    if beyond:
+        # The last place that was reached belongs to both, so that the curves meet.
+        markups.append(_dense(plan.name + _UNREACHED, reached[-1:] + beyond))
+    markups.append(_markup("Fiducial", plan.name + _TARGETS, plan.targets))
+    for markup in markups:
+        markup["description"] = f"{NOTICE}. {remark}".strip()
+    return to_json_text({"@schema": _SCHEMA, "notice": NOTICE, "markups": markups})
+
+
+def from_markups(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
+    """Path and targets of a Markups file, in LPS mm.
+
+    The path is the one curve that is not resampled; a file of one point list only has that as its path. `frame` is what
+    the user says where the file names none.
+
+    Raises PlanError, and FrameError when nobody names the frame.
+    """
+    markups = parse_json_object(text).get("markups")
+    if not isinstance(markups, list) or not markups or not all(isinstance(m, dict) for m in markups):
+        raise PlanError("the file holds no list of markups.")
+    curves = [m for m in markups if m.get("type") == "Curve" and not _is_resampled(m)]
+    lists = [m for m in markups if m.get("type") == "Fiducial"]
+    if not curves and len(lists) == 1:
+        path, target_lists = lists[0], []
+    elif len(curves) == 1:
+        path, target_lists = curves[0], lists
+    else:
+        raise PlanError(
+            f"the file holds {len(curves)} curves and {len(lists)} point lists; a plan needs one curve, or one point list."
+        )
+    targets = tuple(point for markup in target_lists for point in _points(markup, frame))
+    name = check_name(path.get("name") or default_name, "plan's name")
+    return PlanFile(name, check_content(PlanContent(_points(path, frame), targets)))
+
+
+def markups_points(text: str, frame: str | None = None) -> tuple[PlanPoint, ...]:
+    """Every point of every point list of a file, in LPS mm: targets that stand alone."""
+    markups = parse_json_object(text).get("markups")
+    lists = (
+        [m for m in markups if isinstance(m, dict) and m.get("type") == "Fiducial"] if isinstance(markups, list) else []
+    )
+    points = tuple(point for markup in lists for point in _points(markup, frame))
+    if not points:
+        raise PlanError("the file holds no list of points.")
+    return points
+
+
+def from_fcsv(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
+    """The point list of an `.fcsv` file as a path, in LPS mm. Raises PlanError or FrameError."""
+    header: dict[str, str] = {}
+    rows = []
+    for line in text.splitlines():
+        if line.startswith("#"):
+            key, separator, value = line[1:].partition("=")
+            if separator:
+                header[key.strip()] = value.strip()
+        elif line.strip():
+            rows.append(line)
+    if "Markups fiducial file version" not in header:
+        raise PlanError("the file does not name the version of its point list.")
+    columns = [column.strip() for column in header.get("columns", "").split(",")]
+    if not {"x", "y", "z", "label"} <= set(columns):
+        raise PlanError("the point list does not name its columns x, y, z and label.")
+    system = known_frame(header.get("CoordinateSystem"), frame)
+    try:
+        read = list(csv.reader(rows, strict=True))
+    except csv.Error as error:
+        raise PlanError(f"the point list is damaged: {error}.") from None
+    points = tuple(_fcsv_point(columns, row, system) for row in read)
+    return PlanFile(check_name(default_name, "plan's name"), check_content(PlanContent(points)))
+
+
+def _fcsv_point(columns: list[str], row: list[str], frame: str) -> PlanPoint:
+    if len(row) < len(columns) - 1:  # an empty last column may be left out
+        raise PlanError(f"a point has {len(row)} of {len(columns)} columns; the file is cut off.")
+    values = dict(zip(columns, row, strict=False))
+    return new_point(values["label"], to_lps([number_text(values[axis]) for axis in "xyz"], frame))
+
+
+def number_text(text: str) -> float:
+    """A number out of a table's cell. Raises PlanError."""
+    try:
+        return number(float(text), "a coordinate")
+    except ValueError:
+        raise PlanError(f"{text!r:.40} is not a coordinate.") from None
+
+
+def _markup(kind: str, name: str, points: Sequence[PlanPoint]) -> dict[str, Any]:
+    return {
+        "type": kind,
+        "name": name,
+        "coordinateSystem": "LPS",
+        "coordinateUnits": "mm",
+        "locked": False,
+        "fixedNumberOfControlPoints": False,
+        "labelFormat": "%N-%d",
+        "lastUsedControlPointNumber": len(points),
+        "controlPoints": [
+            _control_point(str(n), point.label, point.position) for n, point in enumerate(points, start=1)
+        ],
+        "measurements": [],
+    }
+
+
+def _dense(name: str, samples: Sequence[CurveSample]) -> dict[str, Any]:
+    points = [PlanPoint("", f"{sample.s_mm:.2f} mm", sample.position) for sample in samples]
+    return _markup("Curve", name, points) | {"locked": True}
+
+
+def _control_point(point_id: str, label: str, position: Position) -> dict[str, Any]:
+    return {
+        "id": point_id,
+        "label": label,
+        "description": NOTICE,
+        "associatedNodeID": "",
+        "position": list(position),
+        "orientation": _ORIENTATION,
+        "selected": True,
+        "locked": False,
+        "visibility": True,
+        "positionStatus": "defined",
+    }
+
+
+def _measurement(name: str, description: str, values: Sequence[float | None]) -> dict[str, Any]:
+    known = [value for value in values if value is not None]
+    return {
+        "name": name,
+        "enabled": True,
+        "value": min(known) if name == "clearance" else max(known),
+        "units": "mm",
+        "description": f"{description}. {NOTICE}.",
+        "printFormat": "%-#4.4g%s",
+        "controlPointValues": known,
+    }
+
+
+def _is_resampled(markup: dict[str, Any]) -> bool:
+    """Whether a curve is one of those this module adds: known by its measurement, or by its name."""
+    measurements = markup.get("measurements")
+    names = [m.get("name") for m in measurements if isinstance(m, dict)] if isinstance(measurements, list) else []
+    return "clearance" in names or str(markup.get("name", "")).endswith((_DENSE, _UNREACHED))
+
+
+def _points(markup: dict[str, Any], given: str | None) -> tuple[PlanPoint, ...]:
+    frame = known_frame(markup.get("coordinateSystem"), given)
+    scale = mm_per_unit(markup.get("coordinateUnits", "mm"))  # the schema's default is mm
+    items = markup.get("controlPoints", [])
+    if not isinstance(items, list):
+        raise PlanError("the control points must be a list.")
+    return tuple(_point(item, frame, scale) for item in items)
+
+
+def _point(item: Any, frame: str, scale: float) -> PlanPoint:
+    if not isinstance(item, dict) or not isinstance(item.get("position"), list):
+        raise PlanError("a control point has no position.")
+    if item.get("positionStatus", "defined") != "defined":
+        raise PlanError(f"the control point {str(item.get('label', ''))[:MAX_NAME]!r} has not been placed.")
+    return new_point(item.get("label"), to_lps(item["position"], frame, scale))

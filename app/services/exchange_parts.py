@@ -1,0 +1,103 @@
+"""What the exchange formats share: careful JSON, frames and units at the door, and the dense curve."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+from app.services.errors import TooLarge
+from app.services.names import check_label
+from app.services.plan_model import PlanPoint, Position, check_position, new_point_id
+from vfix_engine.errors import FrameError, PlanError
+
+MAX_TEXT = 16 << 20  # [byte] of a plan's file
+# 3D Slicer wrote its enumeration before it wrote the names (HAZ-14).
+_FRAMES = {"LPS": "LPS", "RAS": "RAS", "0": "RAS", "1": "LPS"}
+_MM_PER_UNIT = {"mm": 1.0, "um": 1e-3, "m": 1e3}
+
+
+@dataclass(frozen=True)
+class CurveSample:
+    """A place of the path as driven: arc length s, and the clearance of the whole tool there, all in mm.
+
+    clearance_mm is None where the tool did not get.
+    """
+
+    s_mm: float
+    position: Position
+    clearance_mm: float | None
+
+
+def decode(data: bytes) -> str:
+    """UTF-8 text of a file. Raises PlanError or TooLarge."""
+    if len(data) > MAX_TEXT:
+        raise TooLarge(f"the file of the plan has {len(data):,} bytes; {MAX_TEXT:,} are allowed.")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise PlanError("the file of the plan is not UTF-8 text.") from None
+
+
+def parse_json_object(text: str) -> dict[str, Any]:
+    """A JSON object without NaN and infinity. Raises PlanError or TooLarge."""
+    if len(text) > MAX_TEXT:
+        raise TooLarge(f"the plan's JSON has {len(text):,} characters; {MAX_TEXT:,} are allowed.")
+    try:
+        data = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise PlanError(
+            f"the file is not sound JSON: {error if isinstance(error, ValueError) else 'too deep'}."
+        ) from None
+    if not isinstance(data, dict):
+        raise PlanError("the file must hold one JSON object.")
+    return data
+
+
+def _no_constant(word: str) -> NoReturn:
+    raise ValueError(f"{word} is no number of JSON")
+
+
+def to_json_text(data: dict[str, Any]) -> str:
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def known_frame(named: Any, given: str | None) -> str:
+    """Frame of a file, out of what it names and what the user says.
+
+    Raises FrameError when nobody names one, when both do and differ, or for an unknown word.
+    """
+    if given is not None and given not in ("LPS", "RAS"):
+        raise FrameError(f"the frame {given!r:.20} is not known; say LPS or RAS.")
+    if named is None or named == "":
+        if given is None:
+            raise FrameError("the file does not name its frame (LPS or RAS); say which.", ("frame",))
+        return given
+    frame = _FRAMES.get(str(named))
+    if frame is None:
+        raise FrameError(f"the file's frame {str(named)!r:.20} is not known; it must be LPS or RAS.")
+    if given not in (None, frame):
+        raise FrameError(f"the file names the frame {frame}, not {given}.")
+    return frame
+
+
+def mm_per_unit(unit: Any) -> float:
+    """Millimetres per unit of a file that names one. Raises FrameError for an unknown word."""
+    word = unit[0] if isinstance(unit, list) and unit else unit
+    if not isinstance(word, str) or word not in _MM_PER_UNIT:
+        raise FrameError(f"the file's unit {str(word)!r:.20} is not known; it must be mm, um or m.")
+    return _MM_PER_UNIT[word]
+
+
+def to_lps(position: Sequence[Any], frame: str, scale: float = 1.0) -> Position:
+    """A position of a file as LPS mm. Raises PlanError."""
+    x, y, z = check_position(position)
+    sign = -1.0 if frame == "RAS" else 1.0
+    # A zero stays a zero: -0.0 would be written differently and read as a change.
+    return check_position((sign * x * scale + 0.0, sign * y * scale + 0.0, z * scale))
+
+
+def new_point(label: Any, position: Position) -> PlanPoint:
+    """A point that enters the plan from outside."""
+    return PlanPoint(new_point_id(), check_label("" if label is None else label, "label"), position)
