@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import viser
 
-from app.gateway.scene_server import SceneServer
 from app.services import Services
 from app.session.rehearsals import RehearsalRooms
 from app.session.workspace import Workspace
@@ -25,6 +26,16 @@ class _Entry:
     seen_at: float = field(default_factory=time.monotonic)
 
 
+class SceneTabs(Protocol):
+    """What the hub needs of the scene's server, which lies above it in the gateway."""
+
+    def client_for(self, tab: str) -> viser.ClientHandle | None: ...
+
+    def on_tab_connected(self, callback: Callable[[str, viser.ClientHandle], None]) -> None: ...
+
+    def on_tab_gone(self, callback: Callable[[str], None]) -> None: ...
+
+
 class TabTaken(Exception):
     """Another connection already speaks for this tab."""
 
@@ -36,7 +47,7 @@ class TooManyTabs(Exception):
 class SessionHub:
     """Thread-safe registry of workspaces by tab."""
 
-    def __init__(self, services: Services, scene_server: SceneServer) -> None:
+    def __init__(self, services: Services, scene_server: SceneTabs) -> None:
         self._services, self._scene_server = services, scene_server
         self._rooms = RehearsalRooms()
         self._executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="session-work")

@@ -238,7 +238,7 @@ def test_a_scene_that_ends_ends_the_browser_s_connection() -> None:
 def test_a_slow_browser_holds_back_its_own_picture_only(planner: Planner) -> None:
     """Newest value wins: a tab that reads nothing makes nobody else wait and nothing pile up."""
     planner.scene_server.viser.scene.add_frame("/slow-test")
-    with scene(planner, "slow-tab-1", max_queue=1) as slow, scene(planner, "quick-tab-1") as quick:
+    with scene(planner, "slow-tab-1", max_queue=1, close_timeout=0.5) as slow, scene(planner, "quick-tab-1") as quick:
         for connection in (slow, quick):
             say(connection, **CAMERA)
         eventually(lambda: planner.scene_server.client_for("quick-tab-1"))

@@ -1,0 +1,87 @@
+"""Imports point down only: the engine knows nothing of the application, and a room knows only the rooms below it."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+# A room may import itself and every room of a lower number; rooms of one number do not know each other.
+ENGINE_ROOMS = {
+    "errors": 0,
+    "resources": 0,
+    "frames": 1,
+    "geometry": 2,
+    "imaging": 3,
+    "robots": 3,
+    "fixtures": 4,
+    "control": 5,
+    "simulation": 6,
+}
+APP_ROOMS = {
+    "": 0,
+    "error_shape": 0,
+    "browsers": 0,
+    "settings": 1,
+    "store": 2,
+    "services": 3,
+    "api": 4,
+    "scene": 4,
+    "session": 5,
+    "gateway": 6,
+    "main": 7,
+    "commands": 8,
+    "cli": 9,
+}
+NOT_IN_THE_ENGINE = {
+    "app", "alembic", "fastapi", "pydantic", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets",
+}  # fmt: skip
+
+
+def modules(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def room_of(name: str) -> str:
+    """Second part of a dotted name: 'vfix_engine.geometry.mesh' lies in 'geometry'."""
+    return (name.split(".") + [""])[1]
+
+
+def imported_names(file: Path) -> Iterator[str]:
+    """Absolute names of everything that a module imports, wherever in it the import stands."""
+    parents = list(file.relative_to(ROOT).parts[:-1])
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = parents[: len(parents) - node.level + 1] if node.level else []
+            module = ".".join([*base, *([node.module] if node.module else [])])
+            # `from app import settings` names a room only in its list of names.
+            yield from ([f"{module}.{alias.name}" for alias in node.names] if "." not in module else [module])
+
+
+@pytest.mark.parametrize("file", modules("vfix_engine"), ids=lambda file: str(file.relative_to(ROOT)))
+def test_the_engine_does_not_know_the_application(file: Path) -> None:
+    assert not {name.split(".")[0] for name in imported_names(file)} & NOT_IN_THE_ENGINE
+
+
+@pytest.mark.parametrize(("package", "rooms"), [("vfix_engine", ENGINE_ROOMS), ("app", APP_ROOMS)])
+def test_every_room_has_its_place(package: str, rooms: dict[str, int]) -> None:
+    found = {file.relative_to(ROOT / package).parts[0].removesuffix(".py") for file in modules(package)}
+    assert found - {"__init__"} <= set(rooms)
+
+
+@pytest.mark.parametrize(("package", "rooms"), [("vfix_engine", ENGINE_ROOMS), ("app", APP_ROOMS)])
+def test_rooms_import_downwards(package: str, rooms: dict[str, int]) -> None:
+    wrong = []
+    for file in modules(package):
+        own = file.relative_to(ROOT / package).parts[0].removesuffix(".py").replace("__init__", "")
+        for name in imported_names(file):
+            if name.split(".")[0] != package:
+                continue
+            other = room_of(name) if room_of(name) in rooms else ""
+            if other not in ("", own) and rooms[other] >= rooms[own or ""]:
+                wrong.append(f"{file.relative_to(ROOT)} imports {name}")
+    assert not wrong, "\n".join(wrong)
