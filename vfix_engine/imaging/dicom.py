@@ -7,9 +7,12 @@ and measure, they do not quote.
 from __future__ import annotations
 
 import io
+import logging
 import tempfile
 import warnings
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -140,8 +143,7 @@ def _read_slice(data: bytes, number: int) -> Slice:
         raise ImageError(f"file {number} of the series is not DICOM.")
     if _DEFLATED in data[:4096]:
         raise ImageError(f"file {number} of the series is deflated as a whole, which is not read.")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # pydicom's warnings quote what they complain about
+    with _pydicom_silenced():
         try:
             dataset = pydicom.dcmread(io.BytesIO(data), specific_tags=list(_TAGS))
             return _checked_slice(dataset, data, number)
@@ -150,6 +152,20 @@ def _read_slice(data: bytes, number: int) -> Slice:
         # Whatever a damaged file provokes inside the decoder ends here, without its words: they quote the patient.
         except Exception as error:
             raise ImageError(f"file {number} of the series cannot be read ({type(error).__name__}).") from None
+
+
+@contextmanager
+def _pydicom_silenced() -> Iterator[None]:
+    """Its warnings and log lines quote what they complain about."""
+    logger = logging.getLogger("pydicom")
+    before = logger.disabled
+    logger.disabled = True
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.disabled = before
 
 
 def _checked_slice(dataset: Any, data: bytes, number: int) -> Slice:

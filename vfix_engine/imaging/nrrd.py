@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import shutil
 from pathlib import Path
 from typing import BinaryIO
 
@@ -15,12 +16,8 @@ from vfix_engine.imaging.grid_header import GridHeader, check_length, check_size
 
 _MAX_HEADER = 1 << 16  # [byte]
 _MAGIC = re.compile(rb"NRRD000[1-5]\r?\n")
-_FRAMES = {
-    "left-posterior-superior": "LPS",
-    "lps": "LPS",
-    "right-anterior-superior": "RAS",
-    "ras": "RAS",
-}
+_SPACES = {"LPS": "left-posterior-superior", "RAS": "right-anterior-superior"}
+_FRAMES = {word: frame for frame, space in _SPACES.items() for word in (space, frame.lower())}
 _NAMELESS_SPACES = {"", "scanner-xyz", "3d-right-handed", "3d-left-handed"}
 _ITEM_BYTES = (
     (1, ("signed char", "int8", "int8_t", "uchar", "unsigned char", "uint8", "uint8_t")),
@@ -51,6 +48,21 @@ def read_header(path: Path) -> GridHeader:
     unit = _unit(fields)
     transform = check_transform(_transform(fields), 1.0 if unit == "mm" else 1000.0)
     return GridHeader(sizes, transform, _frame(fields), unit)
+
+
+def write_named(path: Path, frame: str, named: Path) -> None:
+    """Copy an NRRD file whose frame is not named, with the frame ('LPS' or 'RAS') in its header.
+
+    The library behind SimpleITK refuses a placed volume whose space has no name.
+    """
+    with path.open("rb") as source, named.open("wb") as target:
+        target.write(source.readline())
+        target.write(f"space: {_SPACES[frame]}\n".encode("ascii"))
+        while (line := source.readline()).strip():
+            if line.partition(b":")[0].strip().lower() not in (b"space", b"space dimension"):
+                target.write(line)
+        target.write(b"\n")
+        shutil.copyfileobj(source, target)
 
 
 def _fields(file: BinaryIO) -> dict[str, str]:

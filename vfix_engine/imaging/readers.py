@@ -7,6 +7,7 @@ read in a worker (`isolated.run_isolated`), because the decoders behind SimpleIT
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -52,12 +53,24 @@ def read_volume(
         _, _, report = settle(("LPS", "mm"), (frame, unit), assume=assume)  # both are fixed by the DICOM standard
         return dicom.read_series(path), report
     if name.endswith(".nrrd"):
-        return _read_grid(path, nrrd.read_header(path), "NrrdImageIO", (frame, unit), assume)
+        return _read_nrrd(path, (frame, unit), assume)
     if name.endswith((".nii", ".nii.gz")):
         return _read_grid(path, nifti.read_header(path), "NiftiImageIO", (frame, unit), assume)
     if name.endswith(".mha"):
         return _read_grid(path, metaimage.read_header(path), "MetaImageIO", (frame, unit), assume)
     raise ImageError(f"a CT volume is read from {', '.join(VOLUME_SUFFIXES)} or a folder of DICOM files.")
+
+
+def _read_nrrd(path: Path, given: tuple[str | None, str | None], assume: bool) -> tuple[Volume, FrameReport]:
+    header = nrrd.read_header(path)
+    if header.frame is not None:
+        return _read_grid(path, header, "NrrdImageIO", given, assume)
+    frame, _, report = settle((None, header.unit), given, assume=assume)
+    with tempfile.TemporaryDirectory() as folder:
+        named = Path(folder) / "named.nrrd"
+        nrrd.write_named(path, frame, named)
+        volume, _ = _read_grid(named, nrrd.read_header(named), "NrrdImageIO", (None, None), assume)
+    return volume, report
 
 
 def _read_grid(

@@ -1,0 +1,141 @@
+"""Surfaces through every file format, and the files that must not be read."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from vfix_engine.errors import FrameError, InputError, MeshError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.mesh_files import read_mesh, write_ply
+
+
+@pytest.fixture
+def wedge() -> TriangleMesh:
+    """A tetrahedron of no symmetry, with coordinates that float32 keeps."""
+    vertices = np.array([[0, 0, 0], [40, 0, 0], [0, 25, 0], [10, 5, 60]], dtype=float)
+    return TriangleMesh(
+        vertices + np.array([-12.5, 7.25, 100.0]),
+        np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], dtype=np.int32),
+    )
+
+
+def save(mesh: TriangleMesh, file: Path, factor: float = 1.0, signs: tuple[int, int, int] = (1, 1, 1)) -> Path:
+    trimesh.Trimesh(mesh.vertices * factor * signs, mesh.faces, process=False).export(file)
+    return file
+
+
+@pytest.mark.parametrize("kind", ["ply", "stl", "obj"])
+@pytest.mark.parametrize(("unit", "factor"), [("mm", 1.0), ("m", 1e-3)])
+@pytest.mark.parametrize(("frame", "signs"), [("LPS", (1, 1, 1)), ("RAS", (-1, -1, 1))])
+def test_formats_bring_the_same_surface(
+    tmp_path: Path, wedge: TriangleMesh, kind: str, unit: str, factor: float, frame: str, signs: tuple[int, int, int]
+) -> None:
+    """HAZ-14: within 1e-3 mm, triangle by triangle, and turned the same way."""
+    mesh, report = read_mesh(save(wedge, tmp_path / f"bone.{kind}", factor, signs), frame, unit)
+    assert (report.name, report.assumed) == (frame, False)
+    assert np.abs(mesh.triangles - wedge.triangles).max() < 1e-3
+    assert np.allclose(mesh.face_normals, wedge.face_normals, atol=1e-4)
+
+
+def test_text_stl_is_read(tmp_path: Path, wedge: TriangleMesh) -> None:
+    file = tmp_path / "bone.stl"
+    trimesh.Trimesh(wedge.vertices, wedge.faces, process=False).export(file, file_type="stl_ascii")
+    assert np.allclose(read_mesh(file, "LPS", "mm")[0].triangles, wedge.triangles, atol=1e-4)
+    file.write_text(file.read_text()[:-60])
+    with pytest.raises(MeshError, match="cut off"):
+        read_mesh(file, "LPS", "mm")
+
+
+def test_frame_and_unit_are_asked_for(tmp_path: Path, wedge: TriangleMesh) -> None:
+    """HAZ-14: what is missing is named; assumed only when the caller says so, and then reported."""
+    file = save(wedge, tmp_path / "bone.stl")
+    for given, missing in [((None, None), ("frame", "unit")), (("RAS", None), ("unit",)), ((None, "m"), ("frame",))]:
+        with pytest.raises(FrameError) as refused:
+            read_mesh(file, *given)
+        assert refused.value.missing == missing
+    mesh, report = read_mesh(file, assume=True)
+    assert (report.name, report.assumed) == ("LPS", True)
+    assert np.allclose(mesh.triangles, wedge.triangles)
+    assert read_mesh(file, "RAS", assume=True)[1].assumed  # the unit still is
+
+
+def test_ply_of_ours_names_its_frame_and_loses_nothing(tmp_path: Path, wedge: TriangleMesh) -> None:
+    odd = TriangleMesh(wedge.vertices / 3.0, wedge.faces)
+    write_ply(tmp_path / "bone.ply", odd)
+    mesh, report = read_mesh(tmp_path / "bone.ply")
+    assert np.array_equal(mesh.vertices, odd.vertices)
+    assert np.array_equal(mesh.faces, odd.faces)
+    assert (report.name, report.assumed) == ("LPS", False)
+    with pytest.raises(FrameError, match="names the frame LPS"):
+        read_mesh(tmp_path / "bone.ply", "RAS")
+
+
+def test_frame_in_a_slicer_comment_is_used(tmp_path: Path, wedge: TriangleMesh) -> None:
+    file = save(wedge, tmp_path / "bone.obj", signs=(-1, -1, 1))
+    file.write_text("# File created by 3D Slicer. SPACE=RAS\n" + file.read_text())
+    mesh, report = read_mesh(file, unit="mm")
+    assert (report.name, report.assumed) == ("RAS", False)
+    assert np.allclose(mesh.triangles, wedge.triangles, atol=1e-4)
+
+
+def test_real_surface_keeps_its_triangles(trial_data: Path) -> None:
+    mesh, _ = read_mesh(trial_data / "head_ct" / "nose_sinus_bone_lps_mm.ply", assume=True)
+    assert len(mesh.faces) == 182_000
+    assert len(mesh.vertices) == 91_420
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("count_too_big.stl", "claims 4,294,967,295 triangles and holds 4"),
+        ("truncated.stl", "cut off"),
+        ("nan_vertex.stl", "not finite"),
+        ("zero_triangles.stl", "no triangles"),
+        ("index_out_of_range.ply", "corner 7"),
+    ],
+)
+def test_malformed_surfaces_are_refused(trial_data: Path, name: str, words: str) -> None:
+    """HAZ-16, HAZ-09: a reader of meshes alone takes several of these in silence."""
+    with pytest.raises(MeshError, match=words):
+        read_mesh(trial_data / "formats" / "malformed" / name, assume=True)
+
+
+def test_odd_but_valid_surfaces_are_read(trial_data: Path) -> None:
+    folder = trial_data / "formats" / "malformed"
+    assert len(read_mesh(folder / "quad_face.ply", assume=True)[0].faces) == 2
+    assert len(read_mesh(folder / "solid_header_but_binary.stl", assume=True)[0].faces) == 4
+
+
+def test_false_claims_of_a_ply_are_refused(tmp_path: Path, wedge: TriangleMesh) -> None:
+    """HAZ-17: nothing is allocated on a count that the file cannot hold."""
+    data = save(wedge, tmp_path / "bone.ply").read_bytes()
+    for old, new in [(b"vertex 4", b"vertex 99999999"), (b"face 4", b"face 4000000000"), (b"vertex 4", b"vertex -4")]:
+        (tmp_path / "false.ply").write_bytes(data.replace(old, new, 1))
+        with pytest.raises(MeshError):
+            read_mesh(tmp_path / "false.ply", assume=True)
+
+
+def test_materials_named_by_an_obj_are_not_opened(tmp_path: Path, wedge: TriangleMesh) -> None:
+    file = save(wedge, tmp_path / "bone.obj")
+    file.write_text("mtllib ../../secret.mtl\nusemtl a\n" + file.read_text())
+    assert len(read_mesh(file, assume=True)[0].faces) == 4
+
+
+@pytest.mark.parametrize("kind", ["ply", "stl", "obj"])
+def test_mutants_are_read_or_refused(tmp_path: Path, wedge: TriangleMesh, kind: str) -> None:
+    """HAZ-16: files with a few bytes changed or cut end in a mesh or in an InputError, nothing else."""
+    file = save(wedge, tmp_path / f"bone.{kind}")
+    original = file.read_bytes()
+    random = np.random.default_rng(16)
+    for _ in range(200):
+        mutant = bytearray(original)
+        for place in random.integers(0, len(mutant), random.integers(1, 5)):
+            mutant[place] = random.integers(0, 256)
+        file.write_bytes(mutant[: len(mutant) if random.random() < 0.8 else random.integers(0, len(mutant))])
+        try:
+            mesh, _ = read_mesh(file, assume=True)
+        except InputError:
+            continue
+        assert np.isfinite(mesh.vertices).all()
