@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 BONE = "bone"  # the surface that the controller keeps away from
 
 Triple = tuple[float, float, float]

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.services.cache import Cache
 from app.services.case_files import CaseFiles
-from app.services.case_model import BONE, Bead, Case, CaseContent, CaseFrame, SurfaceInfo, VolumeInfo
+from app.services.case_model import BONE, HEAD_PHANTOM, Bead, Case, CaseContent, CaseFrame, SurfaceInfo, VolumeInfo
 from app.services.errors import NotFound
 from app.services.names import check_name
 from app.store import Store
@@ -48,6 +48,10 @@ class CaseService:
         """The case, deleted or not. Raises NotFound."""
         with self._store.reading() as session:
             return _case(_row(session, case_id))
+
+    def embedded_case(self) -> Case:
+        """The synthetic head that travels with vfix."""
+        return self.get(HEAD_PHANTOM)
 
     def create(
         self,

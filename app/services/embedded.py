@@ -6,15 +6,15 @@ import hashlib
 import json
 
 from app.services.case_files import ASSET, CaseFiles, surface_info, volume_info
-from app.services.case_model import BONE, Bead, CaseContent, CaseFrame, to_triple
+from app.services.case_model import BONE, HEAD_PHANTOM, Bead, CaseContent, CaseFrame, to_triple
 from app.services.cases import CaseService
 from app.services.errors import NotFound
 from app.services.exchange import from_native_json
+from app.services.plan_model import PlanFile, content_from_json
 from app.services.plans import PlanService
 from app.store import Store
 from vfix_engine.resources import assets_dir
 
-HEAD_PHANTOM = "head-phantom"
 SAMPLE_PLAN = "head-phantom-sample"
 _NAME = "Head phantom"
 _FOLDER = "head_phantom"
@@ -43,9 +43,17 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
         plans.get(SAMPLE_PLAN)
     except NotFound:
         if cases.get(HEAD_PHANTOM).deleted_at is None:
-            text = (assets_dir() / "plans" / "head_phantom.json").read_text(encoding="utf-8")
-            sample = from_native_json(text)
+            sample = _sample_plan()
             plans.create(HEAD_PHANTOM, sample.name, sample.content, plan_id=SAMPLE_PLAN)
+
+
+def _sample_plan() -> PlanFile:
+    path = assets_dir() / "plans" / "head_phantom.json"
+    if path.exists():
+        return from_native_json(path.read_text(encoding="utf-8"))
+    data = json.loads((assets_dir() / _FOLDER / "phantom.json").read_text(encoding="utf-8"))
+    content = {"points": data["corridor"]["points"], "targets": data["targets"]}
+    return PlanFile(data["corridor"]["name"], content_from_json(content))
 
 
 def _content(files: CaseFiles) -> CaseContent:

@@ -73,7 +73,7 @@ def from_markups(text: str, default_name: str = "Imported plan", frame: str | No
         path, target_lists = curves[0], lists
     else:
         raise PlanError(
-            f"the file holds {len(curves)} curves and {len(lists)} point lists; a plan needs one curve, or one point list."
+            f"a plan needs one curve, or one point list; the file holds {len(curves)} curves and {len(lists)} lists."
         )
     targets = tuple(point for markup in target_lists for point in _points(markup, frame))
     name = check_name(path.get("name") or default_name, "plan's name")

@@ -1,0 +1,42 @@
+"""What both the page and the API do: cases, plans, planning, import and export, over one store."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.services.cases import CaseService
+from app.services.embedded import ensure_head_phantom
+from app.services.importing import ImportService
+from app.services.jobs import Jobs
+from app.services.planning import Planning
+from app.services.plans import PlanService
+from app.settings import Settings
+from app.store import Store
+
+__all__ = ["Services", "build_services"]
+
+
+@dataclass(frozen=True)
+class Services:
+    """Every service of one planner; plain objects that may be used from any thread."""
+
+    settings: Settings
+    store: Store
+    cases: CaseService
+    plans: PlanService
+    planning: Planning
+    importing: ImportService
+    jobs: Jobs
+
+    def close(self) -> None:
+        """Wait for the running job and let go of the database."""
+        self.jobs.close()
+        self.store.close()
+
+
+def build_services(settings: Settings) -> Services:
+    """Open the store of a home folder, migrated, with the embedded case in it."""
+    store = Store(settings)
+    cases, plans = CaseService(store), PlanService(store)
+    ensure_head_phantom(store, cases, plans)
+    return Services(settings, store, cases, plans, Planning(cases, plans), ImportService(cases), Jobs())

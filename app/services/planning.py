@@ -1,0 +1,190 @@
+"""What the tool makes of a plan: where it fits, and how it would really pass along the path."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.services.cache import Cache
+from app.services.cases import CaseService
+from app.services.exchange_parts import CurveSample
+from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position
+from app.services.plans import PlanService
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import PlanError, VfixError
+from vfix_engine.geometry.fit import nearest_place
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.imaging.volume import Volume
+from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.simulation.dry_run import DryRun, dry_run
+from vfix_engine.simulation.placing import place_robot
+from vfix_engine.simulation.scene import Scene
+
+Array = NDArray[np.float64]
+
+BONE_HU = 250.0
+SPACING_MM = 0.5  # between samples of the spline
+_MOVED_MM = 0.01  # a shorter move is not worth a word
+
+
+@dataclass(frozen=True)
+class SnapResult:
+    """Where a path point is put, how far that is from where it was wanted, and why it moved; '' where it did not."""
+
+    position: Position
+    moved_mm: float
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class PlanEvaluation:
+    """A plan as the controller would drive it; lengths in mm, positions in LPS.
+
+    s (n,), positions (n, 3): samples of the spline. clearance (n,): of the whole tool when its tip is there, NaN where
+    it did not get. base (4, 4) transform_base_to_patient and q_start: the placing that was driven.
+    completed, reason: whether the end was reached, and what held the tool where it was not.
+    """
+
+    s: Array
+    positions: Array
+    clearance: Array
+    completed: bool
+    reason: str
+    base: Array
+    q_start: Array
+    degree: int
+    length_mm: float
+    reached_mm: float
+    run: DryRun
+
+    @property
+    def min_clearance_mm(self) -> float:
+        return float(self.run.clearance.min())
+
+    def samples(self) -> tuple[CurveSample, ...]:
+        """The samples for an export."""
+        rows = zip(self.s.tolist(), self.positions.tolist(), self.clearance.tolist(), strict=True)
+        return tuple(CurveSample(s, (p[0], p[1], p[2]), None if np.isnan(c) else c) for s, p, c in rows)
+
+
+class Planning:
+    """Runs the engine for plans in the caller's thread; answers are kept per content of the plan and head."""
+
+    def __init__(self, cases: CaseService, plans: PlanService) -> None:
+        self._cases = cases
+        self._plans = plans
+        self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
+
+    def snap(
+        self, case_id: str, point: Sequence[float], *, tool: str = DEFAULT_TOOL, margin_mm: float | None = None
+    ) -> SnapResult:
+        """The nearest place where the tool fits with its margin: outside the bone, with room for the shaft all around.
+
+        Raises PlanError when there is none near.
+        """
+        wanted = check_position(point)
+        margin = ControlSettings().margin_mm if margin_mm is None else margin_mm
+        room = float(Tool.load(tool).radius.max()) + margin
+        volume = self._cases.volume(case_id)
+        inside = None if volume is None else lambda places: _in_bone(volume, places)
+        place = check_position(nearest_place(self._cases.tree(case_id), wanted, room, inside_bone=inside).tolist())
+        moved = float(np.linalg.norm(np.subtract(place, wanted)))
+        reason = f"moved {moved:.1f} mm to where the tool fits" if moved > _MOVED_MM else ""
+        return SnapResult(place, moved, reason)
+
+    def fit_point(self, plan_id: str, position: Sequence[float]) -> Position:
+        """`snap` with the tool and the margin of a plan; the position alone."""
+        plan = self._plans.get(plan_id)
+        settings = ControlSettings.from_dict(dict(plan.settings))
+        return self.snap(plan.case_id, position, tool=plan.tool, margin_mm=settings.margin_mm).position
+
+    def dry_run(self, plan: Plan) -> DryRun:
+        """The dry run of a plan, from its placing or from one found for it. Raises PlanError or StartRefused."""
+        return self.evaluate(plan).run
+
+    def evaluate(self, plan: Plan) -> PlanEvaluation:
+        """Spline, clearance of the whole tool along it, and the placing.
+
+        Raises PlanError for fewer than two points, and StartRefused when the tool does not fit at the entry.
+        """
+        content = json.dumps(
+            [plan.case_id, self._cases.get(plan.case_id).content_hash, plan.tool, dict(plan.robot)]
+            + [dict(plan.settings), [point.position for point in plan.points]]
+        )
+        return self._evaluations.get(content, lambda: self._evaluate(plan))
+
+    def curve(self, plan: Plan) -> tuple[tuple[CurveSample, ...], str]:
+        """Samples of a plan's path for an export, and a remark where there are no clearances."""
+        if len(plan.points) < 2:
+            return (), ""
+        try:
+            evaluation = self.evaluate(plan)
+        except VfixError as error:
+            path = _path(plan)
+            s = _stations(path)
+            places = path.position(s).tolist()
+            samples = zip(s.tolist(), places, strict=True)
+            return tuple(CurveSample(at, (p[0], p[1], p[2]), None) for at, p in samples), f"No clearances: {error}"
+        held = f"The tool gets {evaluation.reached_mm:.1f} of {evaluation.length_mm:.1f} mm: {evaluation.reason}."
+        return evaluation.samples(), "" if evaluation.completed else held
+
+    def _evaluate(self, plan: Plan) -> PlanEvaluation:
+        path = _path(plan)
+        settings = ControlSettings.from_dict(dict(plan.settings))
+        robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
+        tree = self._cases.tree(plan.case_id)
+        if plan.robot.get("base") is None:
+            placing = place_robot(tree, robot, tool, path, settings)
+            base, q_start, run = placing.base, placing.q_start, placing.run
+        else:
+            base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
+            run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings)
+        s = _stations(path)
+        return PlanEvaluation(
+            s=s,
+            positions=path.position(s),
+            clearance=_clearance_at(s, run),
+            completed=run.completed,
+            reason=run.reason,
+            base=base,
+            q_start=q_start,
+            degree=path.degree,
+            length_mm=path.length,
+            reached_mm=run.reached_mm,
+            run=run,
+        )
+
+
+def _path(plan: Plan) -> SplinePath:
+    if len(plan.points) < 2:
+        raise PlanError("a path needs at least two points.")
+    return SplinePath(np.array([point.position for point in plan.points], dtype=np.float64))
+
+
+def _stations(path: SplinePath) -> Array:
+    return np.linspace(0.0, path.length, max(2, int(np.ceil(path.length / SPACING_MM)) + 1))
+
+
+def _clearance_at(s: Array, run: DryRun) -> Array:
+    """Least clearance (n,) of the driven poses around each sample; NaN beyond the end of the run.
+
+    The least of a neighbourhood, not an interpolation: a narrow place between two samples must be seen.
+    """
+    half = 0.5 * (s[1] - s[0])
+    clearance = np.full(len(s), np.nan)
+    for index, at in enumerate(s):
+        near = np.abs(run.s - at) <= half
+        if near.any():
+            clearance[index] = run.clearance[near].min()
+    known = ~np.isnan(clearance)
+    between = ~known & (s <= run.s.max())
+    clearance[between] = np.interp(s[between], s[known], clearance[known])
+    return clearance
+
+
+def _in_bone(volume: Volume, places: Array) -> NDArray[np.bool_]:
+    return volume.sample(places) >= BONE_HU

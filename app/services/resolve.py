@@ -1,0 +1,124 @@
+"""Cases and plans as a person names them on a command line: an id, a name, or a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+from app.services.cases import CaseService
+from app.services.errors import NotFound
+from app.services.exchange import read_plan, read_targets
+from app.services.exchange_parts import MAX_TEXT
+from app.services.plans import Plan, PlanPoint, PlanService
+from app.store.database import utc_now
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.imaging.mesh_files import is_mesh, read_mesh
+from vfix_engine.imaging.readers import is_volume, read_volume
+from vfix_engine.imaging.surface import extract_surface
+
+
+class _Named(Protocol):
+    @property
+    def id(self) -> str: ...
+
+    @property
+    def name(self) -> str: ...
+
+
+Item = TypeVar("Item", bound=_Named)
+
+
+class HasServices(Protocol):
+    """The part of the services that is needed here."""
+
+    @property
+    def cases(self) -> CaseService: ...
+
+    @property
+    def plans(self) -> PlanService: ...
+
+
+@dataclass(frozen=True, eq=False)
+class ResolvedCase:
+    """A head to work in. id: of the stored case, or None for a file; hash: of its content."""
+
+    id: str | None
+    name: str
+    hash: str
+    mesh: TriangleMesh
+    tree: ProximityTree
+
+
+def resolve_case(services: HasServices, text: str) -> ResolvedCase:
+    """A stored case by id or name, or the surface or CT at a path, taken as LPS mm where the file does not say.
+
+    Raises NotFound, or InputError for a file that cannot be used.
+    """
+    path = Path(text)
+    if (is_mesh(path) or is_volume(path)) and path.exists():
+        if is_mesh(path):
+            mesh = read_mesh(path, assume=True)[0]
+        else:
+            mesh = extract_surface(read_volume(path, assume=True)[0])
+        return ResolvedCase(None, path.name, mesh.content_hash, mesh, ProximityTree(mesh))
+    case = find(services.cases.list(), text, "case")
+    mesh = services.cases.case_surface(case.id)
+    return ResolvedCase(case.id, case.name, case.content_hash, mesh, services.cases.tree(case.id))
+
+
+def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
+    """A stored plan of the case by id or name, or the plan at a path; that one is not stored.
+
+    Raises NotFound, or InputError for a file that cannot be used.
+    """
+    path = Path(text)
+    if path.is_file():
+        file = read_plan(path.name, read_bytes(path))
+        if case.id is not None and file.case_hash not in (None, case.hash):
+            raise InputError("the plan was made for another case; its points may lie in other anatomy.")
+        now, content = utc_now(), file.content
+        return Plan(
+            id=path.name,
+            name=file.name,
+            case_id=case.id or case.name,
+            case_hash=case.hash,
+            points=content.points,
+            targets=content.targets,
+            tool=content.tool,
+            robot=content.robot,
+            settings=content.settings,
+            created=now,
+            modified=now,
+        )
+    if case.id is None:
+        raise NotFound(f"{text!r:.80} is no file of a plan; a case from a file has no stored plans.")
+    return find(services.plans.list(case.id), text, "plan of this case")
+
+
+def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
+    """Targets of a Markups, plan or table file, in LPS mm. Raises InputError."""
+    return read_targets(path.name, read_bytes(path))
+
+
+def find(items: Sequence[Item], text: str, what: str) -> Item:
+    """The one item whose id, or else whose name, is `text`. Raises NotFound, or InputError when several are called so."""
+    matching = [item for item in items if item.id == text] or [item for item in items if item.name == text]
+    if not matching:
+        known = ", ".join(f"{item.id} ({item.name})" for item in items[:10]) or "none"
+        raise NotFound(f"there is no {what} {text!r:.80}; there are: {known}.")
+    if len(matching) > 1:
+        raise InputError(f"{len(matching)} items are called {text!r:.80}; name it by its id.")
+    return matching[0]
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a small file. Raises InputError when it cannot be read or is larger than a plan can be."""
+    try:
+        with path.open("rb") as file:
+            return file.read(MAX_TEXT + 1)
+    except OSError as error:
+        raise InputError(f"{path.name} cannot be read: {error.strerror}.") from None
