@@ -46,7 +46,7 @@ def modules(package: str) -> list[Path]:
 
 def room_of(name: str) -> str:
     """Second part of a dotted name: 'vfix_engine.geometry.mesh' lies in 'geometry'."""
-    return (name.split(".") + [""])[1]
+    return [*name.split("."), ""][1]
 
 
 def imported_names(file: Path) -> Iterator[str]:

@@ -1,0 +1,107 @@
+"""Every dependency is declared, explained, locked with hashes, and free of the GPL."""
+
+import ast
+import importlib.metadata
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+LOCKS = ("requirements.lock", "requirements-test.lock")
+PAGE = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+# Import names that differ from the package's.
+PACKAGE_OF = {
+    "cv2": "opencv-python-headless",
+    "fast_simplification": "fast-simplification",
+    "multipart": "python-multipart",
+    "pinocchio": "pin",
+    "SimpleITK": "simpleitk",
+    "skimage": "scikit-image",
+}
+
+
+def name_of(requirement: str) -> str:
+    return re.split(r"[<>=!~;\[ ]", requirement)[0]
+
+
+def declared() -> list[str]:
+    return [name_of(text) for text in [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]]
+
+
+def locked(lock: str) -> dict[str, str]:
+    text = (ROOT / lock).read_text(encoding="utf-8")
+    return dict(re.findall(r"^([a-z0-9-]+)==([^ ;\\]+)", text, re.MULTILINE))
+
+
+def test_every_dependency_has_its_licence_and_reason() -> None:
+    rows = dict(re.findall(r"^\| ([a-z][a-z0-9-]*) \| (.+) \| .+ \|$", PAGE, re.MULTILINE))
+    assert set(declared()) | {"hatchling", "editables"} == set(rows)
+    assert not [name for name, licence in rows.items() if is_gpl(licence)]
+
+
+def test_dependencies_are_sorted_and_stated_once() -> None:
+    for group in (PROJECT["dependencies"], PROJECT["optional-dependencies"]["test"]):
+        names = [name_of(text) for text in group]
+        assert names == sorted(set(names))
+
+
+def test_every_import_is_declared() -> None:
+    imported = set()
+    for file in [*(ROOT / "app").rglob("*.py"), *(ROOT / "vfix_engine").rglob("*.py")]:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                imported.add((node.module or "").split(".")[0])
+    foreign = {PACKAGE_OF.get(name, name) for name in imported - sys.stdlib_module_names - {"app", "vfix_engine"}}
+    assert foreign <= {name_of(text) for text in PROJECT["dependencies"]}
+
+
+@pytest.mark.parametrize("lock", LOCKS)
+def test_the_lock_is_exact_and_names_no_registry(lock: str) -> None:
+    text = (ROOT / lock).read_text(encoding="utf-8")
+    assert "://" not in text
+    assert "index-url" not in text
+    for block in re.split(r"\n(?=[a-z0-9])", text)[1:]:
+        assert re.match(r"[a-z0-9-]+==\S+", block), block[:80]
+        assert "--hash=sha256:" in block, block[:80]
+
+
+def test_the_locks_hold_what_is_declared_and_agree() -> None:
+    run, test = locked(LOCKS[0]), locked(LOCKS[1])
+    assert {name_of(text) for text in PROJECT["dependencies"]} | {"hatchling", "editables"} <= set(run)
+    assert set(declared()) <= set(test)
+    assert run.items() <= test.items()
+
+
+def test_the_lock_installs_nothing_under_the_gpl() -> None:
+    looked_at = 0
+    for name in locked(LOCKS[1]):
+        try:
+            metadata = importlib.metadata.metadata(name)
+        except importlib.metadata.PackageNotFoundError:
+            continue  # for another platform or version of Python
+        looked_at += 1
+        classifiers = [text for text in metadata.get_all("Classifier") or [] if text.startswith("License")]
+        stated = metadata.get("License-Expression") or (metadata.get("License") or "").split("\n")[0]
+        assert not is_gpl(" ".join([stated, *classifiers])), (name, stated, classifiers)
+    assert looked_at > 60
+
+
+def is_gpl(licence: str) -> bool:
+    """GPL or AGPL; the Lesser GPL lets a library be used unchanged and does not count."""
+    without_lesser = re.sub(r"LGPL\S*|GNU Lesser General Public License \S+ \(LGPL\S*\)", "", licence)
+    return re.search(r"\bA?GPL|General Public License", without_lesser) is not None
+
+
+@pytest.mark.parametrize(
+    ("licence", "expected"),
+    [("LGPL-3.0", False), ("GPL-3.0", True), ("GNU Lesser General Public License v3 (LGPLv3)", False),
+     ("GNU General Public License v2 (GPLv2)", True), ("AGPL-3.0", True), ("MIT", False)],
+)  # fmt: skip
+def test_the_gpl_is_told_from_others(licence: str, expected: bool) -> None:
+    assert is_gpl(licence) is expected
