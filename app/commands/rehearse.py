@@ -1,0 +1,133 @@
+"""`vfix rehearse`: the engine without a page; one JSON object with what was measured."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.services import Services, build_services
+from app.services.plans import Plan
+from app.services.resolve import ResolvedCase, resolve_case, resolve_plan, resolve_targets
+from app.settings import Settings
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.simulation.headless import HeadlessRun
+from vfix_engine.simulation.placing import place_robot
+from vfix_engine.simulation.recorder import CsvRecorder
+from vfix_engine.simulation.rehearsal import Rehearsal
+from vfix_engine.simulation.scene import Scene
+
+NOTICE = "Not for clinical use."
+MIN_PUSHING_STEPS = 2000
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser("rehearse", help="run a rehearsal without a page", description=__doc__)
+    parser.add_argument("--case", required=True, help="a case's id or name, or a surface or CT file")
+    parser.add_argument("--plan", required=True, help="a plan's id or name, or a .json, .mrk.json or .csv file")
+    parser.add_argument("--operator", choices=("scripted", "pushing"), default="scripted", help="whose hand it is")
+    parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
+    parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
+    parser.add_argument("--tool", help="a shipped tool's name or a tool file, instead of the plan's")
+    parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
+    parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
+    parser.add_argument("--steps", type=int, help="steps of pushing, or of swinging in inspection")
+    parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
+    parser.add_argument("--seed", type=int, default=0, help="of the pushing hand")
+    parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
+    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    return parser
+
+
+def run(args: argparse.Namespace) -> int:
+    """Exit status 0 when the job was done, 1 when the tool did not get there."""
+    services = build_services(Settings.from_environment())
+    case = resolve_case(services, args.case)
+    plan = resolve_plan(services, case, args.plan)
+    scene, settings = build_scene(services, case, plan, args)
+    report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
+    report |= _rehearse(Rehearsal(scene, settings), args)
+    report["notice"] = NOTICE
+    if args.json:
+        print(json.dumps(report, allow_nan=False))
+    else:
+        _print_for_people(report)
+    return 0 if report["completed"] else 1
+
+
+def build_scene(
+    services: Services, case: ResolvedCase, plan: Plan, args: argparse.Namespace
+) -> tuple[Scene, ControlSettings]:
+    """Scene and settings of a plan; a plan without a robot placing gets one."""
+    settings = ControlSettings.from_dict(dict(plan.settings))
+    if args.margin is not None:
+        settings = replace(settings, margin_mm=args.margin)
+    if args.view_distance is not None:
+        settings = replace(settings, view_distance_mm=args.view_distance)
+    if args.free:
+        settings = replace(settings, k_tau=1.0)
+    robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(args.tool or plan.tool)
+    path = SplinePath(np.array([p.position for p in plan.points]))
+    if args.task == "inspect":
+        targets, names = _targets(plan, args.targets)
+    else:
+        targets, names = np.zeros((0, 3)), ()
+    placed = plan.robot.get("base") is not None and args.tool is None and args.margin is None
+    if placed:
+        base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
+    else:
+        placing = place_robot(case.tree, robot, tool, path, settings)
+        base, q_start = placing.base, placing.q_start
+    return Scene(case.tree, robot, tool, base, q_start, path, targets, names), settings
+
+
+def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Targets from a file, from the plan, or the corridor's end where neither names one."""
+    targets = resolve_targets(file) if file is not None else plan.targets
+    if targets:
+        return np.array([t.position for t in targets]), tuple(t.label for t in targets)
+    return np.array([plan.points[-1].position]), ("the path's end",)
+
+
+def _rehearse(rehearsal: Rehearsal, args: argparse.Namespace) -> dict[str, Any]:
+    if args.record is None:
+        return _drive(HeadlessRun(rehearsal, lambda snapshot: None), args)
+    with CsvRecorder(args.record) as recorder:
+        return _drive(HeadlessRun(rehearsal, recorder.add), args)
+
+
+def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
+    settings = run.rehearsal.settings
+    result: dict[str, Any]
+    if args.task == "inspect":
+        scene = run.rehearsal.scene
+        steps = args.steps or 4000
+        targets = [run.inspect(i, steps) for i in range(len(scene.targets))]
+        result = {"completed": any(t["reached"] for t in targets), "reason": "", "targets": targets}
+    elif args.operator == "pushing":
+        steps = MIN_PUSHING_STEPS if args.steps is None else args.steps
+        if steps < 1:
+            raise InputError(f"--steps {steps} is no number of steps")
+        last = run.push(steps, args.seed, args.free)
+        result = {"completed": True, "reason": last.reason, "mode": last.mode}
+    else:
+        last = run.follow()
+        done = last.phase == "done"
+        result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
+    path = run.rehearsal.scene.path
+    length = math.nan if path is None else path.length
+    return result | run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
+
+
+def _print_for_people(report: dict[str, Any]) -> None:
+    for name, value in report.items():
+        print(f"{name:>18}  {json.dumps(value) if isinstance(value, (dict, list)) else value}", file=sys.stdout)

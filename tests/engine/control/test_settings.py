@@ -1,0 +1,36 @@
+"""Settings: every value in range or refused, clamped where a person moves a slider."""
+
+import math
+
+import pytest
+
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import InputError
+
+
+def test_every_field_has_a_bound_that_its_default_meets() -> None:
+    assert set(ControlSettings.bounds()) == set(ControlSettings().to_dict())
+
+
+@pytest.mark.parametrize("name", list(ControlSettings.bounds()))
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1e9, 1e9])
+def test_nonsense_is_refused(name: str, value: float) -> None:
+    """HAZ-05."""
+    with pytest.raises(InputError, match=name):
+        ControlSettings(**{name: value})
+
+
+@pytest.mark.parametrize("name", list(ControlSettings.bounds()))
+def test_a_slider_is_clamped(name: str) -> None:
+    bound = ControlSettings.bounds()[name]
+    assert getattr(ControlSettings().clamped(**{name: 1e12}), name) == bound.high
+    assert getattr(ControlSettings().clamped(**{name: -1e12}), name) == bound.low
+    with pytest.raises(InputError):
+        ControlSettings().clamped(**{name: math.nan})
+
+
+def test_round_trip_and_unknown_names() -> None:
+    settings = ControlSettings(margin_mm=0.5)
+    assert ControlSettings.from_dict(settings.to_dict()) == settings
+    with pytest.raises(InputError, match="margn"):
+        ControlSettings.from_dict({"margn": 1.0})
