@@ -17,12 +17,16 @@ from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.volume import Volume
 
 BONE_HU = 250.0
+_MEASURED_VERTICES = 50_000
 _AGGRESSIVENESS = 5.0  # of the edge collapse, 0 to 10: slower and closer to the original than its default of 7
 
 
 @dataclass(frozen=True)
 class ThinnedSurface:
-    """A thinned surface and how far [mm] the vertices of the original lie from it: on average, and at most."""
+    """A thinned surface and how far [mm] the vertices of the original lie from it: on average, and at most.
+
+    Measured at up to 50,000 vertices, spread evenly over the original's order.
+    """
 
     mesh: TriangleMesh
     mean_deviation_mm: float
@@ -83,7 +87,8 @@ def thin(mesh: TriangleMesh, target_triangles: int) -> ThinnedSurface:
         np.array(mesh.vertices), np.array(mesh.faces), target_count=target_triangles, agg=_AGGRESSIVENESS
     )
     thinned = clean(TriangleMesh(vertices.astype(np.float64), faces.astype(np.int32)), 1)
-    distance = ProximityTree(thinned).point_distance(mesh.vertices)[0]
+    stride = -(-len(mesh.vertices) // _MEASURED_VERTICES)
+    distance = ProximityTree(thinned).point_distance(mesh.vertices[::stride])[0]
     return ThinnedSurface(thinned, float(distance.mean()), float(distance.max()))
 
 

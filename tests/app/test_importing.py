@@ -1,0 +1,169 @@
+"""A case out of every kind of file: the service, and the command that people type."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from app.services.cases import CaseService
+from app.services.importing import ImportRequest, ImportService, case_name
+from app.settings import Settings
+from app.store import Store
+from vfix_engine.errors import FrameError, ImageError, InputError
+from vfix_engine.imaging.volume import Volume
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    return tmp_path / "home"
+
+
+def imported(capsys: pytest.CaptureFixture[str], *words: object) -> dict[str, Any]:
+    assert main(["import", *map(str, words), "--json"]) == 0
+    answer: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return answer
+
+
+def bounds_of(answer: dict[str, Any], name: str = "bone") -> np.ndarray:
+    (surface,) = [surface for surface in answer["surfaces"] if surface["name"] == name]
+    return np.array(surface["bounds_lps_mm"])
+
+
+def test_real_head_as_nrrd_and_as_dicom(home: Path, trial_data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """HAZ-14: both bring the same bone, within a voxel."""
+    folder = trial_data / "head_ct"
+    nrrd = imported(capsys, folder / "cthead_hu_lps.nrrd")
+    series = imported(capsys, folder / "cthead_derived_dicom.zip")
+    for answer, name in ((nrrd, "cthead_hu_lps"), (series, "CT series")):
+        assert answer["name"] == name
+        assert answer["frame"] == {"name": "LPS", "assumed": False}
+        assert answer["spacing_mm"] == [1.0, 1.0, 2.0]
+        triangles = {surface["name"]: surface["triangles"] for surface in answer["surfaces"]}
+        assert 200_000 < triangles["bone"] <= 400_001
+        assert triangles["display"] <= 60_001
+    assert np.abs(bounds_of(nrrd) - bounds_of(series)).max() < 1.0
+    assert nrrd["case"] != series["case"]
+
+
+def test_surface_keeps_its_triangles_and_what_is_assumed_is_said(
+    home: Path, trial_data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = trial_data / "head_ct" / "nose_sinus_bone_lps_mm.ply"
+    assumed = imported(capsys, file)
+    assert assumed["frame"] == {"name": "LPS", "assumed": True}
+    assert assumed["spacing_mm"] is None
+    assert assumed["surfaces"][0]["triangles"] == 182_000
+    told = imported(capsys, file, "--frame", "RAS", "--units", "mm", "--name", "Nose of RAS")
+    assert told["frame"] == {"name": "RAS", "assumed": False}
+    assert told["name"] == "Nose of RAS"
+    turned = bounds_of(assumed) * [-1, -1, 1]
+    assert np.allclose(bounds_of(told), np.sort(turned, axis=0), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "status"),
+    [
+        ("bad_magic.nii", 2),
+        ("truncated.nii", 2),
+        ("empty.nrrd", 2),
+        ("size_too_big.nrrd", 2),
+        ("truncated_gzip.nrrd", 2),
+        ("count_too_big.stl", 2),
+        ("nan_vertex.stl", 2),
+        ("zero_triangles.stl", 2),
+        ("index_out_of_range.ply", 2),
+        ("truncated.mrk.json", 2),
+        ("quad_face.ply", 0),
+    ],
+)
+def test_malformed_files_end_in_one_line(
+    home: Path, trial_data: Path, capsys: pytest.CaptureFixture[str], name: str, status: int
+) -> None:
+    """HAZ-16: no traceback, status 2, and the reason as JSON too."""
+    assert main(["import", str(trial_data / "formats" / "malformed" / name), "--json"]) == status
+    out, err = capsys.readouterr()
+    assert "Traceback" not in out + err
+    if status:
+        assert json.loads(out)["error"]["message"]
+        assert "vfix: " in err
+
+
+@pytest.fixture
+def service(tmp_path: Path) -> ImportService:
+    return ImportService(CaseService(Store(Settings(home=tmp_path / "home"))))
+
+
+def save_nrrd(file: Path, hu: np.ndarray, space: str) -> Path:
+    sizes = " ".join(str(size) for size in hu.shape[::-1])
+    file.write_bytes(
+        f"NRRD0004\ntype: short\ndimension: 3\n{space}sizes: {sizes}\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+        f"endian: little\nencoding: raw\nspace origin: (0,0,0)\n\n".encode()
+        + hu.astype("<i2").tobytes()
+    )
+    return file
+
+
+def block(air: int, bone: int) -> np.ndarray:
+    hu = np.full((20, 20, 20), air, dtype=np.int16)
+    hu[4:15, 5:13, 6:17] = bone
+    return hu
+
+
+def test_page_is_asked_for_what_is_missing(tmp_path: Path, service: ImportService) -> None:
+    """HAZ-14: without `assume` nothing is guessed; the answer goes into the next request."""
+    file = save_nrrd(tmp_path / "head.nrrd", block(-1000, 1000), "")
+    with pytest.raises(FrameError) as asked:
+        service.run(ImportRequest(file))
+    assert asked.value.missing == ("frame",)
+    stages: list[tuple[str, float]] = []
+    case = service.run(ImportRequest(file, frame="RAS"), lambda stage, fraction: stages.append((stage, fraction)))
+    assert (case.frame.name, case.frame.assumed, case.name) == ("RAS", False, "head")
+    fractions = [fraction for _, fraction in stages]
+    assert fractions == sorted(fractions)
+    assert stages[-1] == ("Done", 1.0)
+    assert len(stages) > 4
+
+
+def test_what_is_stored_comes_back(tmp_path: Path) -> None:
+    cases = CaseService(Store(Settings(home=tmp_path / "home")))
+    file = save_nrrd(tmp_path / "head.nrrd", block(-1000, 1000), "space: left-posterior-superior\n")
+    case = ImportService(cases).run(ImportRequest(file, name="Block"))
+    volume = cases.volume(case.id)
+    assert isinstance(volume, Volume)
+    assert np.array_equal(volume.hu, block(-1000, 1000))
+    bone = cases.case_surface(case.id)
+    assert np.allclose(bone.bounds, [[5.375, 4.375, 3.375], [16.625, 12.625, 14.625]], atol=0.01)
+    assert [surface.name for surface in case.surfaces] == ["bone", "display"]
+
+
+def test_values_that_are_not_hounsfield_units_are_refused(tmp_path: Path, service: ImportService) -> None:
+    file = save_nrrd(tmp_path / "raw.nrrd", block(24, 2024), "space: left-posterior-superior\n")
+    with pytest.raises(ImageError, match="not Hounsfield"):
+        service.run(ImportRequest(file))
+
+
+def test_wrong_paths_are_refused(tmp_path: Path, service: ImportService) -> None:
+    (tmp_path / "notes.docx").write_text("x")
+    (tmp_path / "empty").mkdir()
+    for path in (tmp_path / "missing.nrrd", tmp_path / "notes.docx", tmp_path / "empty"):
+        with pytest.raises(InputError):
+            service.run(ImportRequest(path))
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("head of <b onload='x'>.nrrd", "head of b onload x"),
+        ("ct.nii.gz", "ct"),
+        ("Doe^John.zip", "CT series"),
+        ("***.stl", "Imported case"),
+        ("x" * 200 + ".ply", "x" * 120),
+    ],
+)
+def test_name_of_a_case_comes_from_its_file(file: str, name: str) -> None:
+    """HAZ-32, HAZ-33."""
+    assert case_name(ImportRequest(Path(file))) == name

@@ -1,0 +1,70 @@
+"""From a CT or a surface to the two surfaces of a case: the one the controller keeps away from, and the one on show."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from vfix_engine.errors import ImageError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.surface import BONE_HU, clean, extract_surface, thin
+from vfix_engine.imaging.volume import Volume
+
+CONTROL_TRIANGLES = 400_000
+DISPLAY_TRIANGLES = 60_000
+MIN_BODY_TRIANGLES = 100  # a speck of noise or a filling's streak; smaller bodies are away
+DISPLAY_MIN_BODY_TRIANGLES = 400
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class BoneSurfaces:
+    """control, display: surfaces in LPS mm, normals out of bone.
+
+    control_deviation_mm: (mean, largest) distance of the extracted surface's vertices from `control`; zero where
+    nothing was thinned. display_deviation_mm: the same of `control`'s vertices from `display`.
+    """
+
+    control: TriangleMesh
+    display: TriangleMesh
+    control_deviation_mm: tuple[float, float]
+    display_deviation_mm: tuple[float, float]
+
+
+def bone_of_volume(volume: Volume, *, progress: Progress) -> BoneSurfaces:
+    """Extract, clean and thin the bone of a CT.
+
+    Raises ImageError when there is no bone, or when the values cannot be Hounsfield units.
+    """
+    low, high = int(volume.hu.min()), int(volume.hu.max())
+    if low >= 0 and high >= 1024:
+        raise ImageError(
+            f"the values run from {low} to {high}: there is no air in them, so they are not Hounsfield units; "
+            "an offset of 1024 is missing, perhaps. Export the CT with its rescale applied."
+        )
+    progress("Finding the bone", 0.0)
+    surface = extract_surface(volume, BONE_HU)
+    progress("Cleaning the surface", 0.35)
+    surface = clean(surface, min(MIN_BODY_TRIANGLES, len(surface.faces)))
+    progress("Thinning the surface", 0.45)
+    control = thin(surface, CONTROL_TRIANGLES)
+    progress(
+        f"{len(surface.faces):,} triangles, thinned to {len(control.mesh.faces):,} "
+        f"({control.max_deviation_mm:.2f} mm off at most); making the picture of it",
+        0.75,
+    )
+    return _with_display(control.mesh, (control.mean_deviation_mm, control.max_deviation_mm))
+
+
+def bone_of_surface(surface: TriangleMesh, *, progress: Progress) -> BoneSurfaces:
+    """A surface that was made elsewhere: kept triangle by triangle for the controller, thinned for display only."""
+    progress("Making the picture of it", 0.0)
+    return _with_display(surface, (0.0, 0.0))
+
+
+def _with_display(control: TriangleMesh, deviation: tuple[float, float]) -> BoneSurfaces:
+    if len(control.faces) <= DISPLAY_TRIANGLES:
+        return BoneSurfaces(control, control, deviation, (0.0, 0.0))
+    display = thin(control, DISPLAY_TRIANGLES)
+    return BoneSurfaces(control, display.mesh, deviation, (display.mean_deviation_mm, display.max_deviation_mm))
