@@ -22,9 +22,10 @@ class CandidateList:
     """
 
     def __init__(
-        self, segments: Segments, reach: float, offset: Index, triangle: Index, corners: Array, spheres: Array, normals: Array
+        self, segments: Segments, reach: float, offset: Index, triangle: Index,
+        corners: Array, spheres: Array, normals: Array,
     ):  # fmt: skip
-        """Segment i owns the rows offset[i] to offset[i + 1] of triangle (n,), corners (n, 9), spheres (n, 4), normals."""
+        """Segment i owns rows offset[i] to offset[i + 1] of triangle (n,), corners (n, 9), spheres (n, 4), normals."""
         self.segments, self.reach = segments, reach
         self._lists = (offset, triangle, corners, spheres, normals)
 

@@ -35,7 +35,7 @@ class Segments:
         radius = np.array(self.radius, dtype=np.float64, order="C")
         if start.ndim != 2 or start.shape[1] != 3 or end.shape != start.shape or radius.shape != start.shape[:1]:
             raise InputError(
-                f"segments need start (S, 3), end (S, 3) and radius (S,), not {start.shape}, {end.shape}, {radius.shape}"
+                f"segments need start (S, 3), end (S, 3), radius (S,), not {start.shape}, {end.shape}, {radius.shape}"
             )
         if not (np.isfinite(start).all() and np.isfinite(end).all() and np.isfinite(radius).all()):
             raise InputError("a segment has a coordinate or radius that is not finite")

@@ -41,7 +41,9 @@ class SplinePath:
         chords = np.linalg.norm(np.diff(control, axis=0), axis=1)
         same = np.flatnonzero(chords <= _NEAR)
         if len(same):
-            raise PlanError(f"points {same[0] + 1} and {same[0] + 2} of the path are in the same place; move one of them")
+            raise PlanError(
+                f"points {same[0] + 1} and {same[0] + 2} of the path are in the same place; move one of them"
+            )
         control.setflags(write=False)
         self.points, self.degree = control, min(degree, len(control) - 1)
         # Chord lengths as parameter keep the speed near 1 and the curve from swinging between uneven points.

@@ -18,9 +18,16 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 @compiled
-def _piece(breaks: Array, u: float) -> int:
-    found = np.searchsorted(breaks, u, side="right") - 1
-    return min(max(found, 0), len(breaks) - 2)
+def _before(values: Array, x: float) -> int:
+    """Index of the last of the rising values that is not above x; the last but one at most."""
+    low, high = 0, len(values) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if values[middle] <= x:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 @compiled
@@ -69,12 +76,14 @@ def arc_table(breaks: Array, coefficients: Array, step: float) -> tuple[Array, A
 @compiled
 def parameter_at(breaks: Array, coefficients: Array, u: Array, s: Array, wanted: float, out: Array) -> float:
     """Parameter at an arc length, by Newton's steps inside one entry of the table."""
+    begin: float = u[0]
+    finish: float = u[-1]
     if wanted <= 0.0:
-        return u[0]
+        return begin
     if wanted >= s[-1]:
-        return u[-1]
-    i = min(np.searchsorted(s, wanted, side="right") - 1, len(s) - 2)
-    m = _piece(breaks, u[i])
+        return finish
+    i = _before(s, wanted)
+    m = _before(breaks, u[i])
     start, low, high = u[i] - breaks[m], u[i] - breaks[m], u[i + 1] - breaks[m]
     x = start + (high - start) * (wanted - s[i]) / (s[i + 1] - s[i])
     for _ in range(30):
@@ -87,7 +96,8 @@ def parameter_at(breaks: Array, coefficients: Array, u: Array, s: Array, wanted:
         x = x - off / speed if speed > 0.0 else low
         if not low < x < high:
             x = 0.5 * (low + high)
-    return breaks[m] + x
+    found: float = breaks[m] + x
+    return found
 
 
 @compiled
@@ -109,7 +119,7 @@ def sample(breaks: Array, coefficients: Array, u: Array, s: Array, points: Array
     values, out = np.empty((len(wanted), 3)), np.empty((3, 3))
     for k in range(len(wanted)):
         place = parameter_at(breaks, coefficients, u, s, wanted[k], out)
-        m = _piece(breaks, place)
+        m = _before(breaks, place)
         if order == 0:
             _evaluate(coefficients[m], place - breaks[m], out)
             values[k] = out[0]
@@ -156,7 +166,8 @@ def _refine(coefficients: Array, low: float, high: float, target: Array, out: Ar
 @compiled
 def _gap(point: Array, target: Array) -> float:
     x, y, z = point[0] - target[0], point[1] - target[1], point[2] - target[2]
-    return np.sqrt(x * x + y * y + z * z)
+    size: float = np.sqrt(x * x + y * y + z * z)
+    return size
 
 
 @compiled
@@ -167,26 +178,26 @@ def closest_on_path(
     out, result = np.empty((3, 3)), np.empty(7)
     start = parameter_at(breaks, coefficients, u, s, low, out)
     stop = parameter_at(breaks, coefficients, u, s, high, out)
-    first = min(max(np.searchsorted(u, start, side="right") - 1, 0), len(u) - 2)
-    last = min(max(np.searchsorted(u, stop, side="left"), first + 1), len(u) - 1)
+    first = _before(u, start)
+    last = _before(u, stop) + 1
     # No point of a stretch is nearer than half of what its ends' distances exceed its arc by; the most promising
     # stretch goes first, so that its answer rejects nearly all others.
     promise = np.empty(last - first)
     for i in range(first, last):
         promise[i - first] = 0.5 * (_gap(points[i], target) + _gap(points[i + 1], target) - s[i + 1] + s[i])
-    seed = first + np.argmin(promise)
+    seed = first + int(np.argmin(promise))
     best, where, piece = np.inf, 0.0, 0
     for turn in range(first - 1, last):
         i = seed if turn < first else turn
         if promise[i - first] > best or turn == seed:
             continue
-        m = _piece(breaks, u[i])
+        m = _before(breaks, u[i])
         x = _refine(coefficients[m], max(u[i], start) - breaks[m], min(u[i + 1], stop) - breaks[m], target, out)
         _evaluate(coefficients[m], x, out)
         gap = _gap(out[0], target)
         if gap < best:
             best, where, piece = gap, x, m
-    i = min(max(np.searchsorted(u, breaks[piece] + where, side="right") - 1, first), last - 1)
+    i = min(max(_before(u, breaks[piece] + where), first), last - 1)
     if u[i] < breaks[piece]:
         i += 1
     result[0] = s[i] + _arc(coefficients[piece], u[i] - breaks[piece], where, out)

@@ -1,7 +1,7 @@
 """Proximity between tool and anatomy: the covariance tree of Li 2007, section III.D.
 
 Distances are from the surface of the tool's capsules to the triangles, in mm; they are exact.
-Only grouped pairs lie on the inflated boxes of flat nodes: they come nearer than the bone and may add rows, never judge.
+Only grouped pairs lie on the inflated boxes of flat nodes: nearer than the bone, they may add rows but never judge.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class ProximityTree:
         return tree_points(*self.nodes, self._corners, self._spheres, places)
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
-        """The triangles within ``reach`` mm of each segment's surface, for exact queries while the tool moves a little."""
+        """The triangles within ``reach`` mm of each segment's surface, for exact queries around this pose."""
         lists = [
             tree_places(
                 *self.nodes[:5], self._corners, self._spheres,
@@ -103,7 +103,7 @@ class ProximityTree:
         )  # fmt: skip
 
     def _nearest(self, segments: Segments, upper: float) -> tuple[float, int, int]:
-        """Smallest distance, its segment and its place in the order of the leaves; (upper, −1, −1) when none is nearer."""
+        """Smallest distance, its segment, its place in the leaves' order; (upper, −1, −1) when none is nearer."""
         least, segment, place = upper, -1, -1
         for s in range(len(segments)):
             start, radius = segments.start[s], float(segments.radius[s])

@@ -18,10 +18,9 @@ _COINCIDENT = 1e-9  # mm under which the direction between the two points is rou
 def fits(p: Array, d: Array, dd: float, sphere: Array, limit: float) -> bool:
     """Whether a triangle's sphere (4,) comes within ``limit`` of the segment p + t·d, dd = d·d."""
     reach = limit + sphere[3]
-    return (
-        segment_point(p[0], p[1], p[2], d[0], d[1], d[2], dd, sphere[0], sphere[1], sphere[2])
-        <= reach * reach * (1.0 + 1e-12)
-    )  # fmt: skip
+    gap = segment_point(p[0], p[1], p[2], d[0], d[1], d[2], dd, sphere[0], sphere[1], sphere[2])
+    near: bool = gap <= reach * reach * (1.0 + 1e-12)
+    return near
 
 
 @compiled

@@ -134,9 +134,7 @@ def _split(members: Index, along: Array, spare: Index, halve: bool) -> int:
 
 
 @compiled
-def build(
-    centres: Array, radii: Array, leaf_size: int
-) -> tuple[Array, Array, Index, Index, Index, Index]:
+def build(centres: Array, radii: Array, leaf_size: int) -> tuple[Array, Array, Index, Index, Index, Index]:
     """Nodes of the tree over sphere centres (F, 3) with radii (F,); the fields of ``Nodes``."""
     count = len(centres)
     room = 2 * count

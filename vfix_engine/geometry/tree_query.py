@@ -79,7 +79,8 @@ def tree_pairs(
                     if found == len(rows):
                         rows, labels = widened(rows, labels)
                     _group_row(
-                        frame[node], box[node], lp, ld, t, gap, segment, p, d, radius[segment], rows[found], labels[found]
+                        frame[node], box[node], lp, ld, t, gap, segment, p, d, radius[segment],
+                        rows[found], labels[found],
                     )  # fmt: skip
                     found += 1
                 else:
@@ -163,9 +164,12 @@ def tree_nearest(
             continue
         for place in range(first[node], last[node]):
             reach = np.sqrt(best) + spheres[place, 3]
-            if segment_point(
-                p[0], p[1], p[2], d[0], d[1], d[2], dd, spheres[place, 0], spheres[place, 1], spheres[place, 2]
-            ) <= reach * reach:
+            if (
+                segment_point(
+                    p[0], p[1], p[2], d[0], d[1], d[2], dd, spheres[place, 0], spheres[place, 1], spheres[place, 2]
+                )
+                <= reach * reach
+            ):
                 c = corners[place]
                 near = segment_triangle(
                     p[0], p[1], p[2], d[0], d[1], d[2], c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8]
