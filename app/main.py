@@ -17,6 +17,23 @@ def build(settings: Settings) -> FastAPI:
 
 
 def create_app(settings: Settings, services: Services, scene_server: SceneServer) -> FastAPI:
-    """The planner over services and a scene server that exist already; the application stops the scene at its end."""
-    warm_up = WarmUp((WarmUpStep("Opening the embedded case", services.cases.embedded_case),))
+    """The planner over services and a scene server that exist already; the application closes both at its end."""
+    warm_up = WarmUp(
+        (
+            WarmUpStep("Reading the head", lambda: _read_head(services)),
+            WarmUpStep("Compiling the controller, once on each machine", lambda: _drive_plans(services)),
+        )
+    )
     return build_application(settings, services, scene_server, warm_up, (api_router, session_router))
+
+
+def _read_head(services: Services) -> None:
+    case = services.cases.embedded_case()
+    if case.deleted_at is None:
+        services.cases.tree(case.id)
+
+
+def _drive_plans(services: Services) -> None:
+    """The first plan of the embedded case, along which every kernel of the controller is needed."""
+    for plan in services.plans.list(services.cases.embedded_case().id)[:1]:
+        services.planning.evaluate(plan)

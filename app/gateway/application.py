@@ -2,6 +2,7 @@
 
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
+from typing import Protocol
 
 from fastapi import APIRouter, FastAPI
 from starlette.staticfiles import StaticFiles
@@ -15,6 +16,12 @@ from app.gateway.relay import scene_router
 from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp
 from app.settings import Settings
+
+
+class Closable(Protocol):
+    """What the gateway needs to know of the services."""
+
+    def close(self) -> None: ...
 
 
 class GuardedApplication(FastAPI):
@@ -38,13 +45,13 @@ class GuardedApplication(FastAPI):
 
 def build_application(
     settings: Settings,
-    services: object,
+    services: Closable,
     scene_server: SceneServer,
     warm_up: WarmUp,
     routers: Sequence[APIRouter],
 ) -> FastAPI:
-    """Application whose `state` holds settings, services, scene_server and warmup; it stops the scene at its end."""
-    app = GuardedApplication(settings, _lifespan(scene_server, warm_up))
+    """Application whose `state` holds settings, services, scene_server and warmup; it closes them at its end."""
+    app = GuardedApplication(settings, _lifespan(services, scene_server, warm_up))
     app.state.services = services
     app.state.scene_server = scene_server
     app.state.warmup = warm_up
@@ -55,11 +62,12 @@ def build_application(
     return app
 
 
-def _lifespan(scene_server: SceneServer, warm_up: WarmUp) -> Lifespan[FastAPI]:
+def _lifespan(services: Closable, scene_server: SceneServer, warm_up: WarmUp) -> Lifespan[FastAPI]:
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         warm_up.start()
         yield
         scene_server.stop()
+        services.close()
 
     return lifespan

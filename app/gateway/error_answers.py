@@ -11,8 +11,18 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.error_shape import error_body, error_code
+from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
 from vfix_engine.errors import ControlError, InputError, VfixError
 
+# The first kind that fits counts.
+_STATUS: dict[type[VfixError], int] = {
+    NotFound: 404,
+    TooLarge: 413,
+    PlanConflict: 409,
+    PlanLocked: 423,
+    InputError: 422,
+    ControlError: 409,
+}
 _LOG = logging.getLogger(__name__)
 
 
@@ -25,7 +35,7 @@ def install_error_answers(app: FastAPI) -> None:
 
 
 async def _refused(_: Request, error: Exception) -> JSONResponse:
-    status = 422 if isinstance(error, InputError) else 409 if isinstance(error, ControlError) else 400
+    status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), 400)
     return JSONResponse(error_body(error_code(error), str(error)), status)
 
 

@@ -120,7 +120,7 @@ def listening(home: Path, routers: Sequence[APIRouter]) -> Iterator[Planner]:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         settings = Settings(home=home, port=listener.getsockname()[1], token=secrets.token_urlsafe(24))
         scene_server = SceneServer()
-        app = build_application(settings, None, scene_server, WarmUp(()), routers)
+        app = build_application(settings, contextlib.ExitStack(), scene_server, WarmUp(()), routers)
         server = uvicorn.Server(uvicorn.Config(app, ws_max_size=64 * 2**20, log_level="error", access_log=False))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()

@@ -1,0 +1,103 @@
+"""`vfix serve` as a user starts it: one address with its token, loopback sockets only, an end without a trace."""
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.commands.serve import bind
+from app.settings import Settings
+from vfix_engine.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def environment(home: Path) -> dict[str, str]:
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("VFIX_")}
+    return {**kept, "VFIX_HOME": str(home), "PYTHONUNBUFFERED": "1"}
+
+
+@contextlib.contextmanager
+def serving(home: Path, *arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A planner in a process of its own, and the line that it prints."""
+    command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", *arguments]
+    process = subprocess.Popen(command, cwd=ROOT, env=environment(home), stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        yield process, process.stdout.readline().strip()
+    finally:
+        process.terminate()
+        process.wait(20)
+
+
+def listening_addresses(process_id: int) -> set[str]:
+    """Local addresses of a process's listening TCP sockets, as the kernel lists them."""
+    inodes = set()
+    for descriptor in Path(f"/proc/{process_id}/fd").iterdir():
+        with contextlib.suppress(OSError):
+            match = re.fullmatch(r"socket:\[(\d+)\]", os.readlink(descriptor))
+            inodes |= {match[1]} if match else set()
+    found = set()
+    for table, family in (("tcp", socket.AF_INET), ("tcp6", socket.AF_INET6)):
+        for line in Path(f"/proc/{process_id}/net/{table}").read_text(encoding="ascii").splitlines()[1:]:
+            fields = line.split()
+            if fields[3] == "0A" and fields[9] in inodes:
+                words = bytes.fromhex(fields[1].split(":")[0])
+                packed = b"".join(words[i : i + 4][::-1] for i in range(0, len(words), 4))
+                found.add(socket.inet_ntop(family, packed))
+    return found
+
+
+def test_serve_prints_its_address_and_listens_on_loopback_only(tmp_path: Path) -> None:
+    with serving(tmp_path / "home", "--port", "0") as (process, line):
+        address = re.fullmatch(r"vfix is at (http://127\.0\.0\.1:(\d+)/\?token=[A-Za-z0-9_-]{43})", line)
+        assert address, line
+        opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(), urllib.request.ProxyHandler({}))
+        with opener.open(address[1], timeout=30) as page:
+            assert page.status == 200
+            assert page.url == f"http://127.0.0.1:{address[2]}/"
+            assert b"Not for clinical use" in page.read()
+        if sys.platform == "linux":
+            assert listening_addresses(process.pid) == {"127.0.0.1"}
+        process.send_signal(signal.SIGINT if os.name == "posix" else signal.SIGTERM)
+        assert process.wait(20) == 0
+        with pytest.raises(OSError, match=r"."):
+            socket.create_connection(("127.0.0.1", int(address[2])), timeout=2).close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--host", "0.0.0.0"], "--allow-remote"),
+        (["--host", "192.0.2.7"], "--allow-remote"),
+        (["--host", "0.0.0.0", "--allow-remote"], "VFIX_TOKEN"),
+        (["--port", "99999"], "99999"),
+    ],
+)
+def test_serve_refuses(tmp_path: Path, arguments: list[str], words: str) -> None:
+    command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", *arguments]
+    done = subprocess.run(
+        command, cwd=ROOT, env=environment(tmp_path), capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_taken_port_is_left_or_named(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        settings = Settings(home=tmp_path, port=taken.getsockname()[1])
+        with pytest.raises(InputError, match="--port 0"):
+            bind(settings, may_move=False)
+        with bind(settings, may_move=True) as moved:
+            assert moved.getsockname()[0] == "127.0.0.1"
+            assert moved.getsockname()[1] != settings.port

@@ -1,0 +1,93 @@
+"""The command line: quick to help, one line for an error, one JSON object for `--json`."""
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from app import cli
+from vfix_engine.errors import FrameError
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def refusing(args: argparse.Namespace) -> int:
+    raise FrameError("the file names no frame; say --frame LPS or --frame RAS.")
+
+
+@pytest.fixture
+def refusing_verb(monkeypatch: pytest.MonkeyPatch) -> None:
+    def add_parser(subparsers: argparse._SubParsersAction) -> argparse.ArgumentParser:
+        parser = subparsers.add_parser("doctor")
+        parser.add_argument("--json", action="store_true")
+        return parser
+
+    module = SimpleNamespace(add_parser=add_parser, run=refusing)
+    monkeypatch.setattr(cli.importlib, "import_module", lambda name: module)
+
+
+def test_help_imports_no_verb() -> None:
+    code = (
+        "import sys\nfrom app.cli import main\n"
+        "try: main(['--help'])\nexcept SystemExit: pass\n"
+        "heavy = {'numpy', 'viser', 'fastapi', 'numba', 'sqlalchemy'} & set(sys.modules)\nassert not heavy, heavy"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    for verb in cli.VERBS:
+        assert verb.name in done.stdout
+
+
+@pytest.mark.parametrize("verb", cli.VERBS, ids=lambda verb: verb.name)
+def test_every_verb_has_help(verb: cli.Verb, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.main([verb.name, "--help"])
+    assert ended.value.code == 0
+    assert f"vfix {verb.name}" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("refusing_verb")
+def test_a_refusal_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["doctor"]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err == "vfix: the file names no frame; say --frame LPS or --frame RAS.\n"
+
+
+@pytest.mark.usefixtures("refusing_verb")
+def test_a_refusal_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["doctor", "--json"]) == 2
+    error = json.loads(capsys.readouterr().out)["error"]
+    assert error["code"] == "frame_error"
+    assert "--frame LPS" in error["message"]
+
+
+def test_no_verb_shows_the_verbs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([]) == 2
+    assert "rehearse" in capsys.readouterr().err
+
+
+def test_doctor_says_what_it_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    assert cli.main(["doctor", "--json"]) == 0
+    health = json.loads(capsys.readouterr().out)
+    assert health["home"] == str(tmp_path / "home")
+    assert health["home_writable"] is True
+    assert health["packages"]["viser"] == "1.1.1"
+    assert health["cores"] >= 1
+    assert health["problems"] == []
+    assert not (tmp_path / "home").exists()
+
+
+def test_doctor_names_a_data_folder_that_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("app.commands.doctor._is_writable", lambda folder: False)
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    assert cli.main(["doctor"]) == 1
+    assert "set VFIX_HOME" in capsys.readouterr().err
