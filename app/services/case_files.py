@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,13 @@ from app.store import FileStore
 from app.store.files import StorageError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.imaging.readers import read_volume
+from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
 from vfix_engine.imaging.volume import Volume
 from vfix_engine.resources import assets_dir
 
 ASSET, STORED = "asset:", "sha256:"
+# The phantom's CT is shipped without noise, which its loader adds.
+PHANTOM_CT: dict[str, Callable[[], Volume]] = {"phantom:head": load_head_ct, "phantom:nose": load_nose_ct}
 
 
 class CaseFiles:
@@ -39,14 +41,14 @@ class CaseFiles:
     def surface(self, source: str) -> TriangleMesh:
         """Read a surface. Raises StorageError when its file is gone or damaged."""
         if source.startswith(ASSET):
-            return read_mesh(_asset(source))[0]
+            return read_mesh(assets_dir() / source.removeprefix(ASSET), "LPS", "mm")[0]
         arrays = self._arrays(source)
         return TriangleMesh(arrays["vertices"], arrays["faces"])
 
     def volume(self, source: str) -> Volume:
         """Read a volume. Raises StorageError when its file is gone or damaged."""
-        if source.startswith(ASSET):
-            return read_volume(_asset(source))[0]
+        if source in PHANTOM_CT:
+            return PHANTOM_CT[source]()
         arrays = self._arrays(source)
         return Volume(arrays["hu"], arrays["origin"], arrays["spacing"], arrays["direction"])
 
@@ -66,7 +68,3 @@ def surface_info(name: str, mesh: TriangleMesh, source: str) -> SurfaceInfo:
 def volume_info(name: str, volume: Volume, source: str) -> VolumeInfo:
     k, j, i = volume.hu.shape
     return VolumeInfo(name, to_triple(volume.spacing), (i, j, k), to_bounds(volume.bounds), source)
-
-
-def _asset(source: str) -> Path:
-    return assets_dir() / source.removeprefix(ASSET)

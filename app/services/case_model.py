@@ -31,7 +31,7 @@ class Bead:
 
 @dataclass(frozen=True)
 class SurfaceInfo:
-    """A surface of a case. source: where its file is, 'asset:NAME' or 'sha256:KEY'."""
+    """A surface of a case. source: where it comes from, as `CaseFiles` reads it."""
 
     name: str
     triangles: int

@@ -13,6 +13,7 @@ from app.services.exchange import from_native_json
 from app.services.plan_model import PlanFile, content_from_json
 from app.services.plans import PlanService
 from app.store import Store
+from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
 from vfix_engine.resources import assets_dir
 
 SAMPLE_PLAN = "head-phantom-sample"
@@ -24,7 +25,7 @@ _SURFACES = {
     "skull_half": "skull_half_display.ply",
     "skin": "skin_display.ply",
 }
-_VOLUMES = {"head": "ct_head.nrrd", "nose": "ct_nose.nrrd"}
+_VOLUMES = ("ct_head.nrrd", "ct_nose.nrrd")
 
 
 def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) -> None:
@@ -59,18 +60,18 @@ def _sample_plan() -> PlanFile:
 def _content(files: CaseFiles) -> CaseContent:
     description = json.loads((assets_dir() / _FOLDER / "phantom.json").read_text(encoding="utf-8"))
     surfaces = {name: f"{ASSET}{_FOLDER}/{file}" for name, file in _SURFACES.items()}
-    volumes = {name: f"{ASSET}{_FOLDER}/{file}" for name, file in _VOLUMES.items()}
+    volumes = {"head": load_head_ct(noise=False), "nose": load_nose_ct(noise=False)}
     return CaseContent(
         CaseFrame(description["frame"], assumed=False),
         tuple(surface_info(name, files.surface(source), source) for name, source in surfaces.items()),
-        tuple(volume_info(name, files.volume(source), source) for name, source in volumes.items()),
+        tuple(volume_info(name, volume, f"phantom:{name}") for name, volume in volumes.items()),
         tuple(Bead(bead["name"], to_triple(bead["centroid"])) for bead in description["beads"]),
     )
 
 
 def _assets_hash() -> str:
     digest = hashlib.sha256()
-    for file in (*_SURFACES.values(), *_VOLUMES.values(), "phantom.json"):
+    for file in (*_SURFACES.values(), *_VOLUMES, "phantom.json"):
         with (assets_dir() / _FOLDER / file).open("rb") as stream:
             digest.update(hashlib.file_digest(stream, "sha256").digest())
     return digest.hexdigest()

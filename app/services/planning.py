@@ -111,10 +111,9 @@ class Planning:
 
         Raises PlanError for fewer than two points, and StartRefused when the tool does not fit at the entry.
         """
-        content = json.dumps(
-            [plan.case_id, self._cases.get(plan.case_id).content_hash, plan.tool, dict(plan.robot)]
-            + [dict(plan.settings), [point.position for point in plan.points]]
-        )
+        case_hash = self._cases.get(plan.case_id).content_hash
+        points = [point.position for point in plan.points]
+        content = json.dumps([plan.case_id, case_hash, plan.tool, dict(plan.robot), dict(plan.settings), points])
         return self._evaluations.get(content, lambda: self._evaluate(plan))
 
     def curve(self, plan: Plan) -> tuple[tuple[CurveSample, ...], str]:

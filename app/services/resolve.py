@@ -60,14 +60,17 @@ def resolve_case(services: HasServices, text: str) -> ResolvedCase:
     """
     path = Path(text)
     if (is_mesh(path) or is_volume(path)) and path.exists():
-        if is_mesh(path):
-            mesh = read_mesh(path, assume=True)[0]
-        else:
-            mesh = extract_surface(read_volume(path, assume=True)[0])
+        mesh = _surface_of(path)
         return ResolvedCase(None, path.name, mesh.content_hash, mesh, ProximityTree(mesh))
     case = find(services.cases.list(), text, "case")
     mesh = services.cases.case_surface(case.id)
     return ResolvedCase(case.id, case.name, case.content_hash, mesh, services.cases.tree(case.id))
+
+
+def _surface_of(path: Path) -> TriangleMesh:
+    if is_mesh(path):
+        return read_mesh(path, assume=True)[0]
+    return extract_surface(read_volume(path, assume=True)[0])
 
 
 def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
@@ -105,7 +108,7 @@ def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
 
 
 def find(items: Sequence[Item], text: str, what: str) -> Item:
-    """The one item whose id, or else whose name, is `text`. Raises NotFound, or InputError when several are called so."""
+    """The item whose id, or else whose name, is `text`. Raises NotFound, or InputError when several are called so."""
     matching = [item for item in items if item.id == text] or [item for item in items if item.name == text]
     if not matching:
         known = ", ".join(f"{item.id} ({item.name})" for item in items[:10]) or "none"
