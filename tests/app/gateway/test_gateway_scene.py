@@ -10,7 +10,7 @@ import pytest
 import viser
 import viser._messages
 import viser._viser
-from knocking import Planner, knock, upgrade
+from knocking import Planner, eventually, knock, upgrade
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
@@ -56,13 +56,6 @@ def close_code(connection: ClientConnection) -> int | None:
         while True:
             connection.recv(timeout=10)
     return connection.close_code
-
-
-def eventually(condition: object, timeout: float = 10.0) -> None:
-    deadline = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen"
-        time.sleep(0.01)
 
 
 def inner(planner: Planner, *headers: tuple[str, str], host: str | None = None, websocket: bool) -> int:
