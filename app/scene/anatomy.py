@@ -26,7 +26,7 @@ class Look:
     opacity: float = 1.0
     cut: Cut = "whole"
     cut_at: float = 0.0  # [mm] x of the cut
-    slices_shown: bool = False
+    slices: str = "none"  # 'none', an axis, or 'all'
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,10 @@ class BoneNode:
             return self._surface
         # the half that is named is taken away
         normal = [-1.0, 0.0, 0.0] if cut == "left" else [1.0, 0.0, 0.0]
-        half = trimesh.intersections.slice_mesh_plane(self._surface, normal, [cut_at, 0.0, 0.0])
-        return half if len(half.faces) else self._surface
+        vertices, faces, _ = trimesh.intersections.slice_faces_plane(
+            self._surface.vertices, self._surface.faces, normal, [cut_at, 0.0, 0.0]
+        )
+        return trimesh.Trimesh(vertices, faces, process=False, validate=False) if len(faces) else self._surface
 
     def remove(self) -> None:
         self._node.remove()

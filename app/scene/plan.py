@@ -56,7 +56,7 @@ class ItemNode:
                 name, POINT_RADIUS_MM, color=palette.ACCENT, cast_shadow=False, receive_shadow=False
             )
         self._label = scene.add_label(
-            f"{name}_label", item.label, font_screen_scale=0.75, anchor="bottom-left", depth_test=False
+            f"{name}_label", item.label, font_screen_scale=0.8, anchor="bottom-left", depth_test=False, visible=False
         )
         self._selected = False
         self.place(np.array(item.position))
@@ -75,6 +75,7 @@ class ItemNode:
             self._selected = selected
             plain = palette.TARGET if item.kind == "target" else palette.ACCENT
             self._node.color = palette.SELECTED if selected else plain
+            self._label.visible = selected
         if locked != self._locked:
             self._locked = locked
             if locked:

@@ -14,6 +14,7 @@ from app.scene import camera
 from app.scene.anatomy import BoneNode, LetterNodes, Look, SliceNodes, SlicePicture
 from app.scene.camera import Lens
 from app.scene.hand import GripDrag, HandNodes
+from app.scene.lights import add_lights
 from app.scene.plan import DragEvent, PlanItem, PlanNodes
 from app.scene.robot import RobotNodes, ToolNodes
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -54,7 +55,7 @@ class SceneView:
         self._hand: HandNodes | None = None
         client.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self._scene.set_up_direction("+z")
-        self._scene.configure_default_lights(True, False)
+        add_lights(self._scene)
         self._scene.on_click()(self._clicked)
         client.camera.on_update(self._camera_updated)
 

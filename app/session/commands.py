@@ -114,7 +114,7 @@ class SetView(Command):
     type: Literal["view.set"]
     opacity: Annotated[float, Field(ge=0.1, le=1.0, allow_inf_nan=False)] | None = None
     cut: Literal["whole", "left", "right"] | None = None
-    slices_shown: bool | None = None
+    slices: Literal["none", "axial", "coronal", "sagittal", "all"] | None = None
 
 
 class SetCamera(Command):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from app.scene.anatomy import Look, SlicePicture
+from app.scene.anatomy import LETTER_GAP_MM, Look, SlicePicture
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
@@ -59,7 +59,7 @@ class HeadDesk:
         self.case_id = case.id
         self.loading = "Reading the head …"
         self.head = self._slices = self._picker = None
-        self._look = replace(self._look, cut="whole", slices_shown=False)
+        self._look = replace(self._look, cut="whole", slices="none")
         self._ticket += 1
         ticket = self._ticket
 
@@ -122,8 +122,8 @@ class HeadDesk:
             self._look = replace(self._look, opacity=command.opacity)
         if command.cut is not None:
             self._look = replace(self._look, cut=command.cut)
-        if command.slices_shown is not None:
-            self._look = replace(self._look, slices_shown=command.slices_shown)
+        if command.slices is not None:
+            self._look = replace(self._look, slices=command.slices)
 
     def go_to(self, position: tuple[float, float, float]) -> None:
         """Bring the slices to a place."""
@@ -150,26 +150,26 @@ class HeadDesk:
 
     def slices_key(self) -> Any:
         """Changes when the slices in the scene have to be drawn anew; None when they are not shown."""
-        if self._slices is None or not self._look.slices_shown:
+        if self._slices is None or self._look.slices == "none":
             return None
-        return self._slices.key()
+        return (self._look.slices, self._slices.key())
 
     def slice_pictures(self) -> list[SlicePicture]:
-        return [] if self._slices is None else self._slices.pictures()
+        return [] if self._slices is None else self._slices.pictures(self._look.slices)
 
     def extent(self) -> tuple[Floats, float]:
         """Centre [LPS mm] and radius [mm] of the head."""
         if self.head is None:
             return np.zeros(3), 120.0
-        return self.head.bounds.mean(axis=0), 0.5 * float(np.ptp(self.head.bounds, axis=0).max())
+        return self.head.bounds.mean(axis=0), 0.5 * float(np.ptp(self.head.bounds, axis=0).max()) + LETTER_GAP_MM
 
     def hit(self, ray: ClickRay) -> Hit | None:
         """What a click meets first: bone as it is shown, or a CT plane in the scene."""
         if self._picker is None:
             return None
         hits = [self._picker.hit(ray.origin, ray.direction, self._look.cut, self._look.cut_at)]
-        if self._slices is not None and self._look.slices_shown:
-            hits += [hit_plane(ray.origin, ray.direction, plane) for plane in self._slices.planes()]
+        if self._slices is not None:
+            hits += [hit_plane(ray.origin, ray.direction, plane) for plane in self._slices.planes(self._look.slices)]
         return min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
 
     # -- for the page
@@ -190,7 +190,7 @@ class HeadDesk:
         self._board.publish("case", None if case is None else case_section(case, self.loading))
         self._board.publish("slices", None if self._slices is None else self._slices.view())
         look = self._look
-        self._board.publish("view", {"opacity": look.opacity, "cut": look.cut, "slices_shown": look.slices_shown})
+        self._board.publish("view", {"opacity": look.opacity, "cut": look.cut, "slices": look.slices})
 
 
 def case_section(case: Any, loading: str) -> dict[str, Any]:

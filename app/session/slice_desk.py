@@ -79,16 +79,20 @@ class SliceDesk:
             "planes": planes,
         }
 
-    def pictures(self) -> list[SlicePicture]:
-        """The slices as pictures for the scene."""
+    def pictures(self, which: str) -> list[SlicePicture]:
+        """Slices as pictures for the scene: 'none', one axis, or 'all'."""
         found = []
-        for axis, normal in NORMALS.items():
+        for axis, normal in _chosen(which).items():
             image, affine = self._volume.slice_image(
                 axis, float(self.cross[normal]), self.greys.window, self.greys.level
             )
             found.append(SlicePicture(axis, image, affine))
         return found
 
-    def planes(self) -> list[Plane]:
-        """The slices as things a click can hit."""
-        return [Plane(normal, float(self.cross[normal]), self._bounds) for normal in NORMALS.values()]
+    def planes(self, which: str) -> list[Plane]:
+        """The slices in the scene as things a click can hit."""
+        return [Plane(normal, float(self.cross[normal]), self._bounds) for normal in _chosen(which).values()]
+
+
+def _chosen(which: str) -> dict[Axis, int]:
+    return {axis: normal for axis, normal in NORMALS.items() if which in (axis, "all")}

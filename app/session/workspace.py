@@ -206,7 +206,6 @@ class Workspace:
                 self.rehearsal.do_plain(command.type, self.planning.plan, self.head.case_id)
             case _:
                 self._say(self.planning.do(command))
-                self._follow_selection()
         return None
 
     def _say(self, words: str) -> None:
@@ -270,7 +269,6 @@ class Workspace:
     def _clicked(self, ray: ClickRay) -> None:
         if self._step == "plan":
             self._say(self.planning.click(ray, self.head))
-            self._follow_selection()
 
     def _dragged(self, drag: DragEvent) -> None:
         if self._step == "plan":
@@ -290,6 +288,7 @@ class Workspace:
     # -- what the page and the scene show
 
     def _publish(self) -> None:
+        self._follow_selection()
         fresh = self._list_due()
         self.head.publish(fresh)
         self.planning.publish(fresh)
@@ -356,7 +355,7 @@ def _slot(command: c.AnyCommand) -> str | None:
             return f"{command.type}.{command.axis}"
         case c.SetCross():
             return command.type
-        case c.SetView() if command.cut is None and command.slices_shown is None:
+        case c.SetView() if command.cut is None and command.slices is None:
             return command.type
         case c.DragItem():
             return f"{command.type}.{command.item_id}"

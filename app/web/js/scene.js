@@ -3,8 +3,8 @@ import { h, whenChanged } from "./dom.js";
 import { fixed, mm } from "./format.js";
 
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
-const CUTS = [["whole", "Whole skull"], ["left", "Cut, left half"], ["right", "Cut, right half"]];
-const HEARTBEAT_MS = 40;
+const CUTS = [["whole", "Whole head"], ["left", "Left half cut away"], ["right", "Right half cut away"]];
+const SLICES = [["none", "No CT here"], ["sagittal", "Sagittal CT"], ["coronal", "Coronal CT"], ["axial", "Axial CT"], ["all", "All three"]];
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 
 export class SceneFrame {
@@ -28,18 +28,25 @@ export class SceneFrame {
       h("button", { type: "button", "data-view": view, onclick: () => send("view.camera", { view }) }, label)));
     this.opacityWords = h("span", { class: "number" });
     this.opacity = h("input", { type: "range", min: 10, max: 100, step: 5, "aria-label": "Opacity of the bone in percent", oninput: () => this.sendOpacity() });
-    this.cut = h("select", { "aria-label": "Cut-away", id: "cut", onchange: () => send("view.set", { cut: this.cut.value }) },
+    this.cut = h("select", { "aria-label": "Cut-away", id: "cut", onchange: () => this.sendCut() },
       CUTS.map(([value, label]) => h("option", { value }, label)));
-    this.slicesShown = h("input", { type: "checkbox", id: "slices-in-scene", onchange: () => send("view.set", { slices_shown: this.slicesShown.checked }) });
-    this.slicesLabel = h("label", { class: "check" }, this.slicesShown, "CT slices here");
+    this.slices = h("select", { "aria-label": "CT slices in the scene", id: "slices-in-scene", onchange: () => send("view.set", { slices: this.slices.value }) },
+      SLICES.map(([value, label]) => h("option", { value }, label)));
     const look = h("div", { class: "tool-strip column" },
-      h("label", { class: "field" }, h("span", { class: "field-label" }, "Bone", this.opacityWords), this.opacity), this.cut, this.slicesLabel);
+      h("label", { class: "field" }, h("span", { class: "field-label" }, "Bone", this.opacityWords), this.opacity), this.cut, this.slices);
     document.getElementById("view-tools").append(views, look);
   }
 
   sendOpacity() {
     this.opacityWords.textContent = `${this.opacity.value} %`;
     this.connection.send("view.set", { opacity: Number(this.opacity.value) / 100 });
+  }
+
+  /** A cut shows the CT on its face, where there is one. */
+  sendCut() {
+    const cut = this.cut.value;
+    const slices = { slices: cut === "whole" ? "none" : "sagittal" };
+    this.connection.send("view.set", { cut, ...(this.slices.hidden ? {} : slices) });
   }
 
   /** (Re)load the scene: a fresh frame has no state of its own, the planner draws it anew. */
@@ -89,12 +96,13 @@ export class SceneFrame {
       if (document.activeElement !== this.opacity) this.opacity.value = String(Math.round(view.opacity * 100));
       this.opacityWords.textContent = `${this.opacity.value} %`;
       this.cut.value = view.cut;
-      this.slicesShown.checked = view.slices_shown;
-      this.slicesLabel.hidden = !state.case?.has_volume;
+      this.slices.value = view.slices;
+      this.slices.hidden = !state.case?.has_volume;
     }
     this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
     this.changedLegend([state.corridor?.scale, state.step?.name], () => this.renderLegend(state.corridor?.scale));
-    this.renderScale(state.camera?.mm_per_pixel);
+    const height = state.camera?.view_height_mm;
+    this.renderScale(Number.isFinite(height) ? height / this.frame.clientHeight : null);
   }
 
   renderGhost(ghost) {
@@ -136,8 +144,6 @@ export class SceneFrame {
   }
 }
 
-export { HEARTBEAT_MS };
-
 const DRESS = `
-  body, #root { background: #101317 !important; }
+  html, body, canvas[data-engine] { background: #101317 !important; }
 `;

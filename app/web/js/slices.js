@@ -14,10 +14,10 @@ const WINDOWS = [["bone", "Bone", 2500, 600], ["sinus", "Sinus", 2000, -200], ["
 export class Slices {
   constructor(root, connection) {
     this.connection = connection;
-    this.zoom = 1;
+    this.zoom = 2;
     this.stages = AXES.map((axis) => new SliceStage(axis, connection, () => this.zoom));
-    this.zoomInput = h("input", { type: "range", min: 1, max: 6, step: 0.25, value: 1, "aria-label": "Zoom of the slices", oninput: () => this.setZoom() });
-    this.zoomWords = h("span", { class: "number" }, "1.0×");
+    this.zoomInput = h("input", { type: "range", min: 1, max: 6, step: 0.25, value: 2, "aria-label": "Zoom of the slices", oninput: () => this.setZoom() });
+    this.zoomWords = h("span", { class: "number" }, "2.0×");
     this.window = h("select", { "aria-label": "Grey values", onchange: () => this.setWindow() },
       WINDOWS.map(([value, label]) => h("option", { value }, label)));
     this.foot = h("div", { class: "slices-foot" },

@@ -19,6 +19,7 @@ export class PlanPanel {
     this.buildPlans();
     this.points = h("tbody");
     this.targets = h("tbody");
+    this.buildSelected();
     this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
     this.pointWords = h("p", { class: "empty" });
@@ -26,9 +27,10 @@ export class PlanPanel {
     this.exports = h("div", { class: "list" }, EXPORTS.map(([format, label, words]) =>
       h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label)));
     this.element = h("div", {},
-      group("Click in the head or in a slice to add", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
+      group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
       group("Path", null, this.table("point", this.points), this.pointWords, this.pathWords, this.corridor),
       group("Targets", null, this.table("target", this.targets), this.targetWords),
+      group("Selected", null, this.selectedWords, this.selectedTools),
       group("Plans of this head", [h("button", { type: "button", class: "plain", onclick: () => this.newPlan() }, "New")], this.planList,
         h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
       group("Export and import", null, this.exports,
@@ -39,11 +41,20 @@ export class PlanPanel {
     const send = (type, fields) => this.connection.send(type, fields);
     this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => send("undo"), { id: "undo" });
     this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => send("redo"), { id: "redo" });
-    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", onclick: () => send("lock", { locked: !this.connection.state.plan?.locked }) });
+    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => send("lock", { locked: !this.connection.state.plan?.locked }) });
     this.lockWords = h("p", { class: "words" });
     const mode = (kind, label) => h("button", { type: "button", "data-kind": kind, onclick: () => send("add.mode", { kind }) }, label);
     this.modes = h("div", { class: "segmented", role: "group", "aria-label": "What a click adds" },
       mode("point", "Path point"), mode("target", "Target"), mode("none", "Nothing"));
+  }
+
+  buildSelected() {
+    const act = (type) => () => this.connection.send(type, { item_id: this.connection.state.plan.selected });
+    this.selectedWords = h("p", { class: "words" });
+    this.insertButton = h("button", { type: "button", id: "insert", onclick: act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
+    this.renameButton = h("button", { type: "button", id: "rename-item", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
+    this.deleteButton = h("button", { type: "button", id: "delete-item", onclick: act("item.delete"), title: "Del" }, "Delete");
+    this.selectedTools = h("div", { class: "buttons even" }, this.insertButton, this.renameButton, this.deleteButton);
   }
 
   buildPlans() {
@@ -54,7 +65,7 @@ export class PlanPanel {
 
   table(kind, body) {
     const head = h("tr", {}, h("th", { scope: "col" }, kind === "point" ? "Point" : "Target"),
-      ["L", "P", "S"].map((axis) => h("th", { scope: "col", title: AXES[axis] }, `${axis} mm`)), h("th", {}));
+      ["L", "P", "S"].map((axis) => h("th", { scope: "col", title: AXES[axis] }, axis, h("span", { class: "unit" }, " mm"))));
     return h("table", { class: "points", "aria-label": kind === "point" ? "Points of the path, LPS in mm" : "Targets, LPS in mm" }, h("thead", {}, head), body);
   }
 
@@ -66,7 +77,7 @@ export class PlanPanel {
   renderPlan(plan, corridor) {
     this.undoButton.disabled = !plan?.can_undo;
     this.redoButton.disabled = !plan?.can_redo;
-    this.lockButton.textContent = plan?.locked ? "Unlock points" : "Lock points";
+    this.lockButton.textContent = plan?.locked ? "Unlock" : "Lock";
     this.lockButton.setAttribute("aria-pressed", String(Boolean(plan?.locked)));
     this.lockWords.textContent = plan?.locked ? "Points are locked: turning the view cannot move one." : "";
     this.lockWords.hidden = !plan?.locked;
@@ -74,8 +85,8 @@ export class PlanPanel {
       button.setAttribute("aria-pressed", String(button.dataset.kind === plan?.add_mode));
       button.disabled = !plan || plan.locked;
     }
-    this.points.replaceChildren(...(plan?.points ?? []).map((item, index) => this.pointRow(plan, item, "point", index)));
-    this.targets.replaceChildren(...(plan?.targets ?? []).map((item, index) => this.pointRow(plan, item, "target", index)));
+    this.points.replaceChildren(...(plan?.points ?? []).map((item) => this.pointRow(plan, item, "point")));
+    this.targets.replaceChildren(...(plan?.targets ?? []).map((item) => this.pointRow(plan, item, "target")));
     this.points.parentElement.hidden = !plan?.points.length;
     this.targets.parentElement.hidden = !plan?.targets.length;
     this.pointWords.textContent = plan && !plan.points.length ? "No points yet. The first one is where the tool goes in." : "";
@@ -86,30 +97,42 @@ export class PlanPanel {
     this.corridor.textContent = corridor?.words ?? "";
     this.corridor.className = corridor?.caution ? "words caution" : "words";
     for (const button of this.exports.children) button.disabled = !plan;
+    this.renderSelected(plan);
   }
 
-  pointRow(plan, item, kind, index) {
+  pointRow(plan, item, kind) {
     const send = (type, fields = {}) => this.connection.send(type, { item_id: item.id, ...fields });
     const select = () => send("item.select");
-    const insert = kind === "point" && index < plan.points.length - 1
-      ? iconButton("insert", `Insert a point after ${item.label}`, (event) => { event.stopPropagation(); send("point.insert_after"); }, { disabled: plan.locked }) : null;
-    const remove = iconButton("trash", `Delete ${item.label}`, (event) => { event.stopPropagation(); send("item.delete"); }, { disabled: plan.locked });
-    const rename = async () => {
-      const label = await askName(kind === "point" ? "Rename this point" : "Rename this target", item.label);
-      if (label) send("item.rename", { label });
-    };
     return h("tr", {
       tabIndex: 0, "aria-selected": String(plan.selected === item.id), "data-item": item.id, title: "Click to select, double-click to rename",
-      onclick: select, ondblclick: rename,
+      onclick: select, ondblclick: () => this.rename(item),
       onkeydown: (event) => {
         if (event.key === "Enter") select();
-        if (event.key === "F2") rename();
+        if (event.key === "F2") this.rename(item);
         if ((event.key === "Delete" || event.key === "Backspace") && !plan.locked) send("item.delete");
       },
     },
     h("td", {}, h("span", { class: kind === "target" ? "dot target" : "dot" }), item.label),
-    item.position.map((value) => h("td", {}, fixed(value, 1))),
-    h("td", {}, h("div", { class: "row-tools" }, insert, remove)));
+    item.position.map((value) => h("td", {}, fixed(value, 1))));
+  }
+
+  renderSelected(plan) {
+    const item = plan ? [...plan.points, ...plan.targets].find((entry) => entry.id === plan.selected) : null;
+    const index = item ? plan.points.findIndex((entry) => entry.id === item.id) : -1;
+    this.selectedWords.textContent = item ? `${item.label}. Drag it in the head or in a slice to move it.` : "Nothing selected. Click a point, a target or a row above.";
+    this.insertButton.disabled = !item || plan.locked || index < 0 || index === plan.points.length - 1;
+    this.renameButton.disabled = this.deleteButton.disabled = !item || plan.locked;
+  }
+
+  renameSelected() {
+    const plan = this.connection.state.plan;
+    const item = [...plan.points, ...plan.targets].find((entry) => entry.id === plan.selected);
+    if (item) this.rename(item);
+  }
+
+  async rename(item) {
+    const label = await askName(`Rename ${item.label}`, item.label);
+    if (label) this.connection.send("item.rename", { item_id: item.id, label });
   }
 
   renderPlans(state) {
