@@ -35,7 +35,10 @@ def run(args: argparse.Namespace) -> int:
     services = build_services(Settings.from_environment())
     case = services.importing.run(request, _show)
     if case.frame.assumed:
-        print("vfix: the file does not name its frame or unit; taken as told, or as LPS mm.", file=sys.stderr)
+        print(
+            "vfix: the file does not name both frame and unit; what you did not say was assumed to be LPS, mm.",
+            file=sys.stderr,
+        )
     if args.json:
         print(json.dumps(summary(case)))
     else:

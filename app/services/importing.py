@@ -13,6 +13,7 @@ from app.services.names import MAX_NAME, check_name
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.bone import BoneSurfaces, bone_of_surface, bone_of_volume
+from vfix_engine.imaging.frame_report import FrameReport
 from vfix_engine.imaging.isolated import run_isolated
 from vfix_engine.imaging.mesh_files import MESH_SUFFIXES, is_mesh, read_mesh
 from vfix_engine.imaging.readers import VOLUME_SUFFIXES, is_dicom, is_volume, read_volume
@@ -99,14 +100,14 @@ def case_name(request: ImportRequest) -> str:
     if is_dicom(request.path):
         return DICOM_NAME
     stem = re.sub(r"(?i)\.(nii\.gz|[a-z0-9]+)$", "", request.path.name)
-    return re.sub(r"[^\w .()+-]+", " ", stem).strip()[:MAX_NAME] or "Imported case"
+    return re.sub(r"[^\w.()+-]+", " ", stem).strip()[:MAX_NAME] or "Imported case"
 
 
-def _read_surface(path: Path, frame: str | None, unit: str | None, assume: bool) -> object:
+def _read_surface(path: Path, frame: str | None, unit: str | None, assume: bool) -> tuple[TriangleMesh, FrameReport]:
     return read_mesh(path, frame, unit, assume=assume)
 
 
-def _read_volume(path: Path, frame: str | None, unit: str | None, assume: bool) -> object:
+def _read_volume(path: Path, frame: str | None, unit: str | None, assume: bool) -> tuple[Volume, FrameReport]:
     return read_volume(path, frame, unit, assume=assume)
 
 

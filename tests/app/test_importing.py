@@ -136,7 +136,7 @@ def test_what_is_stored_comes_back(tmp_path: Path) -> None:
     assert isinstance(volume, Volume)
     assert np.array_equal(volume.hu, block(-1000, 1000))
     bone = cases.case_surface(case.id)
-    assert np.allclose(bone.bounds, [[5.375, 4.375, 3.375], [16.625, 12.625, 14.625]], atol=0.01)
+    assert np.allclose(bone.bounds, [[5.625, 4.625, 3.625], [16.375, 12.375, 14.375]], atol=0.01)
     assert [surface.name for surface in case.surfaces] == ["bone", "display"]
 
 

@@ -5,19 +5,21 @@ The types that may cross are listed here; anything else is refused.
 
 from __future__ import annotations
 
+import importlib
 import json
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.frame_report import FrameReport
-from vfix_engine.imaging.surface import ThinnedSurface
-from vfix_engine.imaging.volume import Volume
-
-_TYPES: dict[str, type[Any]] = {kind.__name__: kind for kind in (TriangleMesh, FrameReport, ThinnedSurface, Volume)}
+# Where each type is defined: imported only when one crosses, since a worker that reads a header needs no mesh library.
+_HOMES = {
+    "TriangleMesh": "vfix_engine.geometry.mesh",
+    "FrameReport": "vfix_engine.imaging.frame_report",
+    "BoneSurfaces": "vfix_engine.imaging.bone",
+    "Volume": "vfix_engine.imaging.volume",
+}
 
 
 def save(value: Any, folder: Path, name: str) -> None:
@@ -48,7 +50,7 @@ def _encoded(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
         return {"kind": "list", "value": [_encoded(item, arrays) for item in value]}
     if isinstance(value, dict):
         return {"kind": "dict", "value": [[str(key), _encoded(item, arrays)] for key, item in value.items()]}
-    if type(value).__name__ in _TYPES:
+    if is_dataclass(value) and _HOMES.get(type(value).__name__) == type(value).__module__:
         content = {field.name: _encoded(getattr(value, field.name), arrays) for field in fields(value)}
         return {"kind": type(value).__name__, "value": content}
     raise TypeError(f"a {type(value).__name__} does not cross between processes.")
@@ -68,6 +70,8 @@ def _decoded(value: Any, folder: Path, name: str) -> Any:
         return [_decoded(item, folder, name) for item in content]
     if kind == "dict":
         return {key: _decoded(item, folder, name) for key, item in content}
-    if kind not in _TYPES:
+    if kind not in _HOMES:
         raise ValueError("the worker answered with a value of a kind that does not cross.")
-    return _TYPES[kind](**{key: _decoded(item, folder, name) for key, item in content.items()})
+    return getattr(importlib.import_module(_HOMES[kind]), kind)(
+        **{key: _decoded(item, folder, name) for key, item in content.items()}
+    )

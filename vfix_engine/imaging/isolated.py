@@ -58,7 +58,8 @@ def run_isolated(
         (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
         crossing.save(list(args), folder, "arguments")
         _run_worker(folder, seconds, progress)
-        return _answer(folder)
+        result: Result = _answer(folder)
+        return result
 
 
 def _run_worker(folder: Path, seconds: float, progress: Progress | None) -> None:
