@@ -34,8 +34,10 @@ class CaseFiles:
 
     def put_volume(self, name: str, volume: Volume) -> VolumeInfo:
         """Store a volume."""
-        arrays = {"hu": volume.hu, "origin": volume.origin, "spacing": volume.spacing, "direction": volume.direction}
-        key = self._files.put_with(lambda file: np.savez(file, **arrays))
+        v = volume
+        key = self._files.put_with(
+            lambda file: np.savez(file, hu=v.hu, origin=v.origin, spacing=v.spacing, direction=v.direction)
+        )
         return volume_info(name, volume, STORED + key)
 
     def surface(self, source: str) -> TriangleMesh:

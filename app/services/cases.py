@@ -7,6 +7,8 @@ import json
 import secrets
 from collections.abc import Mapping, Sequence
 
+from typing import TypeVar
+
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -24,6 +26,8 @@ from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.volume import Volume
 
 __all__ = ["Bead", "Case", "CaseFrame", "CaseService", "SurfaceInfo", "VolumeInfo"]
+
+Info = TypeVar("Info", SurfaceInfo, VolumeInfo)
 
 
 class CaseService:
@@ -152,7 +156,7 @@ def _case(row: CaseRow) -> Case:
     )
 
 
-def _named(items: Sequence[SurfaceInfo] | Sequence[VolumeInfo], name: str, what: str) -> SurfaceInfo | VolumeInfo:
+def _named(items: Sequence[Info], name: str, what: str) -> Info:
     for item in items:
         if item.name == name:
             return item

@@ -67,7 +67,7 @@ class PlanEditor:
     def history(self) -> tuple[bool, bool]:
         """Whether there is something to undo, and something to redo; neither on a locked plan."""
         with self._store.reading() as session:
-            row = _row(session, self._plan_id)
+            row = find_row(session, self._plan_id)
             low, high = _span(session, self._plan_id)
             return not row.locked and low < row.cursor, not row.locked and row.cursor < high
 
@@ -162,7 +162,7 @@ class PlanEditor:
             row = self._open(session, expected_revision, even_locked=True)
             if row.locked != locked:
                 row.locked = locked
-                _touch(row)
+                touch(row)
 
     def undo(self, *, expected_revision: int | None = None) -> None:
         """Go back to the state before the newest edit. Raises PlanError when there is none."""
@@ -179,7 +179,7 @@ class PlanEditor:
             if not low <= row.cursor + by <= high:
                 raise PlanError("there is nothing to undo." if by < 0 else "there is nothing to redo.")
             row.cursor += by
-            _touch(row)
+            touch(row)
 
     def _edit(self, change: Callable[[PlanContent], PlanContent], expected_revision: int | None) -> None:
         """Apply a change as the newest state of the history; what had been undone is gone."""
@@ -192,16 +192,13 @@ class PlanEditor:
             session.add(PlanStateRow(plan_id=self._plan_id, position=row.cursor, document=content_to_json(content)))
             oldest = PlanStateRow.plan_id == self._plan_id, PlanStateRow.position <= row.cursor - MAX_STATES
             session.execute(delete(PlanStateRow).where(*oldest))
-            _touch(row)
+            touch(row)
 
     def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> PlanRow:
-        row = _row(session, self._plan_id)
+        row = find_row(session, self._plan_id)
         if row.deleted_at is not None:
             raise PlanError("the plan is deleted; restore it first.")
-        if expected_revision is not None and row.revision != expected_revision:
-            raise PlanConflict(
-                f"the plan is at revision {row.revision}, not {expected_revision}; somebody else changed it."
-            )
+        check_revision(row, expected_revision)
         if row.locked and not even_locked:
             raise PlanLocked("the plan is locked; unlock it to change it.")
         return row
@@ -209,7 +206,7 @@ class PlanEditor:
 
 def read_plan(session: Session, plan_id: str) -> Plan:
     """The plan of that id, deleted or not. Raises NotFound."""
-    row = _row(session, plan_id)
+    row = find_row(session, plan_id)
     content = _content(session, row)
     return Plan(
         id=row.id,
@@ -229,7 +226,8 @@ def read_plan(session: Session, plan_id: str) -> Plan:
     )
 
 
-def _row(session: Session, plan_id: str) -> PlanRow:
+def find_row(session: Session, plan_id: str) -> PlanRow:
+    """The row of that id. Raises NotFound."""
     row = session.get(PlanRow, plan_id)
     if row is None:
         raise NotFound(f"there is no plan {plan_id!r:.80}.")
@@ -250,7 +248,14 @@ def _span(session: Session, plan_id: str) -> tuple[int, int]:
     return int(low), int(high)
 
 
-def _touch(row: PlanRow) -> None:
+def check_revision(row: PlanRow, expected: int | None) -> None:
+    """Raise PlanConflict unless the plan is as the caller saw it, where the caller says what that was."""
+    if expected is not None and row.revision != expected:
+        raise PlanConflict(f"the plan is at revision {row.revision}, not {expected}; somebody else changed it.")
+
+
+def touch(row: PlanRow) -> None:
+    """Count a change."""
     row.revision += 1
     row.modified = utc_now()
 

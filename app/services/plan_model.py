@@ -103,7 +103,7 @@ def new_point_id() -> str:
 
 def check_position(position: Sequence[Any]) -> Position:
     """Three finite coordinates within reach of a patient (HAZ-05). Raises PlanError."""
-    values = tuple(position) if isinstance(position, Sequence) or hasattr(position, "__array__") else ()
+    values = tuple(position)
     if len(values) != 3:
         raise PlanError("a position needs three numbers, in LPS mm.")
     checked = tuple(number(value, "a coordinate") for value in values)

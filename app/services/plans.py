@@ -9,7 +9,7 @@ from sqlalchemy import select
 
 from app.services.errors import PlanLocked
 from app.services.names import MAX_NAME, check_name
-from app.services.plan_editor import PlanEditor, read_plan
+from app.services.plan_editor import PlanEditor, check_revision, find_row, read_plan, touch
 from app.services.plan_model import (
     Plan,
     PlanContent,
@@ -103,20 +103,20 @@ class PlanService:
             name = f"{plan.name[: MAX_NAME - 7]} (copy)"
         return self.create(plan.case_id, name, plan.content)
 
-    def rename(self, plan_id: str, name: str) -> Plan:
+    def rename(self, plan_id: str, name: str, *, expected_revision: int | None = None) -> Plan:
         """Give a plan another name."""
         check_name(name, "plan's name")
-        return self._change(plan_id, name=name)
+        return self._change(plan_id, expected_revision, name=name)
 
-    def delete(self, plan_id: str) -> Plan:
+    def delete(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
         """Take a plan off the lists; `restore` brings it back. Raises PlanLocked for a locked one."""
         if self.get(plan_id).locked:
             raise PlanLocked("the plan is locked; unlock it to delete it.")
-        return self._change(plan_id, deleted_at=utc_now())
+        return self._change(plan_id, expected_revision, deleted_at=utc_now())
 
-    def restore(self, plan_id: str) -> Plan:
+    def restore(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
         """Bring a deleted plan back."""
-        return self._change(plan_id, deleted_at=None)
+        return self._change(plan_id, expected_revision, deleted_at=None)
 
     def editor(self, plan_id: str) -> PlanEditor:
         """The plan's editor, the same for every caller. Raises NotFound."""
@@ -126,13 +126,12 @@ class PlanService:
                 self._editors[plan_id] = PlanEditor(self._store, plan_id)
             return self._editors[plan_id]
 
-    def _change(self, plan_id: str, **values: str | None) -> Plan:
+    def _change(self, plan_id: str, expected_revision: int | None, **values: str | None) -> Plan:
         with self._store.writing() as session:
-            read_plan(session, plan_id)
-            row = session.get_one(PlanRow, plan_id)
+            row = find_row(session, plan_id)
+            check_revision(row, expected_revision)
             for name, value in values.items():
                 setattr(row, name, value)
-            row.revision += 1
-            row.modified = utc_now()
+            touch(row)
             session.flush()
             return read_plan(session, plan_id)

@@ -1,0 +1,11 @@
+"""REST over the services: cases, plans, jobs, pictures and exports. Not for clinical use."""
+
+from fastapi import APIRouter
+
+from app.api import cases, jobs, pictures, plan_files, plans
+
+__all__ = ["router"]
+
+router = APIRouter(prefix="/api")
+for part in (cases, pictures, plans, plan_files, jobs):
+    router.include_router(part.router)

@@ -1,0 +1,134 @@
+"""What the API says about plans, and what it takes."""
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field
+
+from app.api.dependencies import Wish
+from app.services.names import MAX_NAME
+from app.services.plan_model import MAX_COORDINATE
+from app.services.plans import Plan
+
+Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow_inf_nan=False)]  # [mm]
+Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
+Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
+Label = Annotated[str, Field(max_length=MAX_NAME)]
+Revision = Annotated[int | None, Field(ge=0, description="the revision that was seen; another one gives 409")]
+
+
+class PointPublic(BaseModel):
+    id: str
+    label: str
+    position: tuple[float, float, float]
+
+
+class RobotPublic(BaseModel):
+    """Base: transform_base_to_patient, 16 numbers row by row, mm."""
+
+    name: str
+    base: list[float] | None
+    q_start: list[float] | None
+
+
+class PlanPublic(BaseModel):
+    """A plan; positions in LPS mm."""
+
+    schema_: Annotated[str, Field(alias="schema")]
+    id: str
+    name: str
+    case_id: str
+    case_hash: str
+    frame: str
+    unit: str
+    points: list[PointPublic]
+    targets: list[PointPublic]
+    tool: str
+    robot: RobotPublic
+    settings: dict[str, float]
+    created: str
+    modified: str
+    revision: int
+    locked: bool
+    deleted_at: str | None
+    notice: str
+
+    @classmethod
+    def of(cls, plan: Plan) -> "PlanPublic":
+        values: dict[str, Any] = {name: getattr(plan, name) for name in cls.model_fields if name != "schema_"}
+        points = {name: [vars(point) for point in values.pop(name)] for name in ("points", "targets")}
+        return cls.model_validate({**values, **points, "schema": plan.schema})
+
+
+class PlanCreate(Wish):
+    """A new plan; empty, or a copy of another one of the case."""
+
+    name: Name
+    copy_of: Annotated[str | None, Field(max_length=64)] = None
+
+
+class PlanUpdate(Wish):
+    """Changes of a plan; what is left out stays."""
+
+    name: Name | None = None
+    deleted: bool | None = None
+    locked: bool | None = None
+    settings: dict[str, Annotated[float, Field(allow_inf_nan=False)]] | None = None
+    revision: Revision = None
+
+
+class PointCreate(Wish):
+    """A path point or a target; index: before which path point, the end where it is left out."""
+
+    position: Position
+    label: Label | None = None
+    index: Annotated[int | None, Field(ge=0)] = None
+    revision: Revision = None
+
+
+class TargetCreate(Wish):
+    position: Position
+    label: Label | None = None
+    revision: Revision = None
+
+
+class PointUpdate(Wish):
+    """Changes of a path point or a target; what is left out stays."""
+
+    position: Position | None = None
+    label: Label | None = None
+    revision: Revision = None
+
+
+class StepBack(Wish):
+    """Undo or redo one edit."""
+
+    revision: Revision = None
+
+
+class SnapWish(Wish):
+    position: Position
+
+
+class SnapPublic(BaseModel):
+    """Where the tool fits nearest; LPS mm."""
+
+    position: tuple[float, float, float]
+    moved_mm: float
+    reason: str
+
+
+class EvaluationPublic(BaseModel):
+    """The plan as the controller would drive it; clearance of the whole tool per sample, null where it did not get."""
+
+    revision: int
+    s_mm: list[float]
+    positions: list[tuple[float, float, float]]
+    clearance_mm: list[float | None]
+    min_clearance_mm: float
+    completed: bool
+    reason: str
+    reached_mm: float
+    length_mm: float
+    degree: int
+    transform_base_to_patient: list[list[float]]
+    q_start: list[float]

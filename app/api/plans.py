@@ -1,0 +1,186 @@
+"""Plans and their points: list, make, change, undo, evaluate, delete and restore."""
+
+import math
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from app.api.dependencies import ERRORS, Identifier, ServiceRoute, ServicesDep
+from app.api.plan_models import (
+    EvaluationPublic,
+    PlanCreate,
+    PlanPublic,
+    PlanUpdate,
+    PointCreate,
+    PointPublic,
+    PointUpdate,
+    SnapPublic,
+    SnapWish,
+    StepBack,
+    TargetCreate,
+)
+from app.services.errors import NotFound
+from app.services.plans import Plan
+from vfix_engine.errors import PlanError
+
+router = APIRouter(tags=["plans"], route_class=ServiceRoute, responses=ERRORS)
+
+Deleted = Annotated[bool, Query()]
+Seen = Annotated[int | None, Query(ge=0)]
+
+
+@router.get("/plans")
+def list_plans(
+    services: ServicesDep, case_id: Annotated[str | None, Query(max_length=64)] = None, include_deleted: Deleted = False
+) -> list[PlanPublic]:
+    """Plans of a case, or of all, oldest first."""
+    return [PlanPublic.of(plan) for plan in services.plans.list(case_id, include_deleted)]
+
+
+@router.get("/cases/{case_id}/plans")
+def list_plans_of_case(
+    case_id: Identifier, services: ServicesDep, include_deleted: Deleted = False
+) -> list[PlanPublic]:
+    """Plans of a case, oldest first."""
+    services.cases.get(case_id)
+    return [PlanPublic.of(plan) for plan in services.plans.list(case_id, include_deleted)]
+
+
+@router.post("/cases/{case_id}/plans", status_code=201)
+def create_plan(case_id: Identifier, wish: PlanCreate, services: ServicesDep) -> PlanPublic:
+    """Make a plan."""
+    if wish.copy_of is None:
+        return PlanPublic.of(services.plans.create(case_id, wish.name))
+    if services.plans.get(wish.copy_of).case_id != case_id:
+        raise PlanError("the plan to copy belongs to another case.")
+    return PlanPublic.of(services.plans.duplicate(wish.copy_of, wish.name))
+
+
+@router.get("/plans/{plan_id}")
+def show_plan(plan_id: Identifier, services: ServicesDep) -> PlanPublic:
+    """One plan, deleted or not."""
+    return PlanPublic.of(services.plans.get(plan_id))
+
+
+@router.patch("/plans/{plan_id}")
+def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep) -> PlanPublic:
+    """One of these at a time: rename, lock or unlock, set settings, take off the lists or bring back."""
+    wanted = change.model_dump(exclude={"revision"}, exclude_none=True)
+    if len(wanted) != 1:
+        raise PlanError(f"change one thing of a plan at a time, not {len(wanted)}.")
+    editor = services.plans.editor(plan_id)
+    if change.name is not None:
+        services.plans.rename(plan_id, change.name, expected_revision=change.revision)
+    elif change.deleted is not None:
+        act = services.plans.delete if change.deleted else services.plans.restore
+        act(plan_id, expected_revision=change.revision)
+    elif change.locked is not None:
+        editor.set_locked(change.locked, expected_revision=change.revision)
+    elif change.settings is not None:
+        editor.set_settings(change.settings, expected_revision=change.revision)
+    return PlanPublic.of(editor.plan)
+
+
+@router.delete("/plans/{plan_id}")
+def delete_plan(plan_id: Identifier, services: ServicesDep, revision: Seen = None) -> PlanPublic:
+    """Take a plan off the lists; it can be restored."""
+    return PlanPublic.of(services.plans.delete(plan_id, expected_revision=revision))
+
+
+@router.post("/plans/{plan_id}/restore")
+def restore_plan(plan_id: Identifier, services: ServicesDep) -> PlanPublic:
+    """Bring a deleted plan back."""
+    return PlanPublic.of(services.plans.restore(plan_id))
+
+
+@router.post("/plans/{plan_id}/points", status_code=201)
+def add_point(plan_id: Identifier, wish: PointCreate, services: ServicesDep) -> PointPublic:
+    """Add a path point where it is asked for; `snap` tells where the tool fits."""
+    editor = services.plans.editor(plan_id)
+    point_id = editor.add_point(wish.position, wish.label, wish.index, expected_revision=wish.revision)
+    return _point(editor.plan, point_id)
+
+
+@router.post("/plans/{plan_id}/targets", status_code=201)
+def add_target(plan_id: Identifier, wish: TargetCreate, services: ServicesDep) -> PointPublic:
+    """Add a target."""
+    editor = services.plans.editor(plan_id)
+    target_id = editor.add_target(wish.position, wish.label, expected_revision=wish.revision)
+    return _point(editor.plan, target_id)
+
+
+@router.patch("/plans/{plan_id}/points/{point_id}")
+def change_point(plan_id: Identifier, point_id: Identifier, change: PointUpdate, services: ServicesDep) -> PointPublic:
+    """Move a path point or a target, or give it another label: one of these at a time."""
+    if (change.position is None) == (change.label is None):
+        raise PlanError("give either a position or a label.")
+    editor = services.plans.editor(plan_id)
+    if change.label is not None:
+        editor.rename_point(point_id, change.label, expected_revision=change.revision)
+    elif change.position is not None:
+        move = editor.move_target if _is_target(editor.plan, point_id) else editor.move_point
+        move(point_id, change.position, expected_revision=change.revision)
+    return _point(editor.plan, point_id)
+
+
+@router.delete("/plans/{plan_id}/points/{point_id}")
+def delete_point(plan_id: Identifier, point_id: Identifier, services: ServicesDep, revision: Seen = None) -> PlanPublic:
+    """Take a path point or a target away."""
+    editor = services.plans.editor(plan_id)
+    act = editor.delete_target if _is_target(editor.plan, point_id) else editor.delete_point
+    act(point_id, expected_revision=revision)
+    return PlanPublic.of(editor.plan)
+
+
+@router.post("/plans/{plan_id}/undo")
+def undo(plan_id: Identifier, services: ServicesDep, wish: StepBack | None = None) -> PlanPublic:
+    """Take the newest edit back."""
+    editor = services.plans.editor(plan_id)
+    editor.undo(expected_revision=wish.revision if wish else None)
+    return PlanPublic.of(editor.plan)
+
+
+@router.post("/plans/{plan_id}/redo")
+def redo(plan_id: Identifier, services: ServicesDep, wish: StepBack | None = None) -> PlanPublic:
+    """Take the newest undo back."""
+    editor = services.plans.editor(plan_id)
+    editor.redo(expected_revision=wish.revision if wish else None)
+    return PlanPublic.of(editor.plan)
+
+
+@router.post("/cases/{case_id}/snap")
+def snap(case_id: Identifier, wish: SnapWish, services: ServicesDep) -> SnapPublic:
+    """The nearest place where the tool fits."""
+    return SnapPublic.model_validate(services.planning.snap(case_id, wish.position), from_attributes=True)
+
+
+@router.get("/plans/{plan_id}/evaluation")
+def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
+    """Drive the plan dry with the controller; takes seconds the first time."""
+    plan = services.plans.get(plan_id)
+    result = services.planning.evaluate(plan)
+    return EvaluationPublic(
+        revision=plan.revision,
+        s_mm=result.s.tolist(),
+        positions=result.positions.tolist(),
+        clearance_mm=[None if math.isnan(value) else value for value in result.clearance.tolist()],
+        min_clearance_mm=result.min_clearance_mm,
+        completed=result.completed,
+        reason=result.reason,
+        reached_mm=result.reached_mm,
+        length_mm=result.length_mm,
+        degree=result.degree,
+        transform_base_to_patient=result.base.tolist(),
+        q_start=result.q_start.tolist(),
+    )
+
+
+def _is_target(plan: Plan, point_id: str) -> bool:
+    return any(target.id == point_id for target in plan.targets)
+
+
+def _point(plan: Plan, point_id: str) -> PointPublic:
+    for point in (*plan.points, *plan.targets):
+        if point.id == point_id:
+            return PointPublic(id=point.id, label=point.label, position=point.position)
+    raise NotFound(f"there is no point {point_id!r:.80} in this plan.")

@@ -1,0 +1,120 @@
+"""`vfix plan`: list, show, export, import, rename, delete and restore plans."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from app.services import Services, build_services
+from app.services.exchange import FORMATS, export_text, format_of, read_plan, to_native_json, write_export
+from app.services.plans import Plan
+from app.services.resolve import find, read_bytes
+from app.settings import Settings
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser(
+        "plan", help="list, import and export plans", description=f"{__doc__} Not for clinical use."
+    )
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+    listing = actions.add_parser("list", help="every plan")
+    listing.add_argument("--case", help="id or name of a case; else of all")
+    listing.add_argument("--deleted", action="store_true", help="those that can be restored as well")
+    named = {
+        "show": "everything of one plan",
+        "export": "write a plan to a file",
+        "rename": "give a plan another name",
+        "delete": "take a plan off the lists",
+        "restore": "bring a deleted plan back",
+    }
+    every = {"list": listing}
+    for action, words in named.items():
+        every[action] = actions.add_parser(action, help=words)
+        every[action].add_argument("plan", metavar="PLAN", help="id or name")
+    every["export"].add_argument("file", metavar="FILE", type=Path, help=f"ends in {', '.join(FORMATS)}")
+    every["export"].add_argument("--format", choices=FORMATS, help="instead of the one the file's ending tells")
+    every["rename"].add_argument("name", metavar="NAME", help="the new name")
+    every["import"] = actions.add_parser("import", help="make a plan of a file")
+    _add_import_options(every["import"])
+    for each in every.values():
+        each.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    return parser
+
+
+def _add_import_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", type=Path, help="a .json, .mrk.json, .csv or .fcsv file")
+    parser.add_argument("--case", required=True, help="id or name of the case it belongs to")
+    parser.add_argument("--name", help="of the plan; else the file's")
+    parser.add_argument("--frame", choices=("LPS", "RAS"), help="frame of a file that does not name one")
+    parser.add_argument("--other-case", action="store_true", help="take a plan that was made for another case")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do it, and say what is there now. Raises VfixError, which becomes exit status 2."""
+    services = build_services(Settings.from_environment())
+    if args.action == "list":
+        case_id = find(services.cases.list(), args.case, "case").id if args.case else None
+        found = services.plans.list(case_id, include_deleted=args.deleted)
+        _say(args, {"plans": [summary(plan) for plan in found]}, [_line(plan) for plan in found])
+    elif args.action == "import":
+        plan = _import(services, args)
+        _say(args, summary(plan), [_line(plan)])
+    else:
+        _run_named(services, args)
+    return 0
+
+
+def _run_named(services: Services, args: argparse.Namespace) -> None:
+    """The actions on one plan."""
+    plan = find(services.plans.list(include_deleted=True), args.plan, "plan")
+    if args.action == "show":
+        print(json.dumps(json.loads(to_native_json(plan))) if args.json else to_native_json(plan), end="\n")
+        return
+    if args.action == "export":
+        form = args.format or format_of(args.file.name)
+        curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
+        write_export(args.file, export_text(plan, form, curve, remark))
+        answer = {**summary(plan), "file": str(args.file), "format": form}
+        _say(args, answer, [f"{args.file} written. Not for clinical use."])
+        return
+    if args.action == "rename":
+        plan = services.plans.rename(plan.id, args.name)
+    elif args.action == "delete":
+        plan = services.plans.delete(plan.id)
+    elif args.action == "restore":
+        plan = services.plans.restore(plan.id)
+    _say(args, summary(plan), [_line(plan)])
+
+
+def _import(services: Services, args: argparse.Namespace) -> Plan:
+    case = find(services.cases.list(), args.case, "case")
+    file = read_plan(args.file.name, read_bytes(args.file), args.frame)
+    return services.plans.add_file(case.id, file, name=args.name, other_case=args.other_case)
+
+
+def summary(plan: Plan) -> dict[str, Any]:
+    """What `--json` prints of a plan."""
+    return {
+        "plan": plan.id,
+        "name": plan.name,
+        "case": plan.case_id,
+        "points": len(plan.points),
+        "targets": len(plan.targets),
+        "frame": plan.frame,
+        "unit": plan.unit,
+        "locked": plan.locked,
+        "revision": plan.revision,
+        "modified": plan.modified,
+        "deleted_at": plan.deleted_at,
+        "notice": plan.notice,
+    }
+
+
+def _line(plan: Plan) -> str:
+    return f"{plan.id:24}  {plan.name}{'  (deleted)' if plan.deleted_at else ''}"
+
+
+def _say(args: argparse.Namespace, data: dict[str, Any], lines: list[str]) -> None:
+    print(json.dumps(data) if args.json else "\n".join(lines))
