@@ -16,6 +16,8 @@ from vfix_engine.geometry.mesh import TriangleMesh
 Floats = npt.NDArray[np.float64]
 
 LETTER_GAP_MM = 14.0
+AIR_GREY = 60  # darker than this is air: it lets the path and the tool behind it shine through
+AIR_ALPHA = 110
 _LETTERS = {"R": (-1, 0, 0), "L": (1, 0, 0), "A": (0, -1, 0), "P": (0, 1, 0), "I": (0, 0, -1), "S": (0, 0, 1)}
 
 
@@ -108,7 +110,8 @@ class SliceNodes:
         # viser's image lies in its x-y plane, x to the right of the picture and y down it
         rotation = np.stack([x, y, np.cross(x, y)], axis=-1)
         wxyz = trimesh.transformations.quaternion_from_matrix(rotation)
-        image = np.repeat(picture.image[:, :, None], 3, axis=2)
+        image = np.repeat(picture.image[:, :, None], 4, axis=2)
+        image[:, :, 3] = np.where(picture.image < AIR_GREY, AIR_ALPHA, 255)
         node = self._nodes.get(picture.axis)
         if node is None or self._shapes[picture.axis] != picture.image.shape:
             node = self._scene.add_image(
@@ -116,8 +119,7 @@ class SliceNodes:
                 image,
                 float(columns * np.linalg.norm(u)),
                 float(rows * np.linalg.norm(v)),
-                format="jpeg",
-                jpeg_quality=82,
+                format="png",
                 cast_shadow=False,
                 receive_shadow=False,
                 wxyz=wxyz,

@@ -12,10 +12,22 @@ async function failure(response) {
   }
 }
 
-export async function post(path, body) {
-  const response = await fetch(path, { method: "POST", body, credentials: "same-origin" });
+async function get(path) {
+  const response = await fetch(path, { credentials: "same-origin" });
   if (!response.ok) throw await failure(response);
   return response.json();
+}
+
+/** Watch a job until it is done; throws what it failed with. */
+export async function finished(job, onProgress) {
+  let now = job;
+  while (now.state === "queued" || now.state === "running") {
+    onProgress(now);
+    await new Promise((resolve) => { setTimeout(resolve, 300); });
+    now = await get(`/api/jobs/${encodeURIComponent(now.id)}`);
+  }
+  if (now.state === "done") return now;
+  throw Object.assign(new Error(now.error.message), { code: now.error.code });
 }
 
 /** Upload with progress in [0, 1]; resolves to the answer's JSON. */

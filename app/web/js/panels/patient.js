@@ -2,7 +2,7 @@
 import { h, group, iconButton, whenChanged } from "../dom.js";
 import { count, fixed, when } from "../format.js";
 import { askChoices, askName, note } from "../dialogs.js";
-import { upload } from "../rest.js";
+import { finished, upload } from "../rest.js";
 
 const FRAMES = [
   ["LPS", "LPS – x to the left, y to the back, z up (DICOM)"],
@@ -93,11 +93,11 @@ export class PatientPanel {
     this.importButton.disabled = true;
     this.progress.hidden = false;
     try {
-      const made = await upload("/api/cases/import", form, (part) => this.uploading(part));
-      note(`${made.name ?? made.case?.name ?? "The head"} was imported.`);
-      this.connection.send("case.open", { case_id: made.id ?? made.case.id });
+      const job = await finished(await upload("/api/cases", form, (part) => this.uploading(part)), (now) => this.working(now));
+      note("The head was imported.");
+      this.connection.send("case.open", { case_id: job.result });
     } catch (error) {
-      if (error.code === "frame" || error.code === "frame_error") await this.askFrame(file, error, answers);
+      if (error.code === "frame_error" && !answers.frame) await this.askFrame(file, error);
       else note(error.message, { error: true });
     } finally {
       this.importButton.disabled = false;
@@ -107,13 +107,18 @@ export class PatientPanel {
 
   uploading(part) {
     this.progressBar.style.width = `${Math.round(part * 100)}%`;
-    this.progressWords.textContent = part < 1 ? `Uploading, ${Math.round(part * 100)} %` : "Checking the images and extracting the bone. This takes up to a minute.";
+    this.progressWords.textContent = `Uploading, ${Math.round(part * 100)} %`;
   }
 
-  async askFrame(file, error, answers) {
+  working(job) {
+    this.progressBar.style.width = `${Math.round(job.fraction * 100)}%`;
+    this.progressWords.textContent = `${job.stage}, ${Math.round(job.fraction * 100)} %`;
+  }
+
+  async askFrame(file, error) {
     const questions = [{ name: "frame", label: "Frame", options: FRAMES }, { name: "units", label: "Unit", options: UNITS }];
     const chosen = await askChoices("Which frame and unit?", error.message, questions, "Import");
-    if (chosen && !answers.frame) await this.send(file, chosen);
+    if (chosen) await this.send(file, chosen);
   }
 }
 
