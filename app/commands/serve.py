@@ -7,13 +7,14 @@ import socket
 import sys
 import threading
 import webbrowser
+from typing import TYPE_CHECKING
 
-import uvicorn
-
-from app.gateway.addresses import login_url
-from app.main import build
+from app.gateway.addresses import allowed_hosts, login_url
 from app.settings import Settings
 from vfix_engine.errors import InputError
+
+if TYPE_CHECKING:
+    import uvicorn
 
 MAX_WEBSOCKET_BYTES = 64 * 2**20
 
@@ -38,7 +39,12 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("--allow-remote needs a token of your own: set VFIX_TOKEN first.")
     settings = Settings.from_environment(host=args.host, port=args.port, allow_remote=args.allow_remote)
     may_move = args.port is None and "VFIX_PORT" not in os.environ
+    allowed_hosts(settings)  # refuses what cannot be guarded before anything is opened
     with bind(settings, may_move=may_move) as listener:
+        import uvicorn
+
+        from app.main import build  # takes seconds: a refusal need not wait for it
+
         settings = dataclasses.replace(settings, port=listener.getsockname()[1])
         server = uvicorn.Server(
             uvicorn.Config(
@@ -51,6 +57,7 @@ def run(args: argparse.Namespace) -> int:
                 timeout_graceful_shutdown=3,
             )
         )
+        listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
         print(f"vfix is at {login_url(settings)}", flush=True)
         if not args.no_browser and _has_screen():
             threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True).start()
@@ -89,7 +96,7 @@ def _has_screen() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def _open_browser(server: uvicorn.Server, url: str) -> None:
+def _open_browser(server: "uvicorn.Server", url: str) -> None:
     while not server.started:
         if server.should_exit:
             return

@@ -12,12 +12,15 @@ from pathlib import Path
 
 import uvicorn
 from fastapi import APIRouter, FastAPI
+from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
 
 from app.gateway.application import build_application
 from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp
 from app.settings import Settings
+
+METHODS = ("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE")
 
 
 @dataclass(frozen=True)
@@ -142,3 +145,42 @@ def listening(home: Path, routers: Sequence[APIRouter]) -> Iterator[Planner]:
             server.should_exit = True
             thread.join(20)
             assert not thread.is_alive(), "the planner did not stop"
+
+
+def all_routes(routes: list) -> Iterator[object]:
+    """Every route of an application, those of included routers at their full path."""
+    for route in routes:
+        nested = getattr(route, "effective_candidates", None)
+        if nested is not None:
+            yield from all_routes(nested())
+        else:
+            yield getattr(route, "starlette_route", None) or route
+
+
+def kind(route: object) -> type:
+    return type(getattr(route, "original_route", route))
+
+
+def is_websocket(route: object) -> bool:
+    return issubclass(kind(route), WebSocketRoute)
+
+
+def http_paths(planner: Planner) -> list[str]:
+    paths = {"/static/css/base.css", "/static/", "/static/../../pyproject.toml", "/no/such/page", "//", "/scene"}
+    for route in all_routes(planner.app.routes):
+        if not is_websocket(route):
+            paths.add(filled(route.path))
+    return sorted(paths)
+
+
+def websocket_paths(planner: Planner) -> list[str]:
+    found = {"/no/such/socket", "/"}
+    for route in all_routes(planner.app.routes):
+        if is_websocket(route):
+            found.add(filled(route.path))
+    return sorted(found)
+
+
+def filled(path: str) -> str:
+    """A path with every parameter filled in."""
+    return "/".join("x" if part.startswith("{") else part for part in path.split("/"))

@@ -1,52 +1,10 @@
 """The guard on every route, over real sockets."""
 
 import json
-from collections.abc import Iterator
 
 import pytest
-from knocking import Planner, eventually, raw
+from knocking import METHODS, Planner, all_routes, eventually, http_paths, kind, raw, websocket_paths
 from starlette.routing import Mount, Route, WebSocketRoute
-
-METHODS = ("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE")
-
-
-def all_routes(routes: list) -> Iterator[object]:
-    """Every route of an application, those of included routers at their full path."""
-    for route in routes:
-        nested = getattr(route, "effective_candidates", None)
-        if nested is not None:
-            yield from all_routes(nested())
-        else:
-            yield getattr(route, "starlette_route", None) or route
-
-
-def kind(route: object) -> type:
-    return type(getattr(route, "original_route", route))
-
-
-def is_websocket(route: object) -> bool:
-    return issubclass(kind(route), WebSocketRoute)
-
-
-def http_paths(planner: Planner) -> list[str]:
-    paths = {"/static/css/base.css", "/static/", "/static/../../pyproject.toml", "/no/such/page", "//", "/scene"}
-    for route in all_routes(planner.app.routes):
-        if not is_websocket(route):
-            paths.add(filled(route.path))
-    return sorted(paths)
-
-
-def websocket_paths(planner: Planner) -> list[str]:
-    found = {"/no/such/socket", "/"}
-    for route in all_routes(planner.app.routes):
-        if is_websocket(route):
-            found.add(filled(route.path))
-    return sorted(found)
-
-
-def filled(path: str) -> str:
-    """A path with every parameter filled in."""
-    return "/".join("x" if part.startswith("{") else part for part in path.split("/"))
 
 
 def test_the_enumeration_sees_every_kind_of_route(planner: Planner) -> None:

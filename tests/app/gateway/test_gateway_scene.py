@@ -276,3 +276,21 @@ def _outer_address() -> str:
         except OSError:
             return "127.0.0.2"
         return str(probe.getsockname()[0])
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "ViewerCameraMessage"},
+        {**CAMERA, "position": "nowhere", "fov": "wide"},
+        {"type": "GuiUpdateMessage", "uuid": "no-such-element", "updates": {"value": 1e9}},
+        {"type": "ScenePointerMessage", "event_type": "click"},
+        {"type": "TransformControlsUpdateMessage", "name": "/no/such/node"},
+    ],
+)
+def test_a_malformed_message_harms_nobody_else(planner: Planner, message: dict[str, object]) -> None:
+    with scene(planner, "healthy-tab") as healthy, scene(planner, "malformed-tab", close_timeout=1) as malformed:
+        say(malformed, **message)
+        say(healthy, **CAMERA)
+        eventually(lambda: planner.scene_server.client_for("healthy-tab"))
+    eventually(lambda: not planner.scene_server._held)

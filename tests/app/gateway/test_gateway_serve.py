@@ -29,13 +29,13 @@ def environment(home: Path) -> dict[str, str]:
 def serving(home: Path, *arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A planner in a process of its own, and the line that it prints."""
     command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", *arguments]
-    process = subprocess.Popen(command, cwd=ROOT, env=environment(home), stdout=subprocess.PIPE, text=True)
-    try:
-        assert process.stdout is not None
-        yield process, process.stdout.readline().strip()
-    finally:
-        process.terminate()
-        process.wait(20)
+    with subprocess.Popen(command, cwd=ROOT, env=environment(home), stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            yield process, process.stdout.readline().strip()
+        finally:
+            process.terminate()
+            process.wait(20)
 
 
 def listening_addresses(process_id: int) -> set[str]:

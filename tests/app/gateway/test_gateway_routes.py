@@ -1,0 +1,56 @@
+"""The guard over every route that the planner really has: new ones are enumerated by themselves."""
+
+import json
+from collections.abc import Iterator
+
+import pytest
+from knocking import METHODS, Planner, http_paths, listening, websocket_paths
+
+from app.api import router as api_router
+from app.session import router as session_router
+
+
+@pytest.fixture(scope="module")
+def whole_planner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Planner]:
+    """The planner's own routers over no services at all: nothing may get as far as a service."""
+    with listening(tmp_path_factory.mktemp("home"), [api_router, session_router]) as running:
+        yield running
+
+
+def test_the_enumeration_sees_the_planner(whole_planner: Planner) -> None:
+    assert {"/", "/docs", "/openapi.json", "/scene/", "/static", "/api/cases", "/api/plans"} <= set(
+        http_paths(whole_planner)
+    )
+    assert {"/scene/ws", "/session"} <= set(websocket_paths(whole_planner))
+    described = {path.replace("{", "").replace("}", "") for path in whole_planner.app.openapi()["paths"]}
+    assert len(described) <= len(http_paths(whole_planner))
+
+
+def test_every_route_answers_401_without_token(whole_planner: Planner) -> None:
+    for path in http_paths(whole_planner):
+        for method in METHODS:
+            answer = whole_planner.http(method, path)
+            assert answer.status == 401, (method, path)
+            if method != "HEAD":
+                assert json.loads(answer.body)["error"]["code"] == "token_required"
+    for path in websocket_paths(whole_planner):
+        assert whole_planner.handshake(path, ("Origin", whole_planner.origin)).status == 401, path
+
+
+def test_every_route_answers_403_to_foreign_names(whole_planner: Planner) -> None:
+    foreign = f"evil.example:{whole_planner.port}"
+    for path in http_paths(whole_planner):
+        for method in METHODS:
+            assert whole_planner.http(method, path, whole_planner.cookie, host=foreign).status == 403, (method, path)
+            answer = whole_planner.http(method, path, whole_planner.cookie, ("Origin", "null"))
+            assert answer.status == 403, (method, path)
+    for path in websocket_paths(whole_planner):
+        for origin in ("null", "http://evil.example", f"http://{foreign}"):
+            assert whole_planner.handshake(path, whole_planner.cookie, ("Origin", origin)).status == 403, path
+        assert whole_planner.handshake(path, whole_planner.cookie).status == 403, path
+
+
+def test_changing_routes_want_the_page_s_origin(whole_planner: Planner) -> None:
+    for path in http_paths(whole_planner):
+        for method in ("POST", "PUT", "PATCH", "DELETE"):
+            assert whole_planner.http(method, path, whole_planner.cookie).status == 403, (method, path)
