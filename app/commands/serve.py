@@ -1,6 +1,7 @@
 """`vfix serve`: start the planner and open its page."""
 
 import argparse
+import contextlib
 import dataclasses
 import os
 import socket
@@ -61,7 +62,8 @@ def run(args: argparse.Namespace) -> int:
         print(f"vfix is at {login_url(settings)}", flush=True)
         if not args.no_browser and _has_screen():
             threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True).start()
-        server.run(sockets=[listener])
+        with contextlib.suppress(KeyboardInterrupt):  # uvicorn raises it again once everything is closed
+            server.run(sockets=[listener])
     return 0
 
 
