@@ -1,0 +1,35 @@
+"""Smooth union and intersection of signed distances (positive outside).
+
+The polynomial smooth minimum rounds the seam of two fields over the width k [mm]; k = 0 is the plain minimum.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Field = npt.NDArray[np.float32]
+
+
+def union(a: Field, b: Field, k: float = 0.0) -> Field:
+    """Signed distance of a and b together, the seam filled over the width k."""
+    if k <= 0.0:
+        return np.minimum(a, b)
+    overlap = np.maximum(np.float32(k) - np.abs(a - b), np.float32(0.0))
+    filled: Field = np.minimum(a, b) - overlap * overlap * np.float32(0.25 / k)
+    return filled
+
+
+def intersection(a: Field, b: Field, k: float = 0.0) -> Field:
+    """Signed distance of what a and b share, the edge rounded over the width k."""
+    return -union(-a, -b, k)
+
+
+def without(a: Field, b: Field, k: float = 0.0) -> Field:
+    """Signed distance of a with b taken away, the edge rounded over the width k."""
+    return intersection(a, -b, k)
+
+
+def receded(cavity: Field, earlier: Field, wall: float, k: float) -> Field:
+    """A cavity that stays `wall` mm off all earlier ones: the wall between follows both and never vanishes."""
+    return without(cavity, earlier - np.float32(wall), k)

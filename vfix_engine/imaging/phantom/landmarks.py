@@ -1,0 +1,68 @@
+"""What is known about the phantom without looking at it: beads, a checked way through the nose, targets [mm, LPS]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vfix_engine.imaging.phantom.shapes import Vector
+
+
+@dataclass(frozen=True)
+class Bead:
+    """A radio-opaque ball on the skin."""
+
+    name: str
+    centre: Vector
+    radius: float = 2.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """A named point."""
+
+    label: str
+    position: Vector
+
+
+BEADS = (
+    Bead("forehead", (7.6, 7.5, 69.9)),
+    Bead("left cheek", (51.2, 14.0, 20.7)),
+    Bead("right cheek", (-50.6, 14.4, 20.8)),
+    Bead("left jaw", (46.1, 27.0, -49.9)),
+    Bead("right jaw", (-46.5, 26.7, -50.5)),
+)
+
+CORRIDOR = (
+    Place("before the nostril", (7.5, -14.0, -6.0)),
+    Place("nostril", (6.0, -11.0, 3.5)),
+    Place("vestibule", (4.5, -1.5, 8.0)),
+    Place("piriform aperture", (5.0, 8.0, 7.0)),
+    Place("head of the inferior turbinate", (4.5, 17.5, 3.5)),
+    Place("floor of the nose", (4.5, 36.5, 0.5)),
+    Place("end of the inferior turbinate", (5.0, 46.0, -1.0)),
+    Place("nasopharynx", (3.0, 65.0, -3.5)),
+)
+
+TARGETS = (
+    Place("maxillary ostium left", (9.5, 32.0, 19.4)),
+    Place("sphenoid ostium left", (3.7, 52.7, 27.5)),
+    Place("opening of the auditory tube left", (11.7, 66.5, 0.0)),
+    Place("pharyngeal wall", (2.0, 75.0, -4.7)),
+)
+
+LANDMARKS = (
+    Place("anterior nasal spine", (0.0, -6.0, 1.2)),
+    Place("nasion", (0.0, 12.0, 50.0)),
+    Place("rhinion", (0.0, -6.5, 34.0)),
+    Place("posterior nasal spine", (0.0, 53.0, -8.0)),
+)
+
+# Where the sizes are measured, left side.
+IN_ANTRUM = np.array([25.0, 32.0, 8.0])
+IN_NOSE = np.array([4.5, 36.5, 0.5])
+OSTIUM_PLUG = np.array([12.5, 30.8, 19.1])
+OSTIUM_PLUG_RADIUS = 3.0
+CANINE_FOSSA_RAYS = np.array([[x, -8.0, z] for z in (5.0, 8.0, 11.0) for x in (27.0, 29.0, 31.0)])
+CANINE_FOSSA_DIRECTION = np.array([-0.25, 1.0, 0.0])

@@ -1,0 +1,92 @@
+"""Sizes of the anatomy, measured in a CT."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from vfix_engine.imaging.volume import Volume
+
+AIR_BELOW_HU = -450.0  # halfway between air and mucosa
+BONE_ABOVE_HU = 250.0
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Plug:
+    """A ball of tissue put into an opening [mm]."""
+
+    centre: Floats
+    radius: float
+
+
+def air_region(ct: Volume, seed: npt.ArrayLike, plug: Plug | None = None) -> npt.NDArray[np.bool_]:
+    """(K, J, I) the air connected with the voxel nearest to an LPS point, with an opening plugged if asked."""
+    air = ct.hu < AIR_BELOW_HU
+    if plug is not None:
+        air &= ~_ball(ct, plug)
+    labels, _ = ndimage.label(air)
+    at = _voxel(ct, seed)
+    region: npt.NDArray[np.bool_] = (labels == labels[at]) & bool(labels[at])
+    return region
+
+
+def volume_cm3(ct: Volume, region: npt.NDArray[np.bool_]) -> float:
+    """Volume of a region [cm³]."""
+    return float(region.sum() * np.prod(ct.spacing) / 1000.0)
+
+
+def is_in(ct: Volume, region: npt.NDArray[np.bool_], point: npt.ArrayLike) -> bool:
+    """Whether the voxel nearest to an LPS point is in a region."""
+    return bool(region[_voxel(ct, point)])
+
+
+def thickness_mm(ct: Volume, start: npt.ArrayLike, direction: npt.ArrayLike, reach: float = 40.0) -> float:
+    """Thickness [mm] of the first bone along a ray from an LPS point, from threshold to threshold."""
+    step = 0.02  # [mm]
+    along = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
+    hu = ct.sample(np.asarray(start) + np.arange(0.0, reach, step)[:, None] * along)
+    bone = np.flatnonzero(hu > BONE_ABOVE_HU)
+    if len(bone) == 0:
+        return 0.0
+    ends = np.flatnonzero(np.diff(bone) > 1)
+    last = bone[ends[0]] if len(ends) else bone[-1]
+    return float((last - bone[0] + 1) * step)
+
+
+def bottleneck_mm(ct: Volume, a: npt.ArrayLike, b: npt.ArrayLike) -> float:
+    """Diameter [mm] of the largest ball that can be moved through air from one LPS point to another; 0 if none can."""
+    room = ndimage.distance_transform_edt(ct.hu < AIR_BELOW_HU, sampling=ct.spacing[::-1])
+    start, end = _voxel(ct, a), _voxel(ct, b)
+    low, high = 0.0, float(min(room[start], room[end]))
+    while high - low > 0.05:
+        radius = (low + high) / 2.0
+        labels, _ = ndimage.label(room > radius)
+        connected = labels[start] == labels[end] != 0
+        low, high = (radius, high) if connected else (low, radius)
+    # The distance runs from centre to centre of voxels; the wall is half a voxel nearer.
+    return float(max(2.0 * low - ct.spacing.min(), 0.0))
+
+
+def bead_centroid(ct: Volume, near: npt.ArrayLike, reach: float = 4.0) -> Floats:
+    """LPS centroid [mm] of the metal within reach of a point, each voxel weighted by its share of metal."""
+    weight = np.where(
+        _ball(ct, Plug(np.asarray(near, dtype=np.float64), reach)), np.clip(ct.hu - 500.0, 0.0, None), 0.0
+    )
+    return ct.index_to_lps(np.array(ndimage.center_of_mass(weight))[::-1])
+
+
+def _voxel(ct: Volume, point: npt.ArrayLike) -> tuple[int, int, int]:
+    i, j, k = np.rint(ct.lps_to_index(np.asarray(point, dtype=np.float64))).astype(int)
+    return int(k), int(j), int(i)
+
+
+def _ball(ct: Volume, plug: Plug) -> npt.NDArray[np.bool_]:
+    kji = np.indices(ct.hu.shape, sparse=True)
+    ijk = ct.lps_to_index(plug.centre)
+    squared = sum(((kji[2 - n] - ijk[n]) * ct.spacing[n]) ** 2 for n in range(3))
+    inside: npt.NDArray[np.bool_] = squared < plug.radius**2
+    return inside
