@@ -38,8 +38,3 @@ class Cache(Generic[Key, Value]):
                 entry.set_exception(error)
         return entry.result()
 
-    def forget(self, wanted: Callable[[Key], bool]) -> None:
-        """Drop the entries whose key is `wanted` no more."""
-        with self._lock:
-            for key in [key for key in self._entries if wanted(key)]:
-                del self._entries[key]

@@ -6,7 +6,6 @@ import hashlib
 import json
 import secrets
 from collections.abc import Mapping, Sequence
-
 from typing import TypeVar
 
 from sqlalchemy import select
@@ -166,5 +165,6 @@ def _named(items: Sequence[Info], name: str, what: str) -> Info:
 
 def _hash(content: CaseContent) -> str:
     """A case is its files: the hash of what they are called and hold."""
-    sources = {item.name: item.source for item in (*content.surfaces, *content.volumes)}
+    surfaces = {item.name: item.source for item in content.surfaces}
+    sources = {"surfaces": surfaces, "volumes": {item.name: item.source for item in content.volumes}}
     return hashlib.sha256(json.dumps(sources, sort_keys=True).encode()).hexdigest()

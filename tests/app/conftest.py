@@ -1,0 +1,54 @@
+"""A small head of a few triangles, and services over a home of its own."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.services import Services, build_services
+from app.services.cases import Case, CaseFrame, CaseService
+from app.services.plans import PlanService
+from app.settings import Settings
+from app.store import Store
+from vfix_engine.geometry.mesh import TriangleMesh
+
+
+def tetrahedron() -> TriangleMesh:
+    corners = np.array([[0.1, 0, 0], [10, 0, 1 / 3], [0, 10, 0], [0, 0, 10]])
+    return TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Settings:
+    return Settings(home=tmp_path / "home", port=0)
+
+
+@pytest.fixture
+def store(settings: Settings) -> Iterator[Store]:
+    opened = Store(settings)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def cases(store: Store) -> CaseService:
+    return CaseService(store)
+
+
+@pytest.fixture
+def plans(store: Store) -> PlanService:
+    return PlanService(store)
+
+
+@pytest.fixture
+def case(cases: CaseService) -> Case:
+    return cases.create("Tetra", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": tetrahedron()})
+
+
+@pytest.fixture(scope="session")
+def phantom_services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Services]:
+    """Services with the embedded head; tests that share it change only what they made."""
+    services = build_services(Settings(home=tmp_path_factory.mktemp("phantom"), port=0))
+    yield services
+    services.close()

@@ -1,0 +1,214 @@
+"""REST: what is answered, one shape for every error, uploads that end in time, and a description of it all."""
+
+import json
+import re
+import time
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+import pytest
+from fastapi import FastAPI
+from fastapi.testclient import TestClient
+
+from app.api import cases as case_routes
+from app.api import router
+from app.gateway.error_answers import install_error_answers
+from app.services import Services
+from app.services.case_model import HEAD_PHANTOM
+from app.services.embedded import SAMPLE_PLAN
+
+SURFACE = b"v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+CASE, PLAN = f"/api/cases/{HEAD_PHANTOM}", f"/api/plans/{SAMPLE_PLAN}"
+
+
+@pytest.fixture(scope="module")
+def client(phantom_services: Services) -> Iterator[TestClient]:
+    app = FastAPI()
+    app.state.services = phantom_services
+    install_error_answers(app)
+    app.include_router(router)
+    with TestClient(app, raise_server_exceptions=False) as started:
+        yield started
+
+
+def test_cases_are_listed_shown_renamed_and_taken_off(client: TestClient) -> None:
+    (case,) = [c for c in client.get("/api/cases").json() if c["id"] == HEAD_PHANTOM]
+    assert case["frame"] == {"name": "LPS", "assumed": False}
+    assert client.get(CASE).json() == case
+    name = "<script>alert(1)</script>"
+    assert client.patch(CASE, json={"name": name}).json()["name"] == name
+    assert client.patch(CASE, json={"name": case["name"], "deleted": True}).json()["deleted_at"]
+    assert case["id"] not in [c["id"] for c in client.get("/api/cases").json()]
+    assert client.post(f"{CASE}/restore").json() == case
+
+
+def test_a_plan_is_made_edited_undone_and_deleted(client: TestClient) -> None:
+    plan = client.post(f"{CASE}/plans", json={"name": "REST"}).json()
+    path = f"/api/plans/{plan['id']}"
+    point = client.post(f"{path}/points", json={"position": [1, 2, 3], "revision": 1}).json()
+    assert point["position"] == [1.0, 2.0, 3.0]
+    moved = client.patch(f"{path}/points/{point['id']}", json={"position": [4, 5, 6]}).json()
+    assert moved["position"] == [4.0, 5.0, 6.0]
+    target = client.post(f"{path}/targets", json={"position": [7, 8, 9], "label": "ostium"}).json()
+    assert client.patch(f"{path}/points/{target['id']}", json={"label": "sinus"}).json()["label"] == "sinus"
+    assert client.delete(f"{path}/points/{target['id']}").json()["targets"] == []
+    assert [t["label"] for t in client.post(f"{path}/undo").json()["targets"]] == ["sinus"]
+    assert client.post(f"{path}/redo").json()["targets"] == []
+    assert client.patch(path, json={"locked": True}).json()["locked"]
+    assert client.post(f"{path}/points", json={"position": [1, 2, 3]}).status_code == 409
+    client.patch(path, json={"locked": False})
+    assert client.delete(path).json()["deleted_at"]
+    assert plan["id"] not in [p["id"] for p in client.get(f"{CASE}/plans").json()]
+    assert client.post(f"{path}/restore").json()["deleted_at"] is None
+    client.delete(path)
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "status", "code"),
+    [
+        ("GET", "/api/cases/nobody", None, 404, "not_found"),
+        ("GET", "/api/plans/nobody/export", None, 404, "not_found"),
+        ("GET", "/api/jobs/nobody", None, 404, "not_found"),
+        ("GET", f"{CASE}/surfaces/brain", None, 404, "not_found"),
+        ("GET", f"{CASE}/slices/axial?position_mm=9000", None, 422, "image_error"),
+        ("GET", f"{CASE}/slices/axial?position_mm=nan", None, 422, "request_invalid"),
+        ("GET", f"{CASE}/slices/oblique?position_mm=0", None, 422, "request_invalid"),
+        ("GET", f"{PLAN}/export?format=exe", None, 422, "request_invalid"),
+        ("PATCH", CASE, {"name": "a\nb"}, 422, "input_error"),
+        ("PATCH", CASE, {"name": ""}, 422, "request_invalid"),
+        ("PATCH", CASE, {"id": "x"}, 422, "request_invalid"),
+        ("POST", f"{PLAN}/points", {"position": [1, 2]}, 422, "request_invalid"),
+        ("POST", f"{PLAN}/points", {"position": [1, 2, 1e9]}, 422, "request_invalid"),
+        ("POST", f"{PLAN}/points", {"position": [1, 2, 3], "revision": 99999}, 409, "plan_conflict"),
+        ("PATCH", PLAN, {"settings": {"speed": 1}}, 422, "input_error"),
+        ("POST", f"{CASE}/plans/import", {"a": 1}, 422, "input_error"),
+        ("PUT", PLAN, None, 405, "method_not_allowed"),
+    ],
+)
+def test_every_error_has_one_shape(
+    client: TestClient, method: str, path: str, body: dict[str, object] | None, status: int, code: str
+) -> None:
+    answer = client.request(method, path, json=body)
+    assert (answer.status_code, answer.json()["error"]["code"]) == (status, code)
+    assert set(answer.json()) == {"error"}
+    assert set(answer.json()["error"]) <= {"code", "message", "details"}
+    assert answer.json()["error"]["message"]
+
+
+@pytest.mark.parametrize("form", ["json", "mrk.json", "csv"])
+def test_an_export_can_be_imported_again(client: TestClient, form: str) -> None:
+    """HAZ-14, HAZ-35."""
+    plan = client.get(PLAN).json()
+    export = client.get(f"{PLAN}/export", params={"format": form})
+    assert "Not for clinical use" in export.text
+    assert f'.{form}"' in export.headers["content-disposition"]
+    files = {"file": (f"plan.{form}", export.content)}
+    made = client.post(f"{CASE}/plans/import", files=files)
+    assert made.status_code == 201
+    for kind in ("points", "targets"):
+        assert [p["label"] for p in made.json()[kind]] == [p["label"] for p in plan[kind]]
+        assert np.allclose([p["position"] for p in made.json()[kind]], [p["position"] for p in plan[kind]], atol=1e-6)
+    assert (made.json()["name"], made.json()["frame"]) == (plan["name"], "LPS")
+    client.delete(f"/api/plans/{made.json()['id']}")
+
+
+def test_a_plan_of_another_case_is_asked_about(client: TestClient) -> None:
+    data = json.loads(client.get(f"{PLAN}/export").text) | {"case_hash": "0" * 64}
+    files = {"file": ("plan.json", json.dumps(data))}
+    assert "another case" in client.post(f"{CASE}/plans/import", files=files).json()["error"]["message"]
+    made = client.post(f"{CASE}/plans/import", files=files, data={"other_case": "yes"})
+    assert made.json()["robot"]["base"] is None
+    client.delete(f"/api/plans/{made.json()['id']}")
+
+
+def test_a_file_without_a_frame_is_asked_about(client: TestClient) -> None:
+    """HAZ-14."""
+    files = {"file": ("p.csv", b"label,x,y,z\na,1,2,3\n")}
+    error = client.post(f"{CASE}/plans/import", files=files).json()["error"]
+    assert (error["code"], error["details"]) == ("frame_error", {"missing": ["frame"]})
+    made = client.post(f"{CASE}/plans/import", files=files, data={"frame": "RAS", "name": "Told"}).json()
+    assert (made["name"], made["points"][0]["position"]) == ("Told", [-1.0, -2.0, 3.0])
+    client.delete(f"/api/plans/{made['id']}")
+
+
+def test_slices_are_pictures_that_know_their_place(client: TestClient) -> None:
+    grid = client.get(f"{CASE}/volume").json()
+    middle = 0.5 * (grid["slices"]["coronal"]["low"] + grid["slices"]["coronal"]["high"])
+    answer = client.get(f"{CASE}/slices/coronal", params={"position_mm": middle, "volume": "nose"})
+    assert answer.headers["content-type"] == "image/jpeg"
+    image = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_GRAYSCALE)
+    transform = np.array(json.loads(answer.headers["x-transform-pixel-to-lps"]))
+    assert image.std() > 5
+    assert transform[1, 3] == pytest.approx(middle)
+
+
+@pytest.mark.parametrize("form", ["arrays", "stl"])
+def test_surfaces_are_binary(client: TestClient, phantom_services: Services, form: str) -> None:
+    mesh = phantom_services.cases.case_surface(HEAD_PHANTOM, "skin")
+    data = client.get(f"{CASE}/surfaces/skin", params={"format": form}).content
+    if form == "stl":
+        assert len(data) == 84 + 50 * len(mesh.faces)
+        return
+    counts = np.frombuffer(data, "<u4", 2)
+    assert counts.tolist() == [len(mesh.vertices), len(mesh.faces)]
+    assert len(data) == 8 + 12 * int(counts.sum())
+
+
+def wait(client: TestClient, job: dict[str, str]) -> dict[str, object]:
+    for _ in range(600):
+        answer: dict[str, object] = client.get(f"/api/jobs/{job['id']}").json()
+        if answer["state"] in ("done", "failed"):
+            return answer
+        time.sleep(0.05)
+    pytest.fail("the job did not end")
+
+
+def test_an_upload_becomes_a_case(client: TestClient, phantom_services: Services) -> None:
+    form = {"frame": "LPS", "units": "mm", "name": "Uploaded"}
+    answer = client.post("/api/cases", files={"file": ("../../x.obj", SURFACE)}, data=form)
+    assert answer.status_code == 202
+    job = wait(client, answer.json())
+    assert (job["state"], job["error"]) == ("done", None)
+    assert client.get(f"/api/cases/{job['result']}").json()["name"] == "Uploaded"
+    assert list((phantom_services.settings.home / "uploads").iterdir()) == []
+    client.delete(f"/api/cases/{job['result']}")
+
+
+def test_an_upload_without_a_frame_is_asked_about(client: TestClient) -> None:
+    job = wait(client, client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).json())
+    assert job["state"] == "failed"
+    error = job["error"]
+    assert isinstance(error, dict)
+    assert (error["code"], error["details"]) == ("frame_error", {"missing": ["frame", "unit"]})
+
+
+def test_a_flood_is_stopped(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-30: by what it claims, and by what comes where nothing is claimed."""
+    headers = {"content-length": "10000000000", "content-type": "multipart/form-data; boundary=x"}
+    claimed = client.post("/api/cases", headers=headers, content=b"--x")
+    assert (claimed.status_code, claimed.json()["error"]["code"]) == (413, "too_large")
+    monkeypatch.setattr(case_routes, "MAX_CASE_BYTES", 1 << 20)
+    taken = 0
+
+    def flood() -> Iterator[bytes]:
+        nonlocal taken
+        yield b'--x\r\nContent-Disposition: form-data; name="file"; filename="x.obj"\r\n\r\n'
+        for _ in range(1000):
+            taken += 1
+            yield bytes(1 << 16)
+
+    streamed = client.post("/api/cases", headers={"content-type": headers["content-type"]}, content=flood())
+    assert (streamed.status_code, streamed.json()["error"]["code"]) == (413, "too_large")
+
+
+def test_everything_is_described(client: TestClient) -> None:
+    described = client.get("/openapi.json").json()
+    assert {"/api/cases", "/api/plans/{plan_id}/export", "/api/cases/{case_id}/slices/{axis}"} <= set(
+        described["paths"]
+    )
+    operations = [operation for path in described["paths"].values() for operation in path.values()]
+    assert all(re.search(r"\w", operation.get("description", "")) for operation in operations)
+    assert {"CasePublic", "CaseUpdate", "PlanCreate", "PlanPublic", "PlanUpdate"} <= set(
+        described["components"]["schemas"]
+    )

@@ -1,0 +1,245 @@
+"""Exchange: what goes out comes back to 1e-6 mm with names and frame; what is ambiguous or broken is refused."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+from app.services.errors import TooLarge
+from app.services.exchange import (
+    FORMATS,
+    CurveSample,
+    export_text,
+    format_of,
+    from_native_json,
+    read_plan,
+    read_targets,
+    to_markups,
+    write_export,
+)
+from app.services.names import check_label
+from app.services.plan_model import MAX_POINTS, Plan, PlanPoint
+from vfix_engine.errors import FrameError, InputError, PlanError
+
+POINTS = (
+    PlanPoint("a", "entry, left", (-29.512345678901, 1 / 3, -14.0)),
+    PlanPoint("b", '=HYPERLINK("x")', (1e-7, -0.0, 9999.0)),
+    PlanPoint("c", "'quoted' <b>", (0.1 + 0.2, -1e3, 5.0)),
+)
+PLAN = Plan(
+    id="plan-1",
+    name='Left "nose", ♥ # <i>',
+    case_id="case-1",
+    case_hash="ab" * 32,
+    points=POINTS,
+    targets=(PlanPoint("t", "-ostium", (1.0, 2.0, 3.0)),),
+    tool="bent_30",
+    robot={"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.25] * 7},
+    settings={"margin_mm": 0.4},
+    created="2026-01-01T00:00:00.000+00:00",
+    modified="2026-01-01T00:00:00.000+00:00",
+)
+CURVE = (
+    CurveSample(0.0, (0.0, 0.0, 0.0), 2.5),
+    CurveSample(0.5, (0.5, 0.0, 0.0), 0.4),
+    CurveSample(1.0, (1.0, 0.0, 0.0), None),
+)
+
+
+def assert_same(read: tuple[PlanPoint, ...], written: tuple[PlanPoint, ...]) -> None:
+    assert [point.label for point in read] == [point.label for point in written]
+    for mine, theirs in zip(read, written, strict=True):
+        assert math.dist(mine.position, theirs.position) <= 1e-6
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_plan_comes_back(form: str, tmp_path: Path) -> None:
+    """HAZ-14, HAZ-35."""
+    path = tmp_path / f"plan.{form}"
+    write_export(path, export_text(PLAN, format_of(path.name), CURVE))
+    assert "Not for clinical use" in path.read_text(encoding="utf-8")
+    file = read_plan(path.name, path.read_bytes())
+    assert file.name == PLAN.name
+    assert_same(file.content.points, PLAN.points)
+    assert_same(file.content.targets, PLAN.targets)
+
+
+def test_the_own_format_brings_everything_back() -> None:
+    file = from_native_json(export_text(PLAN, "json"))
+    assert file.content == PLAN.content
+    assert file.case_hash == PLAN.case_hash
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_plan_without_points_comes_back(form: str) -> None:
+    empty = replace(PLAN, points=(), targets=PLAN.targets)
+    file = read_plan(f"x.{form}", export_text(empty, format_of(f"x.{form}")).encode())
+    assert file.content.points == ()
+    assert_same(file.content.targets, PLAN.targets)
+
+
+def is_label(text: str) -> bool:
+    try:
+        return check_label(text, "label") == text
+    except InputError:
+        return False
+
+
+LABELS = st.text(max_size=12).filter(is_label)
+
+
+@hypothesis_settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    st.lists(
+        st.tuples(st.text(max_size=12).filter(is_label), st.tuples(*[st.floats(-9999, 9999)] * 3)),
+        min_size=1,
+        max_size=4,
+    ),
+    st.sampled_from(FORMATS),
+)
+def test_any_points_come_back(rows: list[tuple[str, tuple[float, float, float]]], form: str) -> None:
+    points = tuple(PlanPoint(f"p{n}", label, place) for n, (label, place) in enumerate(rows))
+    plan = replace(PLAN, points=points, targets=points[:1] and (replace(points[0], id="t"),))
+    file = read_plan(f"x.{form}", export_text(plan, format_of(f"x.{form}")).encode())
+    assert_same(file.content.points, points)
+    assert_same(file.content.targets, plan.targets)
+
+
+def test_markups_are_of_the_schema_and_carry_the_clearance() -> None:
+    data = json.loads(to_markups(PLAN, CURVE, "Held by bone."))
+    assert data["@schema"].endswith("markups-schema-v1.0.3.json#")
+    path, dense, beyond, targets = data["markups"]
+    assert [m["type"] for m in data["markups"]] == ["Curve", "Curve", "Curve", "Fiducial"]
+    for markup in data["markups"]:
+        assert (markup["coordinateSystem"], markup["coordinateUnits"]) == ("LPS", "mm")
+        assert markup["description"] == "Not for clinical use. Held by bone."
+        assert all(point["description"] == "Not for clinical use" for point in markup["controlPoints"])
+    clearance = dense["measurements"][0]
+    assert (clearance["name"], clearance["units"], clearance["value"]) == ("clearance", "mm", 0.4)
+    assert clearance["controlPointValues"] == [2.5, 0.4]
+    assert len(dense["controlPoints"]) == 2
+    assert [point["position"][0] for point in beyond["controlPoints"]] == [0.5, 1.0]
+    assert (len(path["controlPoints"]), len(targets["controlPoints"])) == (3, 1)
+
+
+def markups(*items: dict[str, object]) -> bytes:
+    return json.dumps({"markups": items}).encode()
+
+
+def curve(**values: object) -> dict[str, object]:
+    return {
+        "type": "Curve",
+        "coordinateSystem": "LPS",
+        "controlPoints": [{"label": "a", "position": [1, 2, 3]}],
+        **values,
+    }
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, (1, 2, 3)),
+        ({"coordinateSystem": "RAS"}, (-1, -2, 3)),
+        ({"coordinateSystem": "0"}, (-1, -2, 3)),
+        ({"coordinateUnits": "um"}, (0.001, 0.002, 0.003)),
+        ({"coordinateUnits": ["mm", "UCUM", "millimeter"]}, (1, 2, 3)),
+    ],
+)
+def test_frames_and_units_are_turned_into_lps_mm(changes: dict[str, object], expected: tuple[float, ...]) -> None:
+    """HAZ-14."""
+    assert read_plan("x.json", markups(curve(**changes))).content.points[0].position == pytest.approx(
+        expected, abs=1e-12
+    )
+
+
+def test_a_frame_that_nobody_names_is_asked_for() -> None:
+    """HAZ-14."""
+    data = markups({"type": "Curve", "controlPoints": [{"position": [1, 2, 3]}]})
+    with pytest.raises(FrameError) as refusal:
+        read_plan("x.json", data)
+    assert refusal.value.missing == ("frame",)
+    assert read_plan("x.json", data, "RAS").content.points[0].position == (-1, -2, 3)
+    with pytest.raises(FrameError, match="not RAS"):
+        read_plan("x.json", markups(curve()), "RAS")
+    table = b"label,x,y,z\na,1,2,3\n"
+    with pytest.raises(FrameError):
+        read_plan("x.csv", table)
+    assert read_plan("x.csv", table, "RAS").content.points[0].position == (-1, -2, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("x.json", b""),
+        ("x.json", b"[1]"),
+        ("x.json", b"\xff\xfe"),
+        ("x.json", b"[" * 100_000),
+        ("x.json", b"{}"),
+        ("x.json", b'{"schema": "vfix-plan/2"}'),
+        ("x.json", b'{"schema": "vfix-plan/1", "frame": "RAS", "unit": "mm"}'),
+        ("x.json", b'{"schema": "vfix-plan/1", "frame": "LPS", "unit": "mm", "points": [{"position": [1, 2]}]}'),
+        ("x.json", b'{"schema": "vfix-plan/1", "frame": "LPS", "unit": "mm", "name": "a\\u0000b"}'),
+        ("x.json", b'{"schema": "vfix-plan/1", "frame": "LPS", "unit": "mm", "tool": "../../x"}'),
+        ("x.json", b'{"schema": "vfix-plan/1", "frame": "LPS", "unit": "mm", "settings": {"margin_mm": "a"}}'),
+        ("x.json", markups()),
+        ("x.json", markups(curve(), curve())),
+        ("x.json", markups({"type": "ROI"})),
+        ("x.json", markups(curve(coordinateUnits="inch"))),
+        ("x.json", markups(curve(coordinateSystem="IJK"))),
+        ("x.json", markups(curve(controlPoints=[{"position": [1, 2, True]}]))),
+        ("x.json", markups(curve(controlPoints=[{"position": [1, 2, 1e9]}]))),
+        ("x.json", markups(curve(controlPoints=[{"position": [1, 2, 3], "positionStatus": "undefined"}]))),
+        ("x.json", markups(curve(controlPoints=[{"position": [1, 2, 3], "label": {"a": 1}}]))),
+        ("x.csv", b"# frame=LPS\nlabel,x,y,z\na,1,2,3\n"),
+        ("x.csv", b"# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2\n"),
+        ("x.csv", b"# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,nan\n"),
+        ("x.csv", b"# frame=LPS\n# unit=mm\nkind,label,x,y,z\nbone,a,1,2,3\n"),
+        ("x.csv", b'# frame=LPS\n# unit=mm\nlabel,x,y,z\n"a,1,2,3\n'),
+        ("x.csv", b""),
+        ("x.fcsv", b"1,2,3\n"),
+        ("x.fcsv", b"# Markups fiducial file version = 4.11\n# columns = id,x,y,z,label\n1,2,3,4,a\n"),
+        ("x.txt", b"hello"),
+    ],
+)
+def test_broken_files_are_refused_with_words(name: str, data: bytes) -> None:
+    with pytest.raises(InputError) as refusal:
+        read_plan(name, data)
+    assert len(str(refusal.value)) > 10
+
+
+def test_files_beyond_measure_are_refused() -> None:
+    with pytest.raises(TooLarge):
+        read_plan("x.json", b" " * ((16 << 20) + 1))
+    point = {"position": [1, 2, 3]}
+    with pytest.raises(TooLarge):
+        read_plan("x.json", markups(curve(controlPoints=[point] * (MAX_POINTS + 1))))
+
+
+def test_files_of_other_programs_are_read_or_refused(trial_data: Path) -> None:
+    broken = trial_data / "formats" / "malformed"
+
+    def read(path: Path) -> tuple[PlanPoint, ...]:
+        return read_plan(path.name, path.read_bytes()).content.points
+
+    expected = (PlanPoint("", "P-1", (-24.6, -99.4, -7.5)), PlanPoint("", "P-2", (-23.0, -28.0, -20.2)))
+    for name in ("ok_v4.6_RAS_numeric.fcsv", "ok_v4.11_LPS.fcsv"):
+        assert_same(read(broken / name), expected)
+    assert read(broken / "ras.mrk.json")[0].position == (-1, -2, 3)
+    for name in ("nan_position.mrk.json", "truncated.mrk.json"):
+        with pytest.raises(PlanError):
+            read(broken / name)
+    with pytest.raises(FrameError):
+        read(broken / "no_coordinate_system.mrk.json")
+    assert len(read(trial_data / "formats" / "markups" / "slicer_doc_example.mrk.json")) == 3
+    corridor = read(trial_data / "head_ct" / "corridor.mrk.json")
+    assert (len(corridor), corridor[0].position) == (12, (-29.5, -101.8, -14.0))
+    targets = trial_data / "head_ct" / "targets.mrk.json"
+    assert [t.label for t in read_targets(targets.name, targets.read_bytes())] == [
+        "sphenoid_sinus",
+        "maxillary_sinus_image_left",
+    ]

@@ -1,0 +1,271 @@
+"""Plans: edits, undo and redo against a model of them, locks, conflicts, recovery."""
+
+import threading
+
+import pytest
+from hypothesis import HealthCheck
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
+
+from app.services.cases import Case
+from app.services.errors import NotFound, PlanConflict, PlanLocked
+from app.services.plan_editor import PlanEditor
+from app.services.plan_model import PlanContent, PlanPoint
+from app.services.plans import Plan, PlanService
+from app.store import Store
+from vfix_engine.errors import InputError, PlanError
+
+PLACED = {"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.0] * 7}
+
+
+@pytest.fixture
+def plan(plans: PlanService, case: Case) -> Plan:
+    return plans.create(case.id, "Corridor")
+
+
+@pytest.fixture
+def editor(plans: PlanService, plan: Plan) -> PlanEditor:
+    return plans.editor(plan.id)
+
+
+def labels(editor: PlanEditor) -> list[str]:
+    return [point.label for point in editor.plan.points]
+
+
+def test_a_new_plan_knows_its_case_and_frame(plan: Plan, case: Case) -> None:
+    assert (plan.case_id, plan.case_hash, plan.frame, plan.unit) == (case.id, case.content_hash, "LPS", "mm")
+    assert plan.notice == "Not for clinical use"
+    assert plan.robot["base"] is None
+
+
+def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor) -> None:
+    first = editor.add_point((1, 2, 3))
+    last = editor.add_point((7, 8, 9), "end")
+    middle = editor.insert_between(first, (4, 5, 6))
+    assert labels(editor) == ["P1", "P2", "end"]
+    editor.move_point(middle, (4.5, 5.5, 6.5))
+    editor.rename_point(middle, "<b>middle</b>")
+    editor.delete_point(first)
+    target = editor.add_target((0, 0, 0), "ostium")
+    editor.move_target(target, (1, 1, 1))
+    plan = editor.plan
+    assert plan.points == (PlanPoint(middle, "<b>middle</b>", (4.5, 5.5, 6.5)), PlanPoint(last, "end", (7.0, 8.0, 9.0)))
+    assert plan.targets == (PlanPoint(target, "ostium", (1.0, 1.0, 1.0)),)
+    assert plan.revision == 9
+    editor.rename_point(target, "sinus")
+    editor.delete_target(target)
+    assert editor.plan.targets == ()
+
+
+def test_the_history_outlives_the_process(store: Store, editor: PlanEditor, plan: Plan) -> None:
+    for x in range(3):
+        editor.add_point((x, 0, 0))
+    editor.undo()
+    again = PlanService(store).editor(plan.id)
+    assert again.history() == (True, True)
+    again.redo()
+    assert labels(again) == ["P1", "P2", "P3"]
+    for _ in range(3):
+        again.undo()
+    assert labels(again) == []
+    assert not again.can_undo
+    assert again.can_redo
+    with pytest.raises(PlanError, match="nothing to undo"):
+        again.undo()
+
+
+@pytest.mark.parametrize(
+    "position",
+    [(float("nan"), 0, 0), (float("inf"), 0, 0), (1e4, 0, 0), (0, 0), (0, 0, 0, 0), ("1", 0, 0), (True, 0, 0)],
+)
+def test_positions_that_are_none_are_refused(editor: PlanEditor, position: tuple[float, ...]) -> None:
+    """HAZ-05."""
+    before = editor.plan
+    point = editor.add_point((0, 0, 0))
+    for act in (editor.add_point, editor.add_target, lambda p: editor.move_point(point, p)):
+        with pytest.raises(PlanError):
+            act(position)
+    assert len(editor.plan.points) == len(before.points) + 1
+
+
+def test_a_locked_plan_stays_as_it_is(plans: PlanService, editor: PlanEditor) -> None:
+    point = editor.add_point((0, 0, 0))
+    editor.set_locked(True)
+    assert (editor.locked, editor.history()) == (True, (False, False))
+    locked = editor.plan
+    for act in (
+        lambda: editor.move_point(point, (1, 1, 1)),
+        lambda: editor.add_point((1, 1, 1)),
+        editor.undo,
+        lambda: plans.delete(locked.id),
+    ):
+        with pytest.raises(PlanLocked):
+            act()
+    assert editor.plan == locked
+    editor.set_locked(False)
+    editor.undo()
+    assert labels(editor) == []
+
+
+def test_a_stale_revision_changes_nothing(plans: PlanService, editor: PlanEditor) -> None:
+    seen = editor.revision
+    editor.add_point((0, 0, 0), expected_revision=seen)
+    for act in (
+        lambda: editor.add_point((1, 1, 1), expected_revision=seen),
+        lambda: editor.undo(expected_revision=seen),
+        lambda: plans.rename(editor.plan.id, "late", expected_revision=seen),
+    ):
+        with pytest.raises(PlanConflict):
+            act()
+    assert labels(editor) == ["P1"]
+
+
+def test_of_many_writers_of_one_revision_one_wins(store: Store, plan: Plan) -> None:
+    """Several editors, as of several processes."""
+    outcomes: list[str] = []
+
+    def write(n: int) -> None:
+        try:
+            PlanService(store).editor(plan.id).add_point((n, 0, 0), expected_revision=plan.revision)
+            outcomes.append("won")
+        except PlanConflict:
+            outcomes.append("lost")
+
+    threads = [threading.Thread(target=write, args=(n,)) for n in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(outcomes) == ["lost"] * 7 + ["won"]
+
+
+def test_another_path_drops_the_robots_placing(editor: PlanEditor) -> None:
+    point = editor.add_point((0, 0, 0))
+    editor.set_robot(PLACED)
+    editor.add_target((5, 5, 5))
+    editor.rename_point(point, "entry")
+    assert editor.plan.robot == PLACED
+    editor.move_point(point, (1, 0, 0))
+    assert editor.plan.robot == {"name": "steady_hand", "base": None, "q_start": None}
+    editor.undo()
+    assert editor.plan.robot == PLACED
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [{"name": "../x"}, {"base": [1.0] * 16}, {**PLACED, "base": [0.0] * 15}, {**PLACED, "q_start": [float("nan")]}],
+)
+def test_a_placing_that_is_none_is_refused(editor: PlanEditor, robot: dict[str, object]) -> None:
+    with pytest.raises(InputError):
+        editor.set_robot(robot)
+
+
+def test_settings_are_checked(editor: PlanEditor) -> None:
+    editor.set_settings({"margin_mm": 0.5})
+    for wrong in ({"margin_mm": float("nan")}, {"margin_mm": -1.0}, {"speed": 1.0}):
+        with pytest.raises(InputError):
+            editor.set_settings(wrong)
+    assert editor.plan.settings == {"margin_mm": 0.5}
+
+
+def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, editor: PlanEditor, case: Case) -> None:
+    editor.add_point((1, 2, 3), "entry")
+    plan = editor.plan
+    copy = plans.duplicate(plan.id)
+    assert (copy.name, copy.points) == ("Corridor (copy)", plan.points)
+    assert not plans.editor(copy.id).can_undo
+    plans.rename(plan.id, "Left")
+    plans.delete(plan.id)
+    assert [p.id for p in plans.list(case.id)] == [copy.id]
+    with pytest.raises(PlanError, match="restore"):
+        editor.add_point((0, 0, 0))
+    plans.restore(plan.id)
+    assert plans.get(plan.id).name == "Left"
+    assert plans.get(plan.id).points == plan.points
+    with pytest.raises(InputError):
+        plans.rename(plan.id, "a\nb")
+    with pytest.raises(NotFound):
+        plans.editor("nobody")
+    with pytest.raises(PlanError):
+        plans.create("no-case", "Plan")
+
+
+class Editing(RuleBasedStateMachine):
+    """Random edits with undo and redo, beside a plain list of states."""
+
+    store: Store
+    case_id: str
+
+    def __init__(self) -> None:
+        super().__init__()
+        plan = PlanService(self.store).create(self.case_id, "stateful")
+        self.editor = PlanService(self.store).editor(plan.id)
+        self.states: list[PlanContent] = [plan.content]
+        self.at = 0
+
+    def record(self) -> None:
+        self.states = [*self.states[: self.at + 1], self.editor.plan.content]
+        self.at += 1
+
+    coordinates = st.tuples(*[st.floats(-9999, 9999)] * 3)
+
+    @rule(position=coordinates, index=st.integers(0, 3))
+    def add(self, position: tuple[float, float, float], index: int) -> None:
+        count = len(self.states[self.at].points)
+        point = self.editor.add_point(position, index=min(index, count))
+        assert self.editor.plan.points[min(index, count)].id == point
+        self.record()
+
+    @rule(position=coordinates)
+    def add_target(self, position: tuple[float, float, float]) -> None:
+        self.editor.add_target(position)
+        self.record()
+
+    @precondition(lambda self: self.states[self.at].points)
+    @rule(data=st.data(), position=coordinates)
+    def move(self, data: st.DataObject, position: tuple[float, float, float]) -> None:
+        point = data.draw(st.sampled_from(self.states[self.at].points))
+        self.editor.move_point(point.id, position)
+        assert position in [p.position for p in self.editor.plan.points]
+        self.record()
+
+    @precondition(lambda self: self.states[self.at].points)
+    @rule(data=st.data())
+    def delete(self, data: st.DataObject) -> None:
+        self.editor.delete_point(data.draw(st.sampled_from(self.states[self.at].points)).id)
+        self.record()
+
+    @precondition(lambda self: self.at > 0)
+    @rule()
+    def undo(self) -> None:
+        self.editor.undo()
+        self.at -= 1
+
+    @precondition(lambda self: self.at < len(self.states) - 1)
+    @rule()
+    def redo(self) -> None:
+        self.editor.redo()
+        self.at += 1
+
+    @rule()
+    def refused(self) -> None:
+        with pytest.raises(NotFound):
+            self.editor.delete_point("nobody")
+
+    @invariant()
+    def as_the_model_says(self) -> None:
+        assert self.editor.plan.content == self.states[self.at]
+        assert self.editor.history() == (self.at > 0, self.at < len(self.states) - 1)
+
+
+def test_undo_and_redo_follow_the_model(store: Store, case: Case) -> None:
+    machine = type("EditingHere", (Editing,), {"store": store, "case_id": case.id})
+    budget = hypothesis_settings(
+        max_examples=12,
+        stateful_step_count=25,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+        derandomize=True,
+    )
+    run_state_machine_as_test(machine, settings=budget)

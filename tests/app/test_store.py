@@ -1,0 +1,147 @@
+"""The store: migrated at start, durable when it says so, whole files or none."""
+
+import contextlib
+import errno
+import multiprocessing
+import os
+import sqlite3
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sqlalchemy import inspect
+
+from app.services.cases import Case
+from app.services.plans import PlanService
+from app.settings import Settings
+from app.store import Store, write_atomically
+from app.store.files import StorageError
+from app.store.models import Base
+
+KILLS = 15
+
+
+def write_until_killed(home: Path, plan_id: str, acknowledge: Connection) -> None:
+    """Add points to a plan, and say each one's id once its edit returned."""
+    editor = PlanService(Store(Settings(home=home))).editor(plan_id)
+    for n in range(100_000):
+        acknowledge.send(editor.add_point((float(n % 1000), 0.0, 0.0)))
+
+
+def test_the_tables_are_those_of_the_models(store: Store) -> None:
+    with store.reading() as session:
+        inspector = inspect(session.connection())
+        for table in Base.metadata.sorted_tables:
+            assert {c["name"] for c in inspector.get_columns(table.name)} == {c.name for c in table.columns}
+
+
+def test_opening_twice_migrates_once(settings: Settings) -> None:
+    for _ in range(2):
+        Store(settings).close()
+    with sqlite3.connect(settings.database_path) as connection:
+        assert connection.execute("select version_num from alembic_version").fetchall() == [("0001",)]
+        assert connection.execute("pragma journal_mode").fetchone() == ("wal",)
+    connection.close()
+
+
+def test_every_connection_syncs_fully(store: Store) -> None:
+    with store.reading() as session:
+        assert session.connection().exec_driver_sql("pragma synchronous").scalar() == 2
+
+
+def test_an_edit_that_failed_leaves_nothing(store: Store, plans: PlanService, case: Case) -> None:
+    plan = plans.create(case.id, "one")
+    with contextlib.suppress(RuntimeError), store.writing() as session:
+        session.connection().exec_driver_sql("update plans set name = 'torn'")
+        raise RuntimeError
+    assert plans.get(plan.id).name == "one"
+
+
+def test_no_acknowledged_edit_is_lost_when_the_process_is_killed(
+    settings: Settings, plans: PlanService, case: Case
+) -> None:
+    """HAZ-24."""
+    plan = plans.create(case.id, "killed")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["app.services.plans"])
+    acknowledged: list[str] = []
+    for kill in range(KILLS):
+        ours, theirs = context.Pipe(duplex=False)
+        process = context.Process(target=write_until_killed, args=(settings.home, plan.id, theirs), daemon=True)
+        process.start()
+        theirs.close()
+        acknowledged.extend(ours.recv() for _ in range(1 + 3 * kill % 7))
+        process.kill()
+        with contextlib.suppress(EOFError):
+            while True:
+                acknowledged.append(ours.recv())
+        process.join()
+        ours.close()
+        kept = [point.id for point in plans.get(plan.id).points]
+        assert [point for point in kept if point in set(acknowledged)] == acknowledged
+        acknowledged = kept  # an edit that was stored but not yet said to be is kept as well
+    with sqlite3.connect(settings.database_path) as connection:
+        assert connection.execute("pragma integrity_check").fetchone() == ("ok",)
+    connection.close()
+
+
+@pytest.mark.parametrize("call", ["write", "fsync", "replace"])
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO])
+def test_a_full_disk_leaves_the_old_export_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str, code: int
+) -> None:
+    """HAZ-25."""
+    target = tmp_path / "plan.csv"
+    write_atomically(target, b"old")
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(code, os.strerror(code))
+
+    with monkeypatch.context() as patch:
+        if call == "write":
+            real = os.fdopen
+
+            def full(descriptor: int, mode: str) -> object:
+                file = real(descriptor, mode, buffering=0)
+
+                class Full:
+                    def __enter__(self) -> "Full":
+                        return self
+
+                    def __exit__(self, *_: object) -> None:
+                        file.close()
+
+                    def write(self, data: bytes) -> None:
+                        file.write(data[: len(data) // 2])
+                        fail()
+
+                return Full()
+
+            patch.setattr(os, "fdopen", full)
+        else:
+            patch.setattr(os, call, fail)
+        with pytest.raises(StorageError, match=os.strerror(code)):
+            write_atomically(target, b"new and longer")
+    assert target.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_equal_files_are_stored_once_and_their_name_is_their_hash(store: Store, settings: Settings) -> None:
+    first, second = (store.files.put_with(lambda file: file.write(b"skull")) for _ in range(2))
+    assert first == second
+    assert store.files.path(first).read_bytes() == b"skull"
+    assert len([path for path in settings.files_dir.rglob("*") if path.is_file()]) == 1
+
+
+@pytest.mark.parametrize("key", ["../../etc/passwd", "ab", "0" * 64])
+def test_a_file_that_is_not_there_is_refused(store: Store, key: str) -> None:
+    with pytest.raises(StorageError):
+        store.files.path(key)
+
+
+def test_archives_hold_no_pickle(store: Store, cases: object, case: Case) -> None:
+    """HAZ-22."""
+    key = case.surfaces[0].source.removeprefix("sha256:")
+    with np.load(store.files.path(key), allow_pickle=False) as archive:
+        assert set(archive.files) == {"vertices", "faces"}
