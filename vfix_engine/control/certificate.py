@@ -53,7 +53,7 @@ class Certifier:
         q.setflags(write=False)
         tip = self._robot.tip(q)
         segments = self._tool.segments(tip.rotation, tip.position)
-        return ToolState(q, tip, segments, self._surroundings.clearance_per_segment(segments))
+        return ToolState(q, tip, segments, self._surroundings.distances(segments))
 
     def certify(self, state: ToolState, step: Array) -> ToolState | None:
         """The state after ``step`` (n,) if all of the motion keeps the margin, else None.

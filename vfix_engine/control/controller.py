@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import StartRefused
 from ..fixtures import Constraint, Objective, boundary, joint_bounds, little_motion
-from ..geometry.proximity import Pairs, ProximityTree, reduce_pairs
+from ..geometry.proximity import ProximityTree
 from ..robots import PlacedRobot, Tool
 from . import qp
 from .certificate import Certifier, ToolState
@@ -72,7 +72,7 @@ class Controller:
         solver: str = "daqp",
     ):
         self.robot, self.tool, self.settings, self._solver = robot, tool, settings, solver
-        self._surroundings = Surroundings(tree, settings.threshold_mm)
+        self._surroundings = Surroundings(tree, settings.threshold_mm, settings.group_flat_mm)
         self._certifier = Certifier(robot, tool, self._surroundings, settings.margin_mm)
         self._little_motion = little_motion(robot.robot)
 
@@ -110,7 +110,7 @@ class Controller:
         """One certified step; never raises on bad luck: what cannot be certified is held (HAZ-01, HAZ-03)."""
         if not task.scale > 0.0:
             return StepReport(state, "idle", 1.0, (), 0)
-        pairs = reduce_pairs(self._surroundings.pairs(state.segments))
+        pairs = self._surroundings.pairs(state.segments)
         wall = boundary(pairs, state.tip, self.settings.margin_mm + BUFFER_MM)
         constraints = (*task.constraints, wall)
         low, high = joint_bounds(self.robot.robot, state.q, self.settings.dt_s)
@@ -140,7 +140,7 @@ class Controller:
 
     def _nearest(self, state: ToolState) -> tuple[Blocker, ...]:
         """The closest bone, where the certificate held a step that no row had slowed."""
-        pairs: Pairs = self._surroundings.pairs(state.segments)
-        if not len(pairs.distance):
+        pairs = self._surroundings.pairs(state.segments)
+        if len(pairs) == 0:
             return (Blocker("certificate", "the motion could not be certified", 1.0),)
         return (bone_blocker(pairs, int(pairs.distance.argmin()), self.tool, 1.0),)

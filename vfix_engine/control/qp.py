@@ -13,6 +13,7 @@ import daqp
 import numpy as np
 import qpsolvers
 from numpy.typing import NDArray
+from scipy.sparse import csc_matrix
 
 from ..errors import ControlError
 from ..fixtures import Constraint, Objective
@@ -124,17 +125,16 @@ def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array, Array] 
     if solver not in qpsolvers.available_solvers:
         known = ", ".join(sorted(qpsolvers.available_solvers))
         raise ControlError(f"QP solver '{solver}' is not installed; available are: {known}")
-    solution = qpsolvers.solve_problem(
-        qpsolvers.Problem(
-            problem.hessian,
-            problem.gradient,
-            problem.rows,
-            problem.bound,
-            lb=problem.low,
-            ub=problem.high,
-        ),
-        solver=solver,
+    convert = csc_matrix if solver in qpsolvers.sparse_solvers else np.asarray
+    stated = qpsolvers.Problem(
+        convert(problem.hessian),
+        problem.gradient,
+        convert(problem.rows),
+        problem.bound,
+        lb=problem.low,
+        ub=problem.high,
     )
+    solution = qpsolvers.solve_problem(stated, solver=solver)
     if not solution.found or solution.x is None or solution.z is None or solution.z_box is None:
         return None
     return solution.x, solution.z, solution.z_box

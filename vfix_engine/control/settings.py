@@ -30,6 +30,7 @@ class ControlSettings:
     dt_s: float = 1e-3
     margin_mm: float = 0.3
     threshold_mm: float = 3.0
+    group_flat_mm: float = 2.0
     stiffness_n_per_mm: float = 0.25
     force_cap_n: float = 5.0
     gain_mm_per_s_per_n: float = 2.0
@@ -37,7 +38,7 @@ class ControlSettings:
     k_d: float = 0.2
     k_tau: float = 0.0
     capture_mm: float = 0.05
-    view_distance_mm: float = 15.0
+    view_distance_mm: float = 22.0
     target_tolerance_mm: float = 0.015
 
     def __post_init__(self) -> None:
@@ -80,6 +81,7 @@ _BOUNDS = {
     "dt_s": Bound(1e-4, 2e-2, "s", "Control period"),
     "margin_mm": Bound(0.05, 3.0, "mm", "Safety margin"),
     "threshold_mm": Bound(0.5, 10.0, "mm", "Boundary threshold"),
+    "group_flat_mm": Bound(0.0, 10.0, "mm", "Flatness of grouped patches (0: none)"),
     "stiffness_n_per_mm": Bound(0.01, 5.0, "N/mm", "Grip stiffness"),
     "force_cap_n": Bound(0.1, 20.0, "N", "Force cap"),
     "gain_mm_per_s_per_n": Bound(0.05, 10.0, "mm/s/N", "Admittance gain"),

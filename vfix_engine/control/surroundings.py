@@ -3,40 +3,37 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.capsules import Segments
-from ..geometry.proximity import CandidateList, Pairs, ProximityTree
+from ..geometry.proximity import CandidateList, Pairs, ProximityTree, reduce_pairs
 
+EXACT_WITHIN_MM = 1.0  # nearer than this every triangle gives its own pair
 SLACK_MM = 0.75  # how far the tool may move before the candidates are gathered anew
 
 
 class Surroundings:
-    """Queries around one tool; keeps the triangles that can matter until the tool has moved out of their validity.
+    """Queries around one tool among one anatomy.
 
-    The kept list is a cache only: answers are exact for every pose, whatever was asked before.
+    Rows of the boundary come from the covariance tree, far flat patches grouped (Li 2007, III.D.2).
+    Verdicts come from exact triangles: those that can matter are kept until the tool has moved out of their validity.
+    The kept list is a cache only; answers are exact for every pose, whatever was asked before.
     """
 
-    def __init__(self, tree: ProximityTree, threshold_mm: float):
+    def __init__(self, tree: ProximityTree, threshold_mm: float, group_flat_mm: float):
         self._tree, self._threshold = tree, threshold_mm
+        self._group_flat = group_flat_mm if group_flat_mm > 0.0 else None
         self._candidates: CandidateList | None = None
 
-    @property
-    def threshold_mm(self) -> float:
-        return self._threshold
-
     def pairs(self, segments: Segments) -> Pairs:
-        """All exact pairs within the threshold."""
-        return self._near(segments).pairs_within(segments, self._threshold)
+        """The pairs within the threshold that say something of their own, nearest first."""
+        found = self._tree.pairs_within(
+            segments, self._threshold, group_flat=self._group_flat, exact_within=EXACT_WITHIN_MM
+        )
+        return reduce_pairs(found)
 
-    def clearance(self, segments: Segments) -> float:
-        """Smallest distance from the tool's surface to the anatomy; no more than the threshold is told."""
-        return min(self._near(segments).clearance(segments), self._threshold)
-
-    def clearance_per_segment(self, segments: Segments) -> np.ndarray:
-        """The same for every segment (S,)."""
-        return np.minimum(self._near(segments).min_distance_per_segment(segments), self._threshold)
-
-    def _near(self, segments: Segments) -> CandidateList:
+    def distances(self, segments: Segments) -> NDArray[np.float64]:
+        """Smallest distance (S,) of every segment's surface to the anatomy; no more than the threshold is told."""
         if self._candidates is None or not self._candidates.valid_for(segments, self._threshold):
             self._candidates = self._tree.candidates(segments, self._threshold + SLACK_MM)
-        return self._candidates
+        return np.minimum(self._candidates.min_distance_per_segment(segments), self._threshold)

@@ -54,7 +54,7 @@ class Handle:
     @staticmethod
     def fresh(beat_at: float, now: float) -> bool:
         """A heartbeat at ``beat_at`` still counts."""
-        return now - beat_at < GONE_S
+        return now - beat_at < GONE_S - 1e-9
 
     def force(self, tool_grip: Array, stiffness: float, cap: float, now: float) -> Array:
         """Force (3,) in N on the tool: stiffness [N/mm] × pull, no more than cap [N], faded when the hand is gone."""
@@ -80,6 +80,8 @@ class Handle:
 
     def _share(self, now: float) -> float:
         since_beat = now - self._beat_at
+        if not self.fresh(self._beat_at, now):
+            return 0.0
         share = 1.0 if since_beat <= FRESH_S else 1.0 - (since_beat - FRESH_S) / (GONE_S - FRESH_S)
         if self._released_at is not None:
             share = min(share, 1.0 - (now - self._released_at) / GONE_S)

@@ -14,7 +14,10 @@ from .operators import Operator, PushingOperator, ScriptedOperator
 from .rehearsal import Rehearsal, RehearsalState
 from .snapshot import Snapshot
 
-PATIENCE_STEPS = 400  # held steps in a row after which a scripted hand gives up
+PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up
+GAIN_MM = 0.02  # less than this in that many steps is no progress towards a target
+TIGHT_MM = 0.05  # this near to the margin counts as contact
+PUSH_FROM = 0.6  # share of the path after which pushing begins at the latest
 PASSED_MM = 0.3  # the view is past its nearest place when it is this much further away again
 WARM_UP_STEPS = 20  # not counted in the step times: caches fill
 
@@ -73,10 +76,18 @@ class HeadlessRun:
         return self._drive(state, operator, lambda s: s.phase == "done" or (stop is not None and stop(s)))[1]
 
     def push(self, steps: int, seed: int, free: bool) -> Snapshot:
-        """``steps`` steps of full force into bone."""
-        state = self.rehearsal.start("free" if free else "path")
+        """Along the path to the first tight place or past its middle, then ``steps`` steps of full force into bone."""
+        rehearsal = self.rehearsal
+        near = rehearsal.settings.margin_mm + TIGHT_MM
+        state, snapshot = self._drive(
+            rehearsal.start("path"),
+            ScriptedOperator(),
+            lambda s: s.clearance_mm <= near or s.progress_mm >= PUSH_FROM * s.length_mm,
+        )
+        if free:
+            state = rehearsal.with_mode(state, "free")
+            self.tally.errors.clear()  # without the fixture the path is no reference
         operator = PushingOperator(seed)
-        snapshot = self.rehearsal.snapshot(state)
         for _ in range(steps):
             state, snapshot = self._one(state, operator)
         return snapshot
@@ -91,7 +102,7 @@ class HeadlessRun:
         state = self._to_best_view(state, goal)
         state = rehearsal.with_mode(state, "inspect", target)
         operator = ScriptedOperator()
-        state, snapshot = self._drive(state, operator, lambda s: s.phase == "inspect_hold")
+        state, snapshot = self._drive(state, operator, _arrival())
         name = rehearsal.scene.target_names[target]
         if snapshot.phase != "inspect_hold":
             reason = snapshot.reason or "the view does not get there"
@@ -135,3 +146,17 @@ class HeadlessRun:
         self.tally.add(snapshot, time.perf_counter() - begin)
         self._keep(snapshot)
         return state, snapshot
+
+
+def _arrival() -> Callable[[Snapshot], bool]:
+    """True once the view is held on the target, or comes no nearer to it."""
+    nearest, since = np.inf, 0
+
+    def arrived(snapshot: Snapshot) -> bool:
+        nonlocal nearest, since
+        since += 1
+        if snapshot.target_error_mm < nearest - GAIN_MM:
+            nearest, since = snapshot.target_error_mm, 0
+        return snapshot.phase == "inspect_hold" or since > PATIENCE_STEPS
+
+    return arrived

@@ -51,7 +51,8 @@ class PushingOperator:
         fresh = self._count % self._episode == 0
         self._count += 1
         if fresh:
-            self._kind = int(self._random.integers(4)) if self._count > 4 * self._episode else 0
+            # The first two episodes make contact; from then on the direction changes.
+            self._kind = int(self._random.integers(4)) if self._count > 2 * self._episode else 0
             self._push = self._unit(self._random.normal(size=3))
         if self._kind == 0:
             nearest = rehearsal.scene.tree.closest(state.tool.segments)
