@@ -1,0 +1,77 @@
+"""Planning on the embedded head: points move to where the tool fits, and the path is driven by the controller."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.services import Services
+from app.services.case_model import HEAD_PHANTOM
+from app.services.embedded import SAMPLE_PLAN
+from app.services.errors import NotFound
+from app.services.exchange import export_text
+from app.services.resolve import resolve_case, resolve_plan, resolve_targets
+from vfix_engine.errors import PlanError
+from vfix_engine.robots import Tool
+
+
+def test_a_point_on_bone_moves_to_where_the_tool_fits(phantom_services: Services) -> None:
+    corner = phantom_services.cases.case_surface(HEAD_PHANTOM).vertices[5000]
+    snapped = phantom_services.planning.snap(HEAD_PHANTOM, corner.tolist(), margin_mm=0.3)
+    room = float(Tool.load("bent_30").radius.max()) + 0.3
+    distance, _, _ = phantom_services.cases.tree(HEAD_PHANTOM).point_distance(np.array([snapped.position]))
+    assert distance[0] >= room - 1e-9
+    assert snapped.moved_mm == pytest.approx(np.linalg.norm(np.subtract(snapped.position, corner)))
+    assert "moved" in snapped.reason
+
+
+def test_a_point_in_air_stays(phantom_services: Services) -> None:
+    point = phantom_services.plans.get(SAMPLE_PLAN).points[3]
+    snapped = phantom_services.planning.snap(HEAD_PHANTOM, point.position)
+    assert (snapped.position, snapped.moved_mm, snapped.reason) == (point.position, 0.0, "")
+    assert phantom_services.planning.fit_point(SAMPLE_PLAN, point.position) == point.position
+
+
+def test_the_sample_plan_can_be_driven_and_is_driven_once(phantom_services: Services) -> None:
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    evaluation = phantom_services.planning.evaluate(plan)
+    assert phantom_services.planning.evaluate(phantom_services.plans.get(SAMPLE_PLAN)) is evaluation
+    assert evaluation.completed, evaluation.reason
+    assert not np.isnan(evaluation.clearance).any()
+    assert evaluation.clearance.min() == pytest.approx(evaluation.min_clearance_mm)
+    assert evaluation.min_clearance_mm >= 0.3
+    assert evaluation.degree == 5
+    samples, remark = phantom_services.planning.curve(plan)
+    assert (len(samples), remark) == (len(evaluation.s), "")
+
+
+def test_a_path_into_bone_is_exported_with_the_reason(phantom_services: Services) -> None:
+    bone = phantom_services.cases.case_surface(HEAD_PHANTOM).vertices[5000].tolist()
+    plan = phantom_services.plans.create(HEAD_PHANTOM, "Into bone")
+    editor = phantom_services.plans.editor(plan.id)
+    editor.add_point(bone)
+    with pytest.raises(PlanError, match="two points"):
+        phantom_services.planning.evaluate(editor.plan)
+    assert phantom_services.planning.curve(editor.plan) == ((), "")
+    editor.add_point([bone[0], bone[1], bone[2] + 10.0])
+    samples, remark = phantom_services.planning.curve(editor.plan)
+    assert remark.startswith("No clearances:")
+    assert all(sample.clearance_mm is None for sample in samples)
+    assert remark in export_text(editor.plan, "mrk.json", samples, remark)
+    phantom_services.plans.delete(plan.id)
+
+
+def test_cases_and_plans_are_found_by_id_name_and_file(phantom_services: Services, tmp_path: Path) -> None:
+    name = phantom_services.cases.embedded_case().name
+    by_name, by_id = resolve_case(phantom_services, name), resolve_case(phantom_services, HEAD_PHANTOM)
+    assert (by_name.id, by_name.mesh) == (HEAD_PHANTOM, by_id.mesh)
+    plan = resolve_plan(phantom_services, by_id, SAMPLE_PLAN)
+    file = tmp_path / "sample.mrk.json"
+    file.write_text(export_text(plan, "mrk.json"), encoding="utf-8")
+    read = resolve_plan(phantom_services, by_id, str(file))
+    assert [p.position for p in read.points] == [p.position for p in plan.points]
+    assert [t.label for t in resolve_targets(file)] == [t.label for t in plan.targets]
+    with pytest.raises(NotFound):
+        resolve_case(phantom_services, "nobody")
+    with pytest.raises(NotFound):
+        resolve_plan(phantom_services, by_id, "none")
