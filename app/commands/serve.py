@@ -55,6 +55,7 @@ def run(args: argparse.Namespace) -> int:
                 log_level="warning",
                 access_log=False,  # it would write the token of the address down
                 server_header=False,
+                proxy_headers=False,
                 timeout_graceful_shutdown=3,
             )
         )
