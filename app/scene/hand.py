@@ -33,7 +33,8 @@ class HandNodes:
     def __init__(self, scene: viser.SceneApi, on_drag: Callable[[GripDrag], None]) -> None:
         self._on_drag = on_drag
         self._grip_at = np.zeros(3)
-        self._hand: Floats | None = None
+        self._hand: Floats | None = None  # where the hand is, set on viser's loop and read on the workspace's thread
+        self._drawn_hand: Floats | None = None
         self._offset = np.zeros(3)
         self._mine = False
         self._ball = scene.add_icosphere(
@@ -71,13 +72,14 @@ class HandNodes:
             else:
                 self._ball.remove_drag_callback("all")
                 self._hand = None
-        ball = grip if self._hand is None else self._hand
+        hand = self._drawn_hand = self._hand
+        ball = grip if hand is None else hand
         self._ball.position = ball
         self._label.position = ball + np.array([0.0, 0.0, LABEL_RISE_MM])
-        self._label.visible = mine and self._hand is None
-        self._spring.visible = self._hand is not None
-        if self._hand is not None:
-            self._spring.points = np.array([[grip, self._hand]], dtype=np.float32)
+        self._label.visible = mine and hand is None
+        self._spring.visible = hand is not None
+        if hand is not None:
+            self._spring.points = np.array([[grip, hand]], dtype=np.float32)
         size = float(np.linalg.norm(force))
         self._arrow.visible = size > 0.02
         if size > 0.02:
@@ -103,8 +105,9 @@ class HandNodes:
         self._hand = None if event.phase == "end" else position
         self._on_drag(GripDrag(event.phase, (float(position[0]), float(position[1]), float(position[2]))))
 
-    def let_go(self) -> None:
-        self._hand = None
+    def moved(self) -> bool:
+        """Whether the hand is elsewhere than the ball was last drawn."""
+        return self._hand is not self._drawn_hand
 
     def remove(self) -> None:
         for node in (self._ball, self._label, self._spring, self._arrow, self._view_point, self._sight, self._blocked):

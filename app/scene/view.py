@@ -130,9 +130,9 @@ class SceneView:
         if self._hand is not None:
             self._hand.show_blocked(place)
 
-    def let_go(self) -> None:
-        if self._hand is not None:
-            self._hand.let_go()
+    def hand_moved(self) -> bool:
+        """Whether the hand on the grip is elsewhere than it was last drawn."""
+        return self._hand is not None and self._hand.moved()
 
     def hide_rehearsal(self) -> None:
         for part in (self._robot, self._tool, self._hand):

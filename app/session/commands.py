@@ -145,7 +145,7 @@ class Project(Command):
 class HandCommand(Command):
     """What a hand on the handle sends: answered at once, never queued behind other work."""
 
-    type: Literal["heartbeat", "pointer.down", "grip.release", "rehearsal.take", "rehearsal.let_go"]
+    type: Literal["heartbeat", "grip.release", "rehearsal.take", "rehearsal.let_go"]
 
 
 class Drive(Command):

@@ -81,6 +81,11 @@ class PlanDesk:
     def points(self) -> list[Position]:
         return [item.position for item in self.items() if item.kind == "point"]
 
+    @property
+    def dragging(self) -> bool:
+        """A hand is moving an item; the plan in the store is still the one before."""
+        return bool(self._dragged)
+
     def path(self) -> SplinePath | None:
         """The spline through the points, None while there is none."""
         points = self.points()

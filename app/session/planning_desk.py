@@ -93,7 +93,13 @@ class PlanningDesk:
 
     def curve_key(self) -> Any:
         """Changes when the spline or its colours do."""
-        return (tuple(self._desk.points()), id(self._corridor.current)) if self._desk else None
+        return (tuple(self._desk.points()), self._desk.dragging, id(self._corridor.current)) if self._desk else None
+
+    def _shown_corridor(self) -> Corridor:
+        """The dry run that belongs to the points as they are shown; none while a hand drags one of them."""
+        if self._desk is not None and self._desk.dragging:
+            return Corridor("computing", "Let go of the point to see whether the tool fits.")
+        return self._corridor.current
 
     def curve(self) -> tuple[Floats | None, Floats | None]:
         """Places along the spline, and the clearance of the whole tool there where it is known."""
@@ -101,7 +107,7 @@ class PlanningDesk:
         points = curve_points(path)
         if path is None or points is None:
             return None, None
-        return points, self._corridor.current.clearances(np.linspace(0.0, path.length, len(points)))
+        return points, self._shown_corridor().clearances(np.linspace(0.0, path.length, len(points)))
 
     def take_focus(self) -> Position | None:
         """Where the slices should go now, once."""
@@ -237,7 +243,7 @@ class PlanningDesk:
             desk.add_mode,
             desk.ghost is not None,
             desk.locked,
-            self._corridor.current.completed,
+            self._shown_corridor().completed,
         )
 
     def publish(self, fresh: bool) -> None:
@@ -254,7 +260,7 @@ class PlanningDesk:
         self._board.publish("plan", None if self._desk is None else self._desk.view())
         points, _ = self.curve()
         self._board.publish("curve", {"points": [] if points is None else np.round(points[::2], 2).tolist()})
-        self._board.publish("corridor", self._corridor.current.view())
+        self._board.publish("corridor", self._shown_corridor().view())
 
     def _refresh_corridor(self) -> None:
         """Ask for a dry run when the stored path or what it depends on is another one."""

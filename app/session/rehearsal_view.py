@@ -39,6 +39,7 @@ def rehearsal_section(snapshot: Snapshot | None, state: str, words: str, mine: b
         "force_n": _number(np.linalg.norm(snapshot.force), 3),
         "tip_error_mm": _number(snapshot.tip_error_mm, 4),
         "clearance_mm": _number(snapshot.clearance_mm, 3),
+        "clearance_capped": bool(snapshot.clearance_mm >= snapshot.threshold_mm),
         "margin_mm": _number(snapshot.margin_mm, 3),
         "progress_mm": _number(snapshot.progress_mm, 2),
         "length_mm": _number(snapshot.length_mm, 2),

@@ -44,6 +44,7 @@ class RehearsalRoom:
         self._plan_key: object = None
         self._generation = 0
         self._settings = ControlSettings()
+        self._hand: tuple[float, float, float] | None = None  # where the hand holds the grip, LPS [mm]
         self.watchers: set[str] = set()
 
     @property
@@ -147,14 +148,20 @@ class RehearsalRoom:
 
     def set_grip(self, tab: str, position: tuple[float, float, float]) -> None:
         if (process := self._held(tab)) is not None:
+            self._hand = position
             process.set_grip(position)
 
     def heartbeat(self, tab: str) -> None:
+        """The button or key is still down. A hand whose force faded while the line was slow takes hold again."""
         if (process := self._held(tab)) is not None:
-            process.heartbeat()
+            if (hand := self._hand) is None:
+                process.heartbeat()
+            else:
+                process.set_grip(hand)
 
     def release(self, tab: str) -> None:
         if (process := self._held(tab)) is not None:
+            self._hand = None
             process.release()
 
     def drive(self, tab: str, direction: int) -> None:

@@ -53,6 +53,7 @@ class SceneLink:
         self.view = view
         self._drawn = Picture()
         self._started = False
+        self._rehearsed: Any = None
 
     def draw(self, wanted: Picture) -> None:
         drawn, view = self._drawn, self.view
@@ -63,6 +64,7 @@ class SceneLink:
                 view.clear()
             else:
                 view.show_head(wanted.head.mesh, wanted.head.bounds, wanted.look)
+            self._rehearsed = None
             self._started = True
         if wanted.look != drawn.look:
             view.show_look(wanted.look)
@@ -81,7 +83,12 @@ class SceneLink:
         """Robot, tool and hand of a snapshot; None takes them out."""
         if snapshot is None or robot is None:
             self.view.hide_rehearsal()
+            self._rehearsed = None
             return
+        shown = (id(robot), snapshot.t, snapshot.steps, snapshot.mode, snapshot.running, mine, tuple(snapshot.force))
+        if shown == self._rehearsed and not self.view.hand_moved():
+            return  # a picture that stands still costs the browser nothing
+        self._rehearsed = shown
         tool = (snapshot.segments_start, snapshot.segments_end, snapshot.radius)
         links = robot.link_placements(snapshot.q)
         self.view.show_rehearsal(robot.robot.visuals, links, tool, snapshot.grip, snapshot.force, mine)

@@ -1,6 +1,17 @@
 // The websocket to the planner: state comes in by sections, commands go out, and a lost line is said and mended.
 
 const RETRY_MS = [250, 500, 1000, 2000];
+const AWAKE_MS = 100;
+
+/** What this tab had open, for a planner that was started anew. */
+function remembered() {
+  return JSON.parse(sessionStorage.getItem("vfix-open") ?? "{}");
+}
+
+function remember(state) {
+  if (!state.case || !state.plan || !state.step) return;
+  sessionStorage.setItem("vfix-open", JSON.stringify({ case: state.case.id, plan: state.plan.id, step: state.step.name }));
+}
 
 function tabId() {
   let id = sessionStorage.getItem("vfix-tab");
@@ -22,14 +33,25 @@ export class Connection extends EventTarget {
     this.attempt = 0;
     this.nextRequest = 1;
     this.waiting = new Map();
+    this.worker = new Worker("/static/js/link-worker.js");
+    this.worker.onmessage = ({ data }) => {
+      if (data.kind === "message") this.received(JSON.parse(data.text));
+      else if (data.kind === "open") this.opened();
+      else this.closed(data.code);
+    };
   }
 
   open() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    this.socket = new WebSocket(`${scheme}://${location.host}/session?tab=${this.tab}`);
-    this.socket.addEventListener("open", () => this.opened());
-    this.socket.addEventListener("message", (event) => this.received(JSON.parse(event.data)));
-    this.socket.addEventListener("close", (event) => this.closed(event));
+    const query = new URLSearchParams({ tab: this.tab, ...remembered() });
+    this.worker.postMessage({ kind: "open", url: `${scheme}://${location.host}/session?${query}` });
+  }
+
+  /** Something is held, or nothing any more: the heartbeat starts or ends. The page says by itself that it is awake. */
+  hold(on) {
+    this.worker.postMessage({ kind: "hold", on });
+    clearInterval(this.awake);
+    if (on) this.awake = setInterval(() => this.worker.postMessage({ kind: "awake" }), AWAKE_MS);
   }
 
   opened() {
@@ -40,11 +62,11 @@ export class Connection extends EventTarget {
     this.dispatchEvent(new CustomEvent("link", { detail: { connected: true, again } }));
   }
 
-  closed(event) {
+  closed(code) {
     this.connected = false;
     for (const { reject } of this.waiting.values()) reject(new Error("The connection was lost."));
     this.waiting.clear();
-    if (event.code === 4409) {
+    if (code === 4409) {
       // the same tab id lives in another window (a duplicated tab): take a new identity
       sessionStorage.removeItem("vfix-tab");
       this.tab = tabId();
@@ -59,6 +81,7 @@ export class Connection extends EventTarget {
   received(message) {
     if (message.type === "state") {
       Object.assign(this.state, message.sections);
+      remember(this.state);
       this.dispatchEvent(new CustomEvent("state", { detail: { state: this.state, changed: Object.keys(message.sections) } }));
       return;
     }
@@ -75,7 +98,7 @@ export class Connection extends EventTarget {
 
   /** Send and forget; a command on a dead line is dropped, never queued, so that nothing stale arrives later. */
   send(type, fields = {}) {
-    if (this.connected && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ type, ...fields }));
+    if (this.connected) this.worker.postMessage({ kind: "send", text: JSON.stringify({ type, ...fields }) });
   }
 
   request(type, fields = {}) {
@@ -86,7 +109,7 @@ export class Connection extends EventTarget {
       }
       const id = this.nextRequest++;
       this.waiting.set(id, { resolve, reject });
-      this.socket.send(JSON.stringify({ type, id, ...fields }));
+      this.send(type, { id, ...fields });
     });
   }
 }

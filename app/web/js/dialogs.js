@@ -1,6 +1,15 @@
 // The one dialog of the page, and the short notes at its foot.
 import { h } from "./dom.js";
 
+export const FRAME_QUESTION = {
+  name: "frame",
+  label: "Frame",
+  options: [
+    ["LPS", "LPS – x to the left, y to the back, z up (DICOM)"],
+    ["RAS", "RAS – x to the right, y to the front, z up (NIfTI, Slicer scene)"],
+  ],
+};
+
 const dialog = () => document.getElementById("dialog");
 
 function show(form) {

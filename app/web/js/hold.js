@@ -1,17 +1,17 @@
 // A button that acts as long as it is held down, by pointer or by key, and lets go whatever happens.
 import { h } from "./dom.js";
 
-export function holdButton(label, keys, onpress, onrelease) {
+export function holdButton(label, keys, onchange) {
   let down = false;
   const press = () => {
     if (down || button.disabled) return;
     down = true;
-    onpress();
+    onchange(true);
   };
   const release = () => {
     if (!down) return;
     down = false;
-    onrelease();
+    onchange(false);
   };
   const button = h("button", {
     type: "button", class: "hold", title: `Hold. Key: ${keys}`,

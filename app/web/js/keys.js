@@ -1,6 +1,5 @@
-// Keys, and the heartbeat that says: a hand is still on the grip or on a key.
+// Keys, and what is held: a key, a button, the grip.
 
-const HEARTBEAT_MS = 40;
 const DRIVE = { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 };
 const TWIST = { KeyA: -1, KeyD: 1 };
 
@@ -11,7 +10,7 @@ export class Keys {
     this.holds = new Set();
     window.addEventListener("keydown", (event) => this.down(event));
     window.addEventListener("keyup", (event) => this.up(event));
-    window.addEventListener("blur", () => this.letGo());
+    window.addEventListener("blur", () => { if (document.activeElement?.id !== "scene") this.letGo(); });
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
   }
 
@@ -74,17 +73,12 @@ export class Keys {
     this.sendHeld();
   }
 
-  /** While anything is held, a heartbeat leaves every 40 ms; the planner lets the force fade without it. */
+  /** While anything is held a heartbeat says so; the planner lets the force fade without it. */
   hold(what, on) {
+    const before = this.holds.size;
     if (on) this.holds.add(what);
     else this.holds.delete(what);
-    if (this.holds.size && !this.timer) {
-      this.connection.send("heartbeat");
-      this.timer = setInterval(() => this.connection.send("heartbeat"), HEARTBEAT_MS);
-    } else if (!this.holds.size && this.timer) {
-      clearInterval(this.timer);
-      this.timer = null;
-    }
+    if (Boolean(before) !== Boolean(this.holds.size)) this.connection.hold(this.holds.size > 0);
   }
 }
 

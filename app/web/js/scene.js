@@ -18,7 +18,8 @@ export class SceneFrame {
     this.holding = false;
     this.buildTools();
     this.frame.addEventListener("load", () => this.loaded());
-    window.addEventListener("blur", () => this.pointerGone());
+    // the page also loses the focus when the scene inside it takes it: that is no reason to let go
+    window.addEventListener("blur", () => { if (document.activeElement !== this.frame) this.pointerGone(); });
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.pointerGone(); });
   }
 
@@ -64,7 +65,8 @@ export class SceneFrame {
     inner.addEventListener("keydown", (event) => this.keys.down(event), { capture: true });
     inner.addEventListener("keyup", (event) => this.keys.up(event), { capture: true });
     inner.addEventListener("pointerdown", (event) => this.pointerDown(event), { capture: true });
-    for (const kind of ["pointerup", "pointercancel", "blur"]) inner.addEventListener(kind, () => this.pointerGone(), { capture: true });
+    for (const kind of ["pointerup", "pointercancel"]) inner.addEventListener(kind, () => this.pointerGone(), { capture: true });
+    inner.addEventListener("blur", (event) => { if (event.target === inner) this.pointerGone(); });
   }
 
   /** The viewer's own panel and logo stay out of the way; the ground takes the page's colour. */
@@ -76,7 +78,6 @@ export class SceneFrame {
 
   pointerDown(event) {
     if (event.button !== 0) return;
-    this.connection.send("pointer.down");
     this.holding = true;
     this.keys.hold("pointer", true);
   }

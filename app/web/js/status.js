@@ -34,7 +34,7 @@ export class StatusBar {
     this.tip.set(now.mode === "path" || !rehearsing ? now.tip_error_mm : null, 3, "mm");
     const corridor = rehearsing ? null : state.corridor;
     this.clearance.label.textContent = rehearsing ? "Clearance of the tool" : "Least clearance of the plan";
-    this.clearance.set(rehearsing ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm");
+    this.clearance.set(rehearsing ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
     this.target.element.hidden = now.mode !== "inspect";
     this.target.set(now.target_error_mm, 3, "mm");
     this.force.element.hidden = !rehearsing;
@@ -59,9 +59,9 @@ function reading(name, extra = "") {
   const label = h("span", { class: "reading-label" }, name);
   const value = h("span", { class: "reading-value" }, "–");
   const element = h("div", { class: `reading ${extra}` }, label, value);
-  const set = (number, digits, unit) => {
+  const set = (number, digits, unit, before = "") => {
     if (!Number.isFinite(number)) value.replaceChildren("–");
-    else value.replaceChildren(fixed(number, digits), h("span", { class: "unit" }, ` ${unit}`));
+    else value.replaceChildren(before + fixed(number, digits), h("span", { class: "unit" }, ` ${unit}`));
   };
   return { element, label, value, set };
 }

@@ -1,13 +1,9 @@
 // Patient: which head is open, which others there are, and how a new one comes in.
 import { h, group, iconButton, whenChanged } from "../dom.js";
 import { count, fixed, when } from "../format.js";
-import { askChoices, askName, note } from "../dialogs.js";
+import { FRAME_QUESTION, askChoices, askName, note } from "../dialogs.js";
 import { finished, upload } from "../rest.js";
 
-const FRAMES = [
-  ["LPS", "LPS – x to the left, y to the back, z up (DICOM)"],
-  ["RAS", "RAS – x to the right, y to the front, z up (NIfTI, Slicer scene)"],
-];
 const UNITS = [["mm", "Millimetres"], ["m", "Metres"]];
 
 export class PatientPanel {
@@ -116,7 +112,7 @@ export class PatientPanel {
   }
 
   async askFrame(file, error) {
-    const questions = [{ name: "frame", label: "Frame", options: FRAMES }, { name: "units", label: "Unit", options: UNITS }];
+    const questions = [FRAME_QUESTION, { name: "units", label: "Unit", options: UNITS }];
     const chosen = await askChoices("Which frame and unit?", error.message, questions, "Import");
     if (chosen) await this.send(file, chosen);
   }

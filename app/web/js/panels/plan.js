@@ -1,7 +1,7 @@
 // Plan: the points of the path and the targets, and what the tool makes of them.
 import { h, group, iconButton, whenChanged } from "../dom.js";
 import { fixed, mm, when } from "../format.js";
-import { askName, note } from "../dialogs.js";
+import { FRAME_QUESTION, askChoices, askName, confirm, note } from "../dialogs.js";
 import { download, upload } from "../rest.js";
 
 const EXPORTS = [
@@ -171,15 +171,30 @@ export class PlanPanel {
   async importPlan() {
     const file = this.chooser.files[0];
     this.chooser.value = "";
-    const open = this.connection.state.case;
-    if (!file || !open) return;
+    if (file && this.connection.state.case) await this.send(file, {});
+  }
+
+  async send(file, answers) {
     const form = new FormData();
     form.append("file", file);
+    for (const [key, value] of Object.entries(answers)) form.append(key, value);
     try {
-      const plan = await upload(`/api/cases/${encodeURIComponent(open.id)}/plans/import`, form, () => {});
+      const plan = await upload(`/api/cases/${encodeURIComponent(this.connection.state.case.id)}/plans/import`, form, () => {});
       this.connection.send("plan.open", { plan_id: plan.id });
       note("The plan was imported.");
     } catch (error) {
+      await this.ask(file, answers, error);
+    }
+  }
+
+  /** What a file does not say is asked, never guessed. */
+  async ask(file, answers, error) {
+    if (error.code === "frame_error" && !answers.frame) {
+      const chosen = await askChoices("Which frame?", error.message, [FRAME_QUESTION], "Import");
+      if (chosen) await this.send(file, { ...answers, ...chosen });
+    } else if (/another case/.test(error.message) && !answers.other_case) {
+      if (await confirm("Made for another head", error.message, "Import all the same")) await this.send(file, { ...answers, other_case: "yes" });
+    } else {
       note(error.message, { error: true });
     }
   }

@@ -6,7 +6,7 @@ import { holdButton } from "../hold.js";
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
 
 export class RehearsePanel {
-  constructor(connection) {
+  constructor(connection, keys) {
     this.connection = connection;
     this.changedState = whenChanged();
     this.changedTargets = whenChanged();
@@ -21,13 +21,17 @@ export class RehearsePanel {
       h("button", { type: "button", "data-mode": mode, onclick: () => this.setMode(mode) }, label)));
     this.modeWords = h("p", { class: "words" });
     this.target = h("select", { "aria-label": "Target to inspect", onchange: () => this.setMode("inspect") });
-    this.forward = holdButton("Forward", "↑ or W", () => send("drive", { direction: 1 }), () => send("drive", { direction: 0 }));
-    this.back = holdButton("Back", "↓ or S", () => send("drive", { direction: -1 }), () => send("drive", { direction: 0 }));
-    this.twistLeft = holdButton("Twist ↺", "A", () => send("twist", { direction: -1 }), () => send("twist", { direction: 0 }));
-    this.twistRight = holdButton("Twist ↻", "D", () => send("twist", { direction: 1 }), () => send("twist", { direction: 0 }));
+    const held = (label, hint, type, direction) => holdButton(label, hint, (down) => {
+      send(type, { direction: down ? direction : 0 });
+      keys.hold(label, down);
+    });
+    this.forward = held("Forward", "↑ or W", "drive", 1);
+    this.back = held("Back", "↓ or S", "drive", -1);
+    this.twistLeft = held("Twist ↺", "A", "twist", -1);
+    this.twistRight = held("Twist ↻", "D", "twist", 1);
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
-    this.fields = h("div", { class: "list" });
+    this.fields = h("div", { class: "fields" });
     this.element = h("div", {},
       group("Robot", null, this.words, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),

@@ -1,0 +1,42 @@
+// The websocket lives here, away from drawing: a slow picture must not make a hand on the grip look gone.
+// While something is held a heartbeat leaves every 40 ms, but only as long as the page itself still answers.
+
+const HEARTBEAT_MS = 40;
+const PAGE_SILENT_MS = 600; // a page that has not said a word for so long may have missed the release
+
+let socket = null;
+let timer = null;
+let pageSeenAt = 0;
+
+function beat() {
+  if (performance.now() - pageSeenAt > PAGE_SILENT_MS) return;
+  if (socket?.readyState === WebSocket.OPEN) socket.send('{"type":"heartbeat"}');
+}
+
+function hold(on) {
+  if (on && timer === null) {
+    beat();
+    timer = setInterval(beat, HEARTBEAT_MS);
+  } else if (!on && timer !== null) {
+    clearInterval(timer);
+    timer = null;
+  }
+}
+
+function open(url) {
+  socket = new WebSocket(url);
+  const mine = socket;
+  mine.onopen = () => postMessage({ kind: "open" });
+  mine.onmessage = (event) => postMessage({ kind: "message", text: event.data });
+  mine.onclose = (event) => {
+    if (socket === mine) hold(false);
+    postMessage({ kind: "close", code: event.code });
+  };
+}
+
+onmessage = ({ data }) => {
+  pageSeenAt = performance.now();
+  if (data.kind === "open") open(data.url);
+  else if (data.kind === "send" && socket?.readyState === WebSocket.OPEN) socket.send(data.text);
+  else if (data.kind === "hold") hold(data.on);
+};
