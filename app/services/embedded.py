@@ -9,7 +9,6 @@ from app.services.case_files import ASSET, CaseFiles, surface_info, volume_info
 from app.services.case_model import BONE, HEAD_PHANTOM, Bead, CaseContent, CaseFrame, to_triple
 from app.services.cases import CaseService
 from app.services.errors import NotFound
-from app.services.exchange import from_native_json
 from app.services.plan_model import PlanFile, content_from_json
 from app.services.plans import PlanService
 from app.store import Store
@@ -49,9 +48,7 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
 
 
 def _sample_plan() -> PlanFile:
-    path = assets_dir() / "plans" / "head_phantom.json"
-    if path.exists():
-        return from_native_json(path.read_text(encoding="utf-8"))
+    """The corridor and targets that the phantom was checked for."""
     data = json.loads((assets_dir() / _FOLDER / "phantom.json").read_text(encoding="utf-8"))
     content = {"points": data["corridor"]["points"], "targets": data["targets"]}
     return PlanFile(data["corridor"]["name"], content_from_json(content))

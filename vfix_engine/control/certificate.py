@@ -1,8 +1,8 @@
 """The certificate: a motion is taken only when the tool provably keeps its distance during all of it (HAZ-01, HAZ-02).
 
 Between two poses the joints move linearly.
-A point of the tool's axis at share s of the motion is at most s·h + B/8 away from its start and (1 − s)·h + B/8 from its
-end, where h is the length of its chord and B bounds its second derivative.
+A point of the tool's axis at share s of the motion is at most s·h + B/8 away from its start and (1 − s)·h + B/8 from
+its end, where h is the length of its chord and B bounds its second derivative.
 Distance to the anatomy changes no faster than the point moves, so the clearance on the way is at least
 (c_0 + c_1 − h) / 2 − B/8, with c_0 and c_1 the clearances at the ends.
 Where that is not enough the motion is halved and both halves are certified; a motion that still is not

@@ -56,18 +56,14 @@ def approach_path(state: ToolState, force: Array, towards: Array, settings: Cont
     return Task((objective,), (), _length(desired), _share(state.tip.jacobian[:3], desired))
 
 
-def approach_target(
-    state: ToolState, tool: Tool, force: Array, target: Array, settings: ControlSettings
-) -> Task:
+def approach_target(state: ToolState, tool: Tool, force: Array, target: Array, settings: ControlSettings) -> Task:
     """Approach of target inspection: the virtual point P_v is guided onto the target (3,) at the hand's speed."""
     jacobian, point = _view(state, tool, settings)
     desired = _guided(force, target - point, settings)
     return Task((reach_target(jacobian, desired),), (), _length(desired), _share(jacobian, desired))
 
 
-def inspect_target(
-    state: ToolState, tool: Tool, torque: Array, target: Array, settings: ControlSettings
-) -> Task:
+def inspect_target(state: ToolState, tool: Tool, torque: Array, target: Array, settings: ControlSettings) -> Task:
     """Target inspection (eq. 22-25): the torque (3,) in N·mm swings the tool while P_v stays on the target."""
     jacobian, point = _view(state, tool, settings)
     lever = settings.view_distance_mm

@@ -10,7 +10,9 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.surface import BONE_HU, clean, extract_surface, thin
 from vfix_engine.imaging.volume import Volume
 
-CONTROL_TRIANGLES = 400_000
+# The surface that the margin is kept to: thinning moves it by up to some tenths of a millimetre, as much as the margin,
+# so only a CT finer than the controller can use is thinned.
+CONTROL_TRIANGLES = 1_000_000
 DISPLAY_TRIANGLES = 60_000
 MIN_BODY_TRIANGLES = 100  # a speck of noise or a filling's streak; smaller bodies are away
 DISPLAY_MIN_BODY_TRIANGLES = 400

@@ -1,7 +1,7 @@
 """Robots and tools over Pinocchio.
 
 A robot file names its joints in order, each with axis, range, speed and the source of those numbers.
-A placed robot is one whose base stands somewhere in the patient frame: its forward kinematics and Jacobian are in LPS mm.
+A placed robot has its base somewhere in the patient frame: its kinematics and Jacobian are in LPS mm.
 """
 
 from .model import Joint, PlacedRobot, RobotModel, TipState, Visual

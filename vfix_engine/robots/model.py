@@ -123,9 +123,7 @@ class PlacedRobot:
         """Tip pose and Jacobian at q (n,)."""
         pin.computeJointJacobians(self._model, self._data, q)
         placement = self._data.oMi[self._last]
-        jacobian = pin.getJointJacobian(
-            self._model, self._data, self._last, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        )
+        jacobian = pin.getJointJacobian(self._model, self._data, self._last, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         return TipState(placement.rotation.copy(), placement.translation.copy(), jacobian)
 
     def tip_pose(self, q: Array) -> tuple[Array, Array]:

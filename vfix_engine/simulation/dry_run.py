@@ -1,4 +1,4 @@
-"""A dry run: the controller itself drives the path from the entry, so that a plan shows the pose it would really take."""
+"""A dry run: the controller itself drives the path, so that a plan shows the poses that would really be taken."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def dry_run(scene: Scene, settings: ControlSettings) -> DryRun:
         rows.append(snapshot)
         gained = snapshot.progress_mm > best + 0.02 * speed * dt
         best = max(best, snapshot.progress_mm)
-        stuck = 0 if gained or snapshot.phase == "approach" and not snapshot.held else stuck + 1
+        stuck = 0 if gained or (snapshot.phase == "approach" and not snapshot.held) else stuck + 1
     done = snapshot.phase == "done"
     return DryRun(
         s=np.array([r.progress_mm for r in rows]),

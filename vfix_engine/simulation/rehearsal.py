@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..control import ControlSettings, Controller, StepReport, Task, ToolState
+from ..control import Controller, ControlSettings, StepReport, Task, ToolState
 from ..control.admittance import saturate
 from ..control.tasks import (
     approach_path,
@@ -23,6 +23,7 @@ from .snapshot import Snapshot
 
 Array = NDArray[np.float64]
 
+FORCE_LIMIT_N = 1e6  # only keeps the arithmetic finite; the cap is a setting
 LEAVE_PATH_MM = 0.5  # a tip further off than this is brought back by an approach
 ON_PATH_MM = 0.02  # the approach ends here
 END_MM = 0.02  # remaining arc length that counts as arrived
@@ -99,9 +100,10 @@ class Rehearsal:
 
     def step(self, state: RehearsalState, command: Command) -> tuple[RehearsalState, Snapshot]:
         """One control period."""
-        force = saturate(np.asarray(command.force, dtype=float), self.settings.force_cap_n)
-        if not np.isfinite(force).all():
+        force = np.asarray(command.force, dtype=float)
+        if force.shape != (3,) or not np.isfinite(force).all():
             force = np.zeros(3)  # HAZ-05: a number that is none pushes nothing
+        force = saturate(np.clip(force, -FORCE_LIMIT_N, FORCE_LIMIT_N), self.settings.force_cap_n)
         if state.mode == "path":
             return self._path_step(state, command, force)
         if state.mode == "inspect":
@@ -143,9 +145,7 @@ class Rehearsal:
             raise ControlError("path following needs a path of at least two points")
         return PathPoint(*self.scene.path.closest(state.tool.tip.position, state.nearest.s, SEARCH_WINDOW_MM))
 
-    def _inspect_step(
-        self, state: RehearsalState, command: Command, force: Array
-    ) -> tuple[RehearsalState, Snapshot]:
+    def _inspect_step(self, state: RehearsalState, command: Command, force: Array) -> tuple[RehearsalState, Snapshot]:
         target, tool = self.scene.targets[state.target], self.scene.tool
         centre = view_point(state.tool, tool, self.settings.view_distance_mm)
         off = float(np.linalg.norm(centre - target))

@@ -77,9 +77,7 @@ def test_infeasible_problems_have_no_solution(seed: int) -> None:
     _, _, problem = random_problem(seed)
     row = np.zeros((2, N + 1))
     row[0, 0], row[1, 0] = 1.0, -1.0
-    problem = replace(
-        problem, rows=np.vstack([problem.rows, row]), bound=np.append(problem.bound, [-0.2, -0.2])
-    )
+    problem = replace(problem, rows=np.vstack([problem.rows, row]), bound=np.append(problem.bound, [-0.2, -0.2]))
     assert qp.solve(problem) is None
     held = qp.solve(qp.holdable(problem))
     assert held is not None

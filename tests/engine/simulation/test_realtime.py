@@ -1,0 +1,172 @@
+"""The control process: driven, watched, left alone, refused (HAZ-10, HAZ-11)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from tests.engine.scenes import curved_tube, wall
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import ControlError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
+from vfix_engine.simulation.snapshot import Snapshot
+
+
+def spec_of(mesh: TriangleMesh, points: np.ndarray) -> SceneSpec:
+    return SceneSpec(
+        mesh.vertices, mesh.faces, "steady_hand", "bent_30", np.eye(4), np.zeros(7), points, points[-1:], ("end",)
+    )
+
+
+@pytest.fixture(scope="module")
+def shared_process() -> Iterator[RehearsalProcess]:
+    process = RehearsalProcess(spec_of(*curved_tube()), ControlSettings())
+    process.start()
+    process.wait_ready(120.0)
+    yield process
+    process.close()
+    assert not process.alive
+
+
+@pytest.fixture
+def process(shared_process: RehearsalProcess) -> RehearsalProcess:
+    shared_process.release()
+    shared_process.set_settings(ControlSettings())
+    shared_process.reset()
+    shared_process.events()
+    until(shared_process, lambda s: s.progress_mm < 0.1 and not s.running)
+    return shared_process
+
+
+def until(process: RehearsalProcess, wanted: Callable[[Snapshot], bool], seconds: float = 10.0) -> Snapshot:
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        snapshot = process.snapshot()
+        if snapshot is not None and wanted(snapshot):
+            return snapshot
+        time.sleep(0.005)
+    raise AssertionError(f"not within {seconds} s; last was {process.snapshot()}")
+
+
+def beat(process: RehearsalProcess, seconds: float) -> None:
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        process.heartbeat()
+        time.sleep(0.03)
+
+
+def test_it_starts_paused_at_the_entry(process: RehearsalProcess) -> None:
+    snapshot = process.snapshot()
+    assert snapshot is not None
+    assert snapshot.progress_mm == pytest.approx(0.0, abs=1e-6)
+    process.drive(1)
+    beat(process, 0.3)
+    still = process.snapshot()
+    assert still is not None
+    assert still.progress_mm == pytest.approx(0.0, abs=1e-6)
+
+
+def test_keys_drive_along_the_path_while_they_beat(process: RehearsalProcess) -> None:
+    process.run()
+    process.drive(1)
+    beat(process, 1.0)
+    moved = until(process, lambda s: s.progress_mm > 1.0)
+    assert moved.running
+    assert moved.tip_error_mm < 0.01
+    assert moved.timing.loop_hz > 0
+    assert moved.timing.step_us > 0
+
+
+def test_a_still_hand_keeps_pushing_and_a_lost_one_stops_in_time(process: RehearsalProcess) -> None:
+    """HAZ-11: the page dies mid-drag: standstill within 200 ms; a hand held still goes on."""
+    process.run()
+    start = process.snapshot()
+    assert start is not None
+    process.set_grip(start.grip + np.array([0.0, 30.0, 0.0]))
+    beat(process, 1.2)
+    first = until(process, lambda s: s.progress_mm > 3.0)
+    assert np.linalg.norm(first.force) == pytest.approx(5.0)
+    # Not a word from now on.
+    time.sleep(0.2)
+    stopped = process.snapshot()
+    time.sleep(0.4)
+    later = process.snapshot()
+    assert stopped is not None
+    assert later is not None
+    np.testing.assert_array_equal(later.q, stopped.q)
+    assert not later.force.any()
+
+
+def test_release_lets_the_force_go(process: RehearsalProcess) -> None:
+    process.run()
+    start = process.snapshot()
+    assert start is not None
+    process.set_grip(start.grip + np.array([0.0, 30.0, 0.0]))
+    beat(process, 0.4)
+    process.release()
+    time.sleep(0.2)
+    one = process.snapshot()
+    time.sleep(0.2)
+    two = process.snapshot()
+    assert one is not None
+    assert two is not None
+    np.testing.assert_array_equal(one.q, two.q)
+
+
+def test_nonsense_grips_are_ignored(process: RehearsalProcess) -> None:
+    """HAZ-05."""
+    process.run()
+    for bad in ([np.nan, 0, 0], [np.inf, 0, 0], [1e12, 0, 0], [1, 2]):
+        process.set_grip(bad)
+    beat(process, 0.3)
+    snapshot = process.snapshot()
+    assert snapshot is not None
+    assert snapshot.progress_mm == pytest.approx(0.0, abs=1e-6)
+    assert process.alive
+
+
+def test_modes_settings_and_what_cannot_be_done(process: RehearsalProcess) -> None:
+    process.set_mode("inspect", 7)
+    process.set_mode("inspect", 0)
+    until(process, lambda s: s.mode == "inspect" and s.phase == "inspect_approach")
+    notes = [event.text for event in process.events()]
+    assert any("no target number 8" in text for text in notes)
+    process.set_settings(ControlSettings(margin_mm=0.7))
+    until(process, lambda s: s.margin_mm == 0.7)
+    process.set_settings(ControlSettings(margin_mm=3.0))
+    deadline = time.monotonic() + 5
+    texts: list[str] = []
+    while time.monotonic() < deadline and not texts:
+        texts = [event.text for event in process.events()]
+        time.sleep(0.01)
+    snapshot = process.snapshot()
+    assert snapshot is not None
+    if snapshot.margin_mm != 3.0:  # the pose does not keep it: refused with the reason
+        assert "less than the margin" in texts[0]
+
+
+def test_a_start_that_is_unsafe_is_refused_with_the_reason() -> None:
+    """HAZ-04."""
+    process = RehearsalProcess(spec_of(wall(0.9), np.array([[0.0, 0, 0], [0, 10, 0]])), ControlSettings())
+    process.start()
+    with pytest.raises(ControlError, match="mm from bone"):
+        process.wait_ready(60.0)
+    process.close()
+    process.close()
+    with pytest.raises(ControlError, match="closed"):
+        process.run()
+
+
+def test_a_killed_process_is_told_of() -> None:
+    process = RehearsalProcess(spec_of(*curved_tube()), ControlSettings())
+    process.start()
+    process.wait_ready(60.0)
+    process._process.kill()
+    process._process.join()
+    assert not process.alive
+    assert any(event.kind == "failed" for event in process.events())
+    process.close()
