@@ -49,12 +49,8 @@ def wall(y: float, size: float = 60.0) -> TriangleMesh:
 def placed_scene(mesh: TriangleMesh, points: np.ndarray, settings: ControlSettings | None = None) -> Scene:
     """A scene with the robot placed automatically."""
     settings = settings or ControlSettings()
-    robot, tool, path, tree = (
-        RobotModel.load("steady_hand"),
-        Tool.load("bent_30"),
-        SplinePath(points),
-        ProximityTree(mesh),
-    )
+    robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
+    path, tree = SplinePath(points), ProximityTree(mesh)
     placing = place_robot(tree, robot, tool, path, settings)
     return Scene(tree, robot, tool, placing.base, placing.q_start, path)
 

@@ -48,6 +48,11 @@ class ControlSettings:
                 unit = f" {bound.unit}" if bound.unit else ""
                 raise InputError(f"{bound.label} ({name}) is {value!r}; allowed is {bound.low} … {bound.high}{unit}")
 
+    @property
+    def reach_mm(self) -> float:
+        """How far the boundary looks: the threshold, and beyond the margin whatever that is."""
+        return max(self.threshold_mm, self.margin_mm + 1.0)
+
     @staticmethod
     def bounds() -> dict[str, Bound]:
         """Allowed range of every setting, by field name."""

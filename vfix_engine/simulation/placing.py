@@ -93,7 +93,7 @@ def _orientations(path: SplinePath) -> Iterator[Array]:
 
 def _room(tree: ProximityTree, tool: Tool, path: SplinePath, rotation: Array, settings: ControlSettings) -> float:
     """Mean clearance along the path with this orientation, each sample cut at the threshold."""
-    cap = settings.threshold_mm
+    cap = settings.reach_mm
     stations = np.linspace(0.0, path.length, _SAMPLES)
     clearances = [min(tree.clearance(tool.segments(rotation, path.position(s)), cap), cap) for s in stations]
     # A tool that cannot even stand at the entry is ranked behind all that can.

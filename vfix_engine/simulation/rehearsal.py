@@ -221,7 +221,7 @@ class Rehearsal:
             tip_error_mm=error,
             clearance_mm=tool.clearance,
             margin_mm=settings.margin_mm,
-            threshold_mm=settings.threshold_mm,
+            threshold_mm=settings.reach_mm,
             progress_mm=progress,
             length_mm=length,
             target_error_mm=target_error,

@@ -93,6 +93,7 @@ def test_a_wrong_answer_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None
     assert qp.solve(problem) is None
 
 
+@pytest.mark.filterwarnings("ignore:The default value of raise_error:PendingDeprecationWarning")
 def test_other_solvers_by_name() -> None:
     _, _, problem = random_problem(2)
     native, other = qp.solve(problem), qp.solve(problem, "osqp")

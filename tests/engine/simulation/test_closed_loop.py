@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -92,7 +93,7 @@ def test_between_the_steps_the_tool_keeps_its_distance_too(real_head: Scene) -> 
     robot, tool = real_head.placed_robot(), real_head.tool
     judge = CoalJudge(real_head.tree.mesh)
     checked = 0
-    for before, after in zip(kept, kept[1:], strict=False):
+    for before, after in pairwise(kept):
         if min(before.clearance_mm, after.clearance_mm) > SETTINGS.margin_mm + 0.1 or checked >= 300:
             continue
         checked += 1

@@ -24,7 +24,7 @@ def spec_of(mesh: TriangleMesh, points: np.ndarray) -> SceneSpec:
 
 @pytest.fixture(scope="module")
 def shared_process() -> Iterator[RehearsalProcess]:
-    process = RehearsalProcess(spec_of(*curved_tube()), ControlSettings())
+    process = RehearsalProcess(spec_of(*curved_tube(radius=4.0)), ControlSettings())
     process.start()
     process.wait_ready(120.0)
     yield process
@@ -137,16 +137,16 @@ def test_modes_settings_and_what_cannot_be_done(process: RehearsalProcess) -> No
     assert any("no target number 8" in text for text in notes)
     process.set_settings(ControlSettings(margin_mm=0.7))
     until(process, lambda s: s.margin_mm == 0.7)
-    process.set_settings(ControlSettings(margin_mm=3.0))
+    process.set_settings(ControlSettings(margin_mm=3.0))  # the tube leaves 2.5 mm
     deadline = time.monotonic() + 5
     texts: list[str] = []
     while time.monotonic() < deadline and not texts:
         texts = [event.text for event in process.events()]
         time.sleep(0.01)
+    assert "less than the margin of 3 mm" in texts[0]
     snapshot = process.snapshot()
     assert snapshot is not None
-    if snapshot.margin_mm != 3.0:  # the pose does not keep it: refused with the reason
-        assert "less than the margin" in texts[0]
+    assert snapshot.margin_mm == 0.7
 
 
 def test_a_start_that_is_unsafe_is_refused_with_the_reason() -> None:
