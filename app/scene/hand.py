@@ -83,7 +83,8 @@ class HandNodes:
         size = float(np.linalg.norm(force))
         self._arrow.visible = size > 0.02
         if size > 0.02:
-            self._arrow.points = np.array([[grip, grip + ARROW_MM_PER_N * force]], dtype=np.float32)
+            start = ball + GRIP_RADIUS_MM * force / size  # from the ball's surface, so that it is seen
+            self._arrow.points = np.array([[start, start + ARROW_MM_PER_N * force]], dtype=np.float32)
 
     def show_sight(self, tip: Floats, view_point: Floats | None) -> None:
         """The virtual point ahead of the tip while a target is inspected."""

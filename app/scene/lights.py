@@ -1,4 +1,4 @@
-"""The light on the head: soft from all sides, a key from the patient's left front above, so that bone reads as relief."""
+"""The light on the head: soft from all sides, a key from the left front above, so that bone reads as relief."""
 
 from __future__ import annotations
 

@@ -9,23 +9,32 @@ from typing import Any
 Section = Mapping[str, Any]
 
 
+_NONE: tuple[int, object] = (0, object())  # what is not there yet differs from everything, None included
+
+
 class Board:
     """Thread-safe, latest wins: a slow reader gets the newest state, never a queue of old ones (HAZ-31)."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._sections: dict[str, tuple[int, Section | None]] = {}
+        self._staged: dict[str, Section | None] = {}
         self._revision = 0
         self._listeners: list[Callable[[], None]] = []
 
     def publish(self, name: str, section: Section | None) -> None:
-        """Set a section; nothing happens when its value is the one already shown."""
+        """Lay a section out; it is shown with the next :meth:`commit`. Called on one thread only."""
+        self._staged[name] = section
+
+    def commit(self) -> None:
+        """Show everything laid out at once, so that no reader sees half of a change; what is the same is no news."""
+        staged, self._staged = self._staged, {}
         with self._lock:
-            known = self._sections.get(name)
-            if known is not None and known[1] == section:
+            news = {name: new for name, new in staged.items() if self._sections.get(name, _NONE)[1] != new}
+            if not news:
                 return
             self._revision += 1
-            self._sections[name] = (self._revision, section)
+            self._sections |= {name: (self._revision, section) for name, section in news.items()}
             listeners = tuple(self._listeners)
         for listener in listeners:
             listener()
@@ -38,7 +47,8 @@ class Board:
 
     def read(self, name: str) -> Section | None:
         with self._lock:
-            return self._sections.get(name, (0, None))[1]
+            known = self._sections.get(name)
+            return None if known is None else known[1]
 
     def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
         """Call ``listener`` after each change; the returned function ends it."""

@@ -45,6 +45,7 @@ class HeadDesk:
         self._ticket = 0
         self._pending_cross: Floats | None = None
         self._cases: list[Any] = []
+        self._opened_up = False
 
     # -- opening
 
@@ -60,6 +61,7 @@ class HeadDesk:
         self.loading = "Reading the head …"
         self.head = self._slices = self._picker = None
         self._look = replace(self._look, cut="whole", slices="none")
+        self._opened_up = False
         self._ticket += 1
         ticket = self._ticket
 
@@ -131,6 +133,14 @@ class HeadDesk:
         if self._slices is not None:
             self._slices.set_cross(position)
             self._look = replace(self._look, cut_at=float(self._slices.cross[0]))
+
+    def open_up(self, places: list[tuple[float, float, float]]) -> None:
+        """Cut the whole head open along a path, once, so that the tool inside is seen; the user may close it again."""
+        if self._opened_up or self._look.cut != "whole" or not places:
+            return
+        self._opened_up = True
+        self.go_to(tuple(float(value) for value in np.median(np.array(places), axis=0)))  # type: ignore[arg-type]
+        self._look = replace(self._look, cut="left", slices="none" if self._slices is None else "sagittal")
 
     def change(self, command: c.CaseCommand | c.RenameCase) -> None:
         """Rename, delete, restore; the open head cannot be deleted."""

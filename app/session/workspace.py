@@ -220,6 +220,7 @@ class Workspace:
         self._step = name
         self.planning.quiet()
         if name == "rehearse":
+            self.head.open_up(self.planning.places())
             self._look_from("nose")
 
     def _do_case(self, command: c.CaseCommand | c.RenameCase) -> None:
@@ -295,16 +296,21 @@ class Workspace:
         self.rehearsal.publish(self.board)
         self.board.publish("step", self._step_section())
         self._publish_camera()
+        self._draw()
+        self.board.commit()
+
+    def _draw(self) -> None:
+        """Bring the scene up to date, and say whether there is one."""
+        ready = self._link is not None and self.head.head is not None
+        words = "" if ready else self.head.loading or "Preparing the scene …"
+        self.board.publish("scene", {"ready": ready, "words": words})
         if self._link is None:
-            self.board.publish("scene", {"ready": False, "words": "Preparing the scene …"})
             return
         self._link.draw(self._picture())
         showing = self._step == "rehearse"
         self._link.draw_rehearsal(
             self.rehearsal.snapshot if showing else None, self.rehearsal.robot if showing else None, self.rehearsal.mine
         )
-        ready = self.head.head is not None
-        self.board.publish("scene", {"ready": ready, "words": self.head.loading or "No head is open."})
 
     def _list_due(self) -> bool:
         """Lists of cases and plans are read anew now and then: other tabs and the command line change them too."""

@@ -111,10 +111,12 @@ export class SceneFrame {
     card.hidden = !ghost;
     if (!ghost) return;
     const send = (type) => () => this.connection.send(type);
+    const add = h("button", { type: "button", class: "primary", id: "ghost-add", onclick: send("ghost.confirm"), title: "Enter" }, "Add here");
     card.replaceChildren(
       h("span", { class: "words" }, ghost.words),
-      h("button", { type: "button", class: "primary", id: "ghost-add", onclick: send("ghost.confirm"), title: "Enter" }, "Add here"),
+      add,
       h("button", { type: "button", id: "ghost-cancel", onclick: send("ghost.cancel"), title: "Esc" }, "Cancel"));
+    add.focus({ preventScroll: true, focusVisible: false });
   }
 
   renderLegend(scale) {

@@ -1,0 +1,113 @@
+"""Files out and in, hostile names, and a line that breaks."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from workstation import Planner, Rest, Workstation
+
+pytestmark = pytest.mark.browser
+Open = Callable[..., Workstation]
+
+HOSTILE = (
+    "<img src=x onerror=window.executed=1>",
+    "<script>window.executed=1</script>",
+    '"><svg onload=window.executed=1>',
+    "javascript:window.executed=1",
+    "{{constructor.constructor('window.executed=1')()}}",
+)
+
+
+def _download(station: Workstation, form: str, folder: Path) -> Path:
+    with station.page.expect_download() as waiting:
+        station.page.click(f"button[data-format='{form}']")
+    path = folder / f"plan.{form}"
+    waiting.value.save_as(path)
+    return path
+
+
+def _near(positions: list[Any]) -> list[Any]:
+    return [pytest.approx(position, abs=1e-6) for position in positions]
+
+
+def test_every_export_says_what_the_plan_says_and_comes_back(open_page: Open, rest: Rest, tmp_path: Path) -> None:
+    """JSON, Slicer markups and CSV from the page's buttons, read back here and through the page's import (HAZ-35)."""
+    station = open_page().ready()
+    plan_id = rest.copy_of_sample("Exported")
+    station.open_plan(plan_id)
+    plan = rest.plan(plan_id)
+    labels = [point["label"] for point in plan["points"]]
+    positions = [point["position"] for point in plan["points"]]
+
+    native = json.loads(_download(station, "json", tmp_path).read_text(encoding="utf-8"))
+    assert [point["label"] for point in native["points"]] == labels
+    assert [point["position"] for point in native["points"]] == _near(positions)
+    assert "clinical" in native["notice"]
+
+    markups = json.loads(_download(station, "mrk.json", tmp_path).read_text(encoding="utf-8"))
+    assert {markup["coordinateSystem"] for markup in markups["markups"]} == {"LPS"}
+    controls = markups["markups"][0]["controlPoints"]
+    assert [control["position"] for control in controls] == _near(positions)
+
+    table = _download(station, "csv", tmp_path).read_text(encoding="utf-8")
+    assert "clinical" in table
+    assert all(label in table for label in labels)
+    assert any(row for row in csv.reader(table.splitlines()))
+
+    for name in ("plan.json", "plan.mrk.json", "plan.csv"):
+        station.page.set_input_files("input[accept='.json,.csv,.fcsv']", tmp_path / name)
+        station.wait_for(name, lambda: station.state("plan")["id"] != plan_id)
+        back = rest.plan(station.state("plan")["id"])
+        assert [point["position"] for point in back["points"]] == _near(positions), name
+        assert [point["label"] for point in back["points"]] == labels, name
+        station.open_plan(plan_id)
+    assert station.errors == []
+
+
+def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) -> None:
+    """HAZ-32: names of head, plan, points and targets that are markup are shown, never run."""
+    station = open_page().ready()
+    case = rest.client.get("/api/cases/head-phantom").json()["name"]
+    try:
+        for payload in HOSTILE:
+            plan_id = rest.copy_of_sample(payload)
+            rest.client.patch("/api/cases/head-phantom", json={"name": payload}).raise_for_status()
+            item = rest.plan(plan_id)["points"][0]["id"]
+            rest.client.patch(f"/api/plans/{plan_id}/points/{item}", json={"label": payload}).raise_for_status()
+            station.open_plan(plan_id)
+            station.page.evaluate("(id) => vfix.request('item.select', { item_id: id })", item)
+            station.wait_for("its name", lambda payload=payload: payload in station.page.locator("#where").inner_text())
+            station.wait_for(
+                "its label", lambda payload=payload: payload in station.page.locator("table.points").first.inner_text()
+            )
+            for step in ("patient", "rehearse", "plan"):
+                station.page.click(f"[data-step={step}]")
+                station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
+        assert station.page.evaluate("window.executed") is None
+        assert station.page.frames[-1].evaluate("window.executed") is None
+        assert station.errors == []
+    finally:
+        rest.client.patch("/api/cases/head-phantom", json={"name": case}).raise_for_status()
+
+
+def test_a_lost_planner_is_said_and_the_same_state_comes_back(open_page: Open, rest: Rest, planner: Planner) -> None:
+    """The planner ends and is started again: a banner meanwhile, then the same plan in the same step."""
+    station = open_page().ready()
+    plan_id = rest.copy_of_sample("Kept")
+    station.open_plan(plan_id)
+    station.page.click("[data-step=patient]")
+    station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
+    planner.stop()
+    station.wait_for("the banner", lambda: station.page.locator("#banner").is_visible())
+    assert "Connection lost" in station.page.locator("#banner").inner_text()
+    station.picture("connection-lost")
+    planner.start()
+    station.wait_for("the line", lambda: not station.page.locator("#banner").is_visible())
+    station.ready()
+    assert station.state("plan")["id"] == plan_id
+    assert station.state("step")["name"] == "patient"

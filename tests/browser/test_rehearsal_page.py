@@ -1,0 +1,140 @@
+"""The Rehearse step in a real browser: the handle, the lease, a lost hand, inspection."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Playwright
+from workstation import NO_ANTIALIASING, TOKEN, VIEWPORT, Onlooker, Planner, Rest, Workstation, launch
+
+pytestmark = pytest.mark.browser
+Open = Callable[..., Workstation]
+
+PULL = (-10.0, -28.0)  # [px] up and a little out: along the first part of the sample's path
+TIP_ERROR_MM = 0.05
+
+
+def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, rest: Rest) -> None:
+    """Start, drag, hold still for two seconds (HAZ-11: a still hand keeps pushing), let go, drive by key, reset."""
+    station = open_page().ready()
+    station.open_plan(rest.copy_of_sample("Driven"))
+    station.start()
+    assert station.rehearsal()["mine"] is True
+    station.grab(PULL)
+    station.wait_for("force", lambda: station.rehearsal()["force_n"] > 0.3)
+    station.wait_for("progress", lambda: station.rehearsal()["progress_mm"] > 1.0)
+
+    forces = []
+    began = time.monotonic()
+    while time.monotonic() - began < 2.5:
+        now = station.rehearsal()
+        forces.append(now["force_n"])
+        assert now["tip_error_mm"] < TIP_ERROR_MM
+        assert now["clearance_mm"] >= now["margin_mm"] - 1e-3
+        station.page.wait_for_timeout(50)
+    assert sorted(forces)[len(forces) // 5] > 0.3, f"a hand held still lost its force: {forces}"
+    station.picture("rehearse")
+    station.page.mouse.up()
+    station.wait_for("no force", lambda: station.rehearsal()["force_n"] == 0)
+
+    driven = station.rehearsal()["progress_mm"]
+    station.page.keyboard.down("ArrowUp")
+    station.wait_for("the key to drive", lambda: station.rehearsal()["progress_mm"] > driven + 3.0)
+    assert station.rehearsal()["tip_error_mm"] < TIP_ERROR_MM
+    station.page.keyboard.up("ArrowUp")
+    station.page.click(".details > button")
+    assert station.page.locator("#details-sheet").is_visible()
+    assert station.state("details")["steps"] > 100
+    station.page.click("#reset")
+    station.wait_for("the entry", lambda: station.rehearsal()["progress_mm"] < 0.1)
+    assert station.errors == []
+
+
+def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest: Rest) -> None:
+    """HAZ-12: a watcher sees the robot and cannot move it; the handle goes over when its holder lets go."""
+    plan_id = rest.copy_of_sample("Watched")
+    driver, watcher = open_page().ready(), open_page().ready()
+    for station in (driver, watcher):
+        station.open_plan(plan_id)
+    driver.start()
+    watcher.page.click("[data-step=rehearse]")
+    watcher.wait_for("the other's robot", lambda: watcher.rehearsal()["state"] == "running")
+    assert watcher.rehearsal()["mine"] is False
+    watcher.wait_for("its words", lambda: "holds the handle" in watcher.page.locator("#panel").inner_text())
+    assert watcher.page.locator("#lease").is_disabled()
+    assert watcher.page.locator("#start").is_disabled()
+    watcher.page.keyboard.down("ArrowUp")
+    watcher.page.wait_for_timeout(600)
+    watcher.page.keyboard.up("ArrowUp")
+    assert watcher.rehearsal()["progress_mm"] < 0.1, "a watcher's key moved the robot"
+
+    driver.page.click("#lease")
+    watcher.wait_for("the handle to be free", lambda: watcher.rehearsal()["can_take"])
+    watcher.page.click("#lease")
+    watcher.wait_for("the handle", lambda: watcher.rehearsal()["mine"])
+    driver.wait_for("the loss", lambda: not driver.rehearsal()["mine"])
+    watcher.page.keyboard.down("ArrowUp")
+    driver.wait_for("motion, seen by the one who watches now", lambda: driver.rehearsal()["progress_mm"] > 1.0)
+    watcher.page.keyboard.up("ArrowUp")
+
+
+def test_the_tool_stands_still_when_the_page_freezes_in_the_middle_of_a_drag(
+    playwright: Playwright, planner: Planner, artefacts: Path, rest: Rest
+) -> None:
+    """HAZ-11: the page's processes are stopped, their sockets stay open; the tool stands within 200 ms."""
+    browser = launch(playwright)
+    try:
+        context = browser.new_context(viewport=VIEWPORT)
+        context.add_init_script(NO_ANTIALIASING)
+        page = context.new_page()
+        page.set_default_timeout(60_000)
+        page.goto(f"{planner.base}/?token={TOKEN}")
+        station = Workstation(page, artefacts).ready()
+        plan_id = rest.copy_of_sample("Frozen")
+        station.open_plan(plan_id)
+        station.start()
+        station.grab((PULL[0] * 4, PULL[1] * 4))  # far, so that the pull lasts
+        station.wait_for("motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
+        processes = browser.new_browser_cdp_session().send("SystemInfo.getProcessInfo")["processInfo"]
+        renderers = [process["id"] for process in processes if process["type"] == "renderer"]
+        with Onlooker(planner.base, TOKEN, plan_id) as onlooker:
+            onlooker.wait_for_motion()
+            frozen_at = time.monotonic()
+            for pid in renderers:
+                os.kill(pid, signal.SIGSTOP)
+            time.sleep(1.2)
+            for pid in renderers:
+                os.kill(pid, signal.SIGKILL)
+            moved_until = onlooker.last_motion()
+        assert moved_until - frozen_at < 0.2 + onlooker.INTERVAL_S
+    finally:
+        browser.close()
+
+
+def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Rest) -> None:
+    """Drive to the end, choose Inspect, pull: the view point comes onto the target and stays while the tool swings."""
+    station = open_page().ready()
+    plan_id = rest.copy_of_sample("Inspected")
+    names = [target["label"] for target in rest.plan(plan_id)["targets"]]
+    station.open_plan(plan_id)
+    station.start()
+    station.page.keyboard.down("ArrowUp")
+    station.wait_for("the end of the path", lambda: station.rehearsal()["path_done"], patience_s=120.0)
+    station.page.keyboard.up("ArrowUp")
+    station.page.select_option("[aria-label='Target to inspect']", label=names[names.index("pharyngeal wall")])
+    station.wait_for("inspection", lambda: station.rehearsal()["mode"] == "inspect")
+    station.grab((6.0, -34.0))
+    station.wait_for("the target", lambda: station.rehearsal()["phase"] == "inspect_hold")
+    station.picture("inspect")
+    began = time.monotonic()
+    while time.monotonic() - began < 1.5:
+        now = station.rehearsal()
+        assert now["target_error_mm"] < 0.05
+        station.page.wait_for_timeout(50)
+    station.page.mouse.up()
+    assert station.errors == []

@@ -1,0 +1,249 @@
+"""The page as a person uses it, driven through Playwright: eyes read `window.vfix`, hands use mouse and keys."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, Page, Playwright
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from app.browsers import find_browser
+
+ROOT = Path(__file__).resolve().parents[2]
+TOKEN = "browser-tests-" + "0" * 20
+VIEWPORT = {"width": 1000, "height": 640}
+FLAGS = (
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+)
+
+# Software drawing on two busy cores takes seconds for a frame.
+PATIENCE_S = 60.0
+
+# Antialiasing costs two thirds of the time of a frame in software.
+NO_ANTIALIASING = """
+const original = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, options) {
+  return original.call(this, kind, kind.startsWith("webgl") ? { ...options, antialias: false } : options);
+};
+"""
+
+
+class Workstation:
+    """One open page."""
+
+    def __init__(self, page: Page, artefacts: Path) -> None:
+        self.page = page
+        self._artefacts = artefacts
+        self.errors: list[str] = []
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+
+    # -- eyes
+
+    def state(self, section: str) -> Any:
+        return self.page.evaluate("(name) => window.vfix?.state[name] ?? null", section)
+
+    def wait_for(self, what: str, check: Callable[[], Any], patience_s: float = PATIENCE_S) -> Any:
+        """Wait until `check` answers something true; polls from outside, the page forbids eval."""
+        deadline = time.monotonic() + patience_s
+        while time.monotonic() < deadline:
+            answer = check()
+            if answer:
+                return answer
+            self.page.wait_for_timeout(50)
+        self.picture("failed")
+        sections = {name: self.state(name) for name in ("step", "scene", "plan", "corridor", "rehearsal")}
+        raise AssertionError(f"waited {patience_s:.0f} s for {what}; the page shows {json.dumps(sections)[:3000]}")
+
+    def ready(self) -> Workstation:
+        """The scene is drawn and the camera has reported."""
+        self.wait_for("the scene", lambda: (self.state("scene") or {}).get("ready"))
+        self.wait_for("the camera", lambda: (self.state("camera") or {}).get("view_height_mm"))
+        return self
+
+    def picture(self, name: str) -> None:
+        self.page.screenshot(path=self._artefacts / f"{name}.png")
+
+    # -- hands
+
+    def place(self, position: list[float]) -> tuple[float, float]:
+        """Page coordinates of a place in the head."""
+        places = self.page.evaluate("(p) => vfix.request('project', { points: [p] })", position)["places"]
+        box = self.page.locator("#scene").bounding_box()
+        assert places is not None
+        assert box is not None
+        return box["x"] + places[0][0] * box["width"], box["y"] + places[0][1] * box["height"]
+
+    def look_from(self, view: str) -> None:
+        """Choose a standard view and wait until the camera stands still there."""
+        self.page.click(f"[data-view={view}]")
+        self.settle()
+
+    def settle(self) -> None:
+        """Wait until what the scene shows of the camera no longer changes."""
+        last: Any = None
+        for _ in range(60):
+            self.page.wait_for_timeout(250)
+            now = self.page.evaluate("vfix.request('project', { points: [[0, 0, 0], [0, 60, 40]] })")
+            if now == last and now["places"]:
+                return
+            last = now
+        raise AssertionError("the camera does not come to rest")
+
+    def open_plan(self, plan_id: str) -> None:
+        self.page.evaluate("(id) => vfix.request('plan.open', { plan_id: id })", plan_id)
+        self.wait_for("the plan", lambda: (self.state("plan") or {}).get("id") == plan_id)
+
+    def start(self) -> None:
+        """Go to Rehearse and start the robot."""
+        self.page.click("[data-step=rehearse]")
+        self.wait_for("Rehearse", lambda: self.state("step")["name"] == "rehearse")
+        self.page.click("#start")
+        self.wait_for("the robot", lambda: self.state("rehearsal")["state"] == "running")
+
+    def rehearsal(self) -> Any:
+        return self.state("rehearsal")
+
+    def grab(self, towards: tuple[float, float]) -> None:
+        """Take the grip with the mouse and pull it by some pixels; the button stays down."""
+        self.look_from("nose")
+        x, y = self.place(self.rehearsal()["grip"])
+        self.page.mouse.move(x, y)
+        self.page.wait_for_timeout(300)
+        self.page.mouse.down()
+        for part in (0.3, 0.6, 1.0):
+            self.page.mouse.move(x + part * towards[0], y + part * towards[1])
+            self.page.wait_for_timeout(60)
+
+
+class Rest:
+    """The planner's REST face, for preparing plans and looking at them from outside."""
+
+    def __init__(self, base: str, token: str) -> None:
+        self.client = httpx.Client(base_url=base, headers={"Authorization": f"Bearer {token}"}, timeout=60.0)
+
+    def sample(self) -> Any:
+        plans = self.client.get("/api/plans", params={"case_id": "head-phantom"}).raise_for_status().json()
+        return plans[0]
+
+    def copy_of_sample(self, name: str) -> str:
+        wish = {"name": name, "copy_of": self.sample()["id"]}
+        return str(self.client.post("/api/cases/head-phantom/plans", json=wish).raise_for_status().json()["id"])
+
+    def empty_plan(self, name: str) -> str:
+        made = self.client.post("/api/cases/head-phantom/plans", json={"name": name}).raise_for_status().json()
+        return str(made["id"])
+
+    def short_plan(self, name: str, points: int) -> str:
+        """The first points of the sample: a path that is driven in a moment."""
+        plan_id = self.empty_plan(name)
+        for point in self.sample()["points"][:points]:
+            body = {"position": point["position"], "label": point["label"]}
+            self.client.post(f"/api/plans/{plan_id}/points", json=body).raise_for_status()
+        return plan_id
+
+    def plan(self, plan_id: str) -> Any:
+        return self.client.get(f"/api/plans/{plan_id}").raise_for_status().json()
+
+
+def launch(playwright: Playwright) -> Browser:
+    path = find_browser()
+    if path is None:
+        pytest.fail("There is no Chrome, Chromium or Edge; scripts/test.py installs one, VFIX_BROWSER names one.")
+    return playwright.chromium.launch(executable_path=path, args=list(FLAGS))
+
+
+class Planner:
+    """`vfix serve` in a process of its own, which a test may end and start again on the same port."""
+
+    def __init__(self, home: Path) -> None:
+        self._home = home
+        self._port = 0
+        self.start()
+
+    def start(self) -> None:
+        environment = os.environ | {"VFIX_HOME": str(self._home), "VFIX_TOKEN": TOKEN, "PYTHONPATH": str(ROOT)}
+        command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", "--port", str(self._port)]
+        self.process = subprocess.Popen(command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/", line)
+        assert found, f"the planner said {line!r} instead of its address"
+        self._port = int(found[1])
+
+    @property
+    def base(self) -> str:
+        return f"http://127.0.0.1:{self._port}"
+
+    def stop(self) -> None:
+        self.process.send_signal(signal.SIGINT)
+        try:
+            self.process.wait(20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        if self.process.stdout is not None:
+            self.process.stdout.close()
+
+
+class Onlooker:
+    """Watches a rehearsal without a browser: reads the session's websocket and notes when the tip moved."""
+
+    INTERVAL_S = 0.1  # two states of the page are so far apart at most, told with some delay
+
+    def __init__(self, base: str, token: str, plan_id: str) -> None:
+        address = base.replace("http", "ws") + "/session?tab=onlooker-0000&case=head-phantom&step=rehearse"
+        self._socket = connect(
+            f"{address}&plan={plan_id}", additional_headers={"Authorization": f"Bearer {token}"}, max_size=None
+        )
+        self._moves: list[float] = []
+        self._thread = threading.Thread(target=self._read, daemon=True)
+
+    def __enter__(self) -> Onlooker:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._socket.close()
+        self._thread.join(5)
+
+    def _read(self) -> None:
+        tip = None
+        try:
+            for text in self._socket:
+                now = json.loads(text).get("sections", {}).get("rehearsal") or {}
+                if now.get("tip") is not None and now["tip"] != tip:
+                    tip = now["tip"]
+                    self._moves.append(time.monotonic())
+        except ConnectionClosed:
+            pass
+
+    def wait_for_motion(self) -> None:
+        """Until the tip has been seen moving for a while."""
+        deadline = time.monotonic() + PATIENCE_S
+        while len(self._moves) < 5:
+            assert time.monotonic() < deadline, "the tip does not move"
+            time.sleep(0.02)
+
+    def last_motion(self) -> float:
+        return self._moves[-1]
