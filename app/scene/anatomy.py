@@ -16,6 +16,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 Floats = npt.NDArray[np.float64]
 
 LETTER_GAP_MM = 14.0
+LETTER_RISE = 0.5
 AIR_GREY = 60  # darker than this is air: it lets the path and the tool behind it shine through
 AIR_ALPHA = 110
 _LETTERS = {"R": (-1, 0, 0), "L": (1, 0, 0), "A": (0, -1, 0), "P": (0, 1, 0), "I": (0, 0, -1), "S": (0, 0, 1)}
@@ -141,11 +142,12 @@ class LetterNodes:
 
     def __init__(self, scene: viser.SceneApi, bounds: Floats) -> None:
         centre, half = bounds.mean(axis=0), (bounds[1] - bounds[0]) / 2.0
+        rise = np.array([0.0, 0.0, LETTER_RISE * half[2]])  # the middle of the face is where one works
         self._nodes = [
             scene.add_label(
                 f"/head/letter_{letter}",
                 letter,
-                position=centre + np.array(side) * (half + LETTER_GAP_MM),
+                position=centre + np.array(side) * (half + LETTER_GAP_MM) + (rise if side[2] == 0 else 0.0),
                 font_screen_scale=1.1,
                 anchor="center-center",
                 depth_test=True,

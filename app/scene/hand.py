@@ -30,7 +30,7 @@ class GripDrag:
 class HandNodes:
     """What the user takes hold of. The ball follows the hand while it is dragged, else the tool."""
 
-    def __init__(self, scene: viser.SceneApi, on_drag: Callable[[GripDrag], None]) -> None:
+    def __init__(self, scene: viser.SceneApi, on_drag: Callable[[GripDrag], object]) -> None:
         self._on_drag = on_drag
         self._grip_at = np.zeros(3)
         self._hand: Floats | None = None  # where the hand is, set on viser's loop and read on the workspace's thread

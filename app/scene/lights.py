@@ -9,17 +9,18 @@ from app.scene import shapes
 
 # name, direction the light comes from (LPS), colour, intensity
 _LIGHTS = (
-    ("key", (0.35, -0.62, 0.85), (255, 246, 232), 1.75),
-    ("fill", (-0.9, -0.6, 0.1), (208, 224, 255), 0.45),
-    ("back", (0.1, 0.9, 0.35), (226, 234, 255), 0.6),
-    ("below", (0.0, -0.3, -1.0), (235, 235, 245), 0.18),
+    ("key", (0.35, -0.62, 0.85), (255, 246, 232), 2.7),
+    ("fill", (-0.9, -0.6, 0.1), (208, 224, 255), 0.7),
+    ("back", (0.1, 0.9, 0.35), (226, 234, 255), 0.9),
+    ("below", (0.0, -0.3, -1.0), (235, 235, 245), 0.35),
 )
 
 
 def add_lights(scene: viser.SceneApi) -> None:
     """Replace the viewer's own lights; no shadows, they cost frames and hide the nasal cavity."""
     scene.configure_default_lights(False, False)
-    scene.add_light_ambient("/light/ambient", color=(255, 250, 244), intensity=0.28)
+    scene.configure_environment_map(None)  # the viewer's own picture of a room lights everything evenly
+    scene.add_light_ambient("/light/ambient", color=(255, 250, 244), intensity=0.42)
     for name, direction, colour, intensity in _LIGHTS:
         towards = np.array(direction)
         scene.add_light_directional(

@@ -41,7 +41,7 @@ class DragEvent:
 class ItemNode:
     """One point or target: a ball or a diamond, with its label, draggable unless locked."""
 
-    def __init__(self, scene: viser.SceneApi, item: PlanItem, on_drag: Callable[[DragEvent], None]) -> None:
+    def __init__(self, scene: viser.SceneApi, item: PlanItem, on_drag: Callable[[DragEvent], object]) -> None:
         self._item, self._on_drag = item, on_drag
         self._offset = np.zeros(3)
         self._locked = True
@@ -100,7 +100,7 @@ class ItemNode:
 class PlanNodes:
     """All items, the spline and the ghost."""
 
-    def __init__(self, scene: viser.SceneApi, on_drag: Callable[[DragEvent], None]) -> None:
+    def __init__(self, scene: viser.SceneApi, on_drag: Callable[[DragEvent], object]) -> None:
         self._scene, self._on_drag = scene, on_drag
         self._items: dict[str, ItemNode] = {}
         self._curve: viser.LineSegmentsHandle | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -35,10 +36,10 @@ class ClickRay:
 class SceneEvents:
     """What the scene reports; each is called on viser's threads and must only queue."""
 
-    clicked: Callable[[ClickRay], None]
-    item_dragged: Callable[[DragEvent], None]
-    grip_dragged: Callable[[GripDrag], None]
-    camera_moved: Callable[[Lens], None]
+    clicked: Callable[[ClickRay], object]
+    item_dragged: Callable[[DragEvent], object]
+    grip_dragged: Callable[[GripDrag], object]
+    camera_moved: Callable[[Lens], object]
 
 
 class SceneView:
@@ -56,7 +57,8 @@ class SceneView:
         client.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self._scene.set_up_direction("+z")
         add_lights(self._scene)
-        self._scene.on_click()(self._clicked)
+        # viser takes coroutines here too, and keeps their order; its annotation does not say so
+        self._scene.on_click()(cast(Callable[[viser.SceneClickEvent], None], self._clicked))
         client.camera.on_update(self._camera_updated)
 
     # -- the head

@@ -25,7 +25,7 @@ from app.session.inbox import Inbox, Request
 from app.session.planning_desk import PlanningDesk
 from app.session.rehearsal_desk import RehearsalDesk
 from app.session.rehearsals import RehearsalRooms
-from app.session.scene_link import Picture, SceneLink
+from app.session.scene_link import Head, Picture, SceneLink
 from vfix_engine.errors import VfixError
 
 TICK_S = 0.05  # a running rehearsal is shown at 20 Hz
@@ -46,6 +46,7 @@ class Workspace:
         self._step: str = "plan"
         self._link: SceneLink | None = None
         self._lens: Lens | None = None
+        self._viewed: Head | None = None  # the head that the camera was turned to
         self._list_at = 0.0
         self._list_stale = True
         self.head = HeadDesk(services, self.board, executor, self.ask)
@@ -109,10 +110,10 @@ class Workspace:
 
     def _events(self) -> SceneEvents:
         return SceneEvents(
-            clicked=lambda ray: self.ask(lambda: self._clicked(ray)) and None,
-            item_dragged=lambda drag: self.ask(lambda: self._dragged(drag), _drag_slot(drag)) and None,
+            clicked=lambda ray: self.ask(lambda: self._clicked(ray)),
+            item_dragged=lambda drag: self.ask(lambda: self._dragged(drag), _drag_slot(drag)),
             grip_dragged=self._grip_dragged,
-            camera_moved=lambda lens: self.ask(lambda: self._camera_moved(lens), "camera") and None,
+            camera_moved=lambda lens: self.ask(lambda: self._camera_moved(lens), "camera"),
         )
 
     def _grip_dragged(self, drag: GripDrag) -> None:
@@ -247,7 +248,7 @@ class Workspace:
 
     def _attach(self, client: viser.ClientHandle) -> None:
         self._link = SceneLink(SceneView(client, self._events()))
-        self._look_from("nose" if self._step == "rehearse" else "oblique")
+        self._viewed = None
 
     def _detach(self) -> None:
         self._link = self._lens = None
@@ -307,6 +308,9 @@ class Workspace:
         if self._link is None:
             return
         self._link.draw(self._picture())
+        if ready and self._viewed is not self.head.head:
+            self._viewed = self.head.head
+            self._look_from("nose" if self._step == "rehearse" else "oblique")
         showing = self._step == "rehearse"
         self._link.draw_rehearsal(
             self.rehearsal.snapshot if showing else None, self.rehearsal.robot if showing else None, self.rehearsal.mine
@@ -346,12 +350,14 @@ class Workspace:
             available.append("plan")
         if self.planning.plan_id is not None:
             available.append("rehearse")
-        hint = {
-            "patient": self.head.hint,
-            "plan": self.planning.hint,
-            "rehearse": lambda: self.rehearsal.hint(self.planning.plan),
-        }[self._step]()
-        return {"name": self._step, "available": available, "hint": hint}
+        return {"name": self._step, "available": available, "hint": self._hint()}
+
+    def _hint(self) -> str:
+        if self._step == "patient":
+            return self.head.hint()
+        if self._step == "plan":
+            return self.planning.hint()
+        return self.rehearsal.hint(self.planning.plan)
 
 
 def _slot(command: c.AnyCommand) -> str | None:

@@ -112,7 +112,7 @@ export class PlanPanel {
         if ((event.key === "Delete" || event.key === "Backspace") && !plan.locked) send("item.delete");
       },
     },
-    h("td", {}, h("span", { class: kind === "target" ? "dot target" : "dot" }), item.label),
+    h("td", { title: item.label }, h("span", { class: kind === "target" ? "dot target" : "dot" }), item.label),
     item.position.map((value) => h("td", {}, fixed(value, 1))));
   }
 
