@@ -28,7 +28,6 @@ HEAD_SPACING = 0.8  # [mm]
 NOSE_SPACING = 0.5
 DISPLAY_SPACING = 0.8
 SKIN_SPACING = 1.2
-HU_STEP = 4  # values are rounded to this, far below the noise: the files pack better
 
 
 def main() -> None:
@@ -38,9 +37,9 @@ def main() -> None:
     out: Path = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 
-    nose = _timed("CT of the nose", lambda: _coarser_values(generate(NOSE_SPACING, NOSE_BOX)))
+    nose = _timed("CT of the nose", lambda: shipped.packed(generate(NOSE_SPACING, NOSE_BOX)))
     shipped.write_nrrd(out / shipped.NOSE_CT, nose)
-    head = _timed("CT of the head", lambda: _coarser_values(generate(HEAD_SPACING)))
+    head = _timed("CT of the head", lambda: shipped.packed(generate(HEAD_SPACING)))
     shipped.write_nrrd(out / shipped.HEAD_CT, head)
     bone = _timed("bone around the nose", lambda: surfaces.bone_around_nose(nose))
     print(f"  thinned bone deviates {bone.mean_deviation_mm:.3f} mm on average, {bone.max_deviation_mm:.3f} mm at most")
@@ -88,11 +87,13 @@ def _sizes(nose: Volume, head: Volume) -> dict[str, float]:
     sizes = {}
     for side, sign in (("left", 1.0), ("right", -1.0)):
         mirror = np.array([sign, 1.0, 1.0])
-        seed, nasal = landmarks.IN_ANTRUM * mirror, landmarks.IN_NOSE * mirror
+        seed = landmarks.IN_ANTRUM * mirror
         plug = measure.Plug(landmarks.OSTIUM_PLUG * mirror, landmarks.OSTIUM_PLUG_RADIUS)
         antrum = measure.air_region(nose, seed, plug)
         sizes[f"maxillary_sinus_{side}_cm3"] = measure.volume_cm3(nose, antrum)
-        sizes[f"maxillary_ostium_{side}_mm"] = measure.bottleneck_mm(nose, seed, nasal)
+        sizes[f"maxillary_ostium_{side}_mm"] = measure.bottleneck_mm(
+            nose, landmarks.OSTIUM_IN_ANTRUM * mirror, landmarks.OSTIUM_IN_NOSE * mirror
+        )
         walls = [
             measure.thickness_mm(nose, start * mirror, landmarks.CANINE_FOSSA_DIRECTION * mirror)
             for start in landmarks.CANINE_FOSSA_RAYS
@@ -103,11 +104,6 @@ def _sizes(nose: Volume, head: Volume) -> dict[str, float]:
     ]
     sizes["bead_centroid_error_max_mm"] = float(max(errors))
     return sizes
-
-
-def _coarser_values(ct: Volume) -> Volume:
-    hu = (np.rint(ct.hu / HU_STEP) * HU_STEP).astype(np.int16)
-    return Volume(hu, ct.origin, ct.spacing, ct.direction)
 
 
 def _file(path: Path) -> dict[str, Any]:

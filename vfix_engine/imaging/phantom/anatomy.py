@@ -8,12 +8,13 @@ import numpy as np
 
 from vfix_engine.imaging.phantom.blending import Field, intersection, receded, union, without
 from vfix_engine.imaging.phantom.parts import cranium, face, jaws, neck, nose, sinuses, soft
-from vfix_engine.imaging.phantom.shapes import Part
-from vfix_engine.imaging.phantom.space import FAR, REACH, Space
+from vfix_engine.imaging.phantom.shapes import Box, Part, Points
+from vfix_engine.imaging.phantom.space import REACH, Space
 
 MUCOSA = np.float32(1.35)  # [mm] lining of the nose
 SINUS_MUCOSA = np.float32(0.6)  # [mm]
 JOINT_SPACE = np.float32(1.8)  # [mm] between the condyle and its fossa
+FADING = 4.0  # [mm] over which a suture ends
 SKIN_OVER_BONE = np.float32(5.0)  # [mm]
 
 
@@ -24,6 +25,7 @@ class Cavities:
     orbits: Field
     nose: Field
     sinuses: Field
+    canals: Field
     by_name: dict[str, Field]
     brain: Field
 
@@ -39,6 +41,7 @@ class Head:
     thin_bone: Field  # septum, turbinates
     air: Field  # airway and sinuses, without the outside
     lining: Field  # soft tissue of nose and nostrils
+    nostrils: Field
     skin: Field
     brain: Field
     orbits: Field
@@ -59,9 +62,9 @@ def head(space: Space) -> Head:
     """All tissues in a block of space."""
     vault = space.build(cranium.VAULT)
     outline = _outline(space, vault)
-    cavities = _cavities(space, vault, outline)
-    mandible = space.build(jaws.MANDIBLE) + np.float32(0.15) * space.fine
     teeth = space.build(jaws.TEETH, reach=3.0)
+    cavities = _cavities(space, vault, outline, teeth)
+    mandible = space.build(jaws.MANDIBLE) + np.float32(0.15) * space.fine
     skull = _skull(space, outline, cavities)
     skull, mandible = _sockets(space, skull, mandible, teeth, cavities)
     skull = without(skull, mandible - JOINT_SPACE, 1.0)
@@ -78,7 +81,8 @@ def head(space: Space) -> Head:
         thin_bone=np.maximum(thin_bone, np.float32(0.3) - ostia),
         air=_air(space, cavities, septum, turbinates, nostrils, ostia, teeth),
         lining=np.minimum(cavities.nose, nostrils),
-        skin=_skin(space, union(skull, mandible, 4.0), cavities, eyes),
+        nostrils=nostrils,
+        skin=_skin(space, union(outline, mandible, 4.0), cavities, eyes),
         brain=cavities.brain,
         orbits=cavities.orbits,
         eyes=eyes,
@@ -96,10 +100,13 @@ def _outline(space: Space, vault: Field) -> Field:
     return space.build((*jaws.PALATE_VAULT, *soft.CHOANAE), onto=solid)
 
 
-def _cavities(space: Space, vault: Field, outline: Field) -> Cavities:
+def _cavities(space: Space, vault: Field, outline: Field, teeth: Field) -> Cavities:
     orbits = space.build(face.ORBITS)
     nasal = space.build(nose.NASAL_CAVITY, reach=8.0)
-    earlier, every, by_name = np.minimum(orbits, nasal), space.empty(), {}
+    canals = space.build([Part("infraorbital canal", face.INFRAORBITAL_CANAL, paired=True)], reach=4.0)
+    # The sinuses stay off the roots of the teeth and off the nerve as well.
+    earlier = np.minimum(np.minimum(orbits, nasal), np.minimum(teeth, canals))
+    every, by_name = space.empty(), {}
     for sinus in sinuses.SINUSES:
         reach = 1.5 if sinus.name == "ethmoid" else 5.0
         hollow = space.build([Part(sinus.name, sinus.left, paired=True)], reach=reach)
@@ -112,7 +119,7 @@ def _cavities(space: Space, vault: Field, outline: Field) -> Cavities:
     brain = space.build(cranium.BRAIN, onto=brain)
     brain = receded(brain, np.minimum(orbits - np.float32(0.4), nasal - np.float32(0.6)), 1.8, 4.0)
     brain = receded(brain, every, 1.8, 3.0)
-    return Cavities(orbits, nasal, every, by_name, brain)
+    return Cavities(orbits, nasal, every, canals, by_name, brain)
 
 
 def _skull(space: Space, outline: Field, cavities: Cavities) -> Field:
@@ -126,6 +133,8 @@ def _skull(space: Space, outline: Field, cavities: Cavities) -> Field:
     skull = union(skull, _walls(space, cavities), 0.8)
     skull = skull + _sutures(space, cavities.brain) + np.float32(0.2) * space.fine
     skull = without(skull, cavities.orbits, 1.0)
+    skull = space.build(cranium.ORBITAL_FISSURES, onto=skull)
+    skull = without(skull, cavities.canals, 0.8)
     return np.maximum(skull, -np.minimum(cavities.nose, cavities.sinuses))
 
 
@@ -142,7 +151,7 @@ def _walls(space: Space, cavities: Cavities) -> Field:
     """Thin bone around every cavity, so that no wall is ever missing; not in front of the face."""
     orbital_margin = np.float32(16) + np.float32(0.38) * np.maximum(np.abs(space.x) - 14, 0) - space.y
     around_orbits = intersection(cavities.orbits - np.float32(1.4), orbital_margin, 2.0)
-    around_nose = intersection(cavities.nose - np.float32(1.3), -9 - space.z, 1.0)
+    around_nose = intersection(cavities.nose - np.float32(1.3), -11 - space.z, 1.0)
     around_nose = intersection(around_nose, space.y - np.float32(56), 1.0)
     walls = np.minimum(np.minimum(cavities.sinuses - np.float32(0.75), around_orbits), around_nose)
     inside_face = intersection(np.abs(space.x) - np.float32(44), 13 - space.y, 2.0)
@@ -169,9 +178,18 @@ def _sutures(space: Space, brain: Field) -> Field:
             off = off + np.float32(line.serration) * (space.fine[block] + space.coarse[block])
             groove = np.float32(line.depth) * np.exp(-((off / np.float32(line.width)) ** 2))
             outer = np.clip(brain[block] - 2, 0, 1)  # not on the inside of the braincase
-            stronger = np.where(np.abs(groove) > np.abs(added[block]), groove, added[block])
-            added[block] = np.where(outer > 0, stronger * outer, added[block])
+            groove = groove * outer * _fading(line.box, Points(x, y, z))
+            added[block] = np.where(np.abs(groove) > np.abs(added[block]), groove, added[block])
     return added.astype(np.float32)
+
+
+def _fading(box: Box, at: Points) -> Field:
+    """1 inside a box, falling to 0 at its sides over a few millimetres."""
+    depth: Field = np.full(1, FADING, dtype=np.float32)
+    for coordinate, low, high in zip(at, *box, strict=True):
+        depth = np.minimum(depth, np.minimum(coordinate - np.float32(low), np.float32(high) - coordinate))
+    fading: Field = np.clip(depth / np.float32(FADING), 0, 1)
+    return fading
 
 
 def _sockets(space: Space, skull: Field, mandible: Field, teeth: Field, cavities: Cavities) -> tuple[Field, Field]:
@@ -222,5 +240,5 @@ def _skin(space: Space, bone: Field, cavities: Cavities, eyes: Field) -> Field:
     over_nose = np.maximum(cavities.nose - np.float32(4.2), 2 - space.z)
     outline = union(outline, np.maximum(over_nose, space.y - np.float32(40)), 6.0)
     outline = union(outline, bone - SKIN_OVER_BONE, 8.0)
-    outline = union(outline, np.minimum(eyes, FAR) - np.float32(2.2), 6.0)
+    outline = union(outline, eyes - np.float32(2.2), 6.0)
     return space.build(soft.EYELIDS, onto=outline, reach=REACH) + np.float32(0.15) * space.coarse

@@ -18,7 +18,7 @@ from vfix_engine.imaging.volume import Volume
 SEED = 3
 NOSE_BOX: Box = ((-45.0, -36.0, -34.0), (45.0, 92.0, 66.0))
 _SLAB = 14.0  # [mm] made at a time, to bound the memory
-_ALONE = 1e-6  # [mm]
+_ROUND_OFF = 1e-6  # [voxel]
 
 
 def generate(spacing_mm: float, box: Box | None = None) -> Volume:
@@ -49,8 +49,8 @@ def grid_axes(spacing_mm: float, box: Box | None) -> tuple[npt.NDArray[np.float6
     if not 0.2 <= spacing_mm <= 5.0:
         raise ImageError(f"the phantom is made at a spacing of 0.2 to 5 mm, not {spacing_mm:g} mm.")
     low, high = (np.maximum(box[0], LOW), np.minimum(box[1], HIGH)) if box is not None else (LOW, HIGH)
-    first = np.ceil((low - LOW) / spacing_mm - _ALONE).astype(int)
-    last = np.floor((high - LOW) / spacing_mm + _ALONE).astype(int)
+    first = np.ceil((low - LOW) / spacing_mm - _ROUND_OFF).astype(int)
+    last = np.floor((high - LOW) / spacing_mm + _ROUND_OFF).astype(int)
     if (last - first < 1).any():
         raise ImageError(f"the box {box} has no voxels of {spacing_mm:g} mm inside the head, {LOW} to {HIGH} mm.")
     return tuple(LOW[n] + spacing_mm * np.arange(first[n], last[n] + 1) for n in range(3))

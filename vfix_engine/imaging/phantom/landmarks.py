@@ -27,11 +27,11 @@ class Place:
 
 
 BEADS = (
-    Bead("forehead", (7.6, 7.5, 69.9)),
-    Bead("left cheek", (51.2, 14.0, 20.7)),
-    Bead("right cheek", (-50.6, 14.4, 20.8)),
-    Bead("left jaw", (46.1, 27.0, -49.9)),
-    Bead("right jaw", (-46.5, 26.7, -50.5)),
+    Bead("forehead", (8.2, 4.9, 71.8)),
+    Bead("left cheek", (51.5, 13.7, 20.6)),
+    Bead("before the left ear", (72.7, 77.1, 20.4)),
+    Bead("before the right ear", (-73.5, 73.3, 10.4)),
+    Bead("chin", (-9.9, -7.6, -63.2)),
 )
 
 CORRIDOR = (
@@ -46,22 +46,23 @@ CORRIDOR = (
 )
 
 TARGETS = (
-    Place("maxillary ostium left", (9.5, 32.0, 19.4)),
-    Place("sphenoid ostium left", (3.7, 52.7, 27.5)),
-    Place("opening of the auditory tube left", (11.7, 66.5, 0.0)),
-    Place("pharyngeal wall", (2.0, 75.0, -4.7)),
+    Place("maxillary ostium left", (9.2, 32.4, 19.4)),
+    Place("sphenoid ostium left", (4.2, 52.0, 27.4)),
+    Place("opening of the auditory tube left", (10.6, 66.5, -0.1)),
+    Place("pharyngeal wall", (2.0, 74.7, -4.7)),
 )
 
 LANDMARKS = (
-    Place("anterior nasal spine", (0.0, -6.0, 1.2)),
-    Place("nasion", (0.0, 12.0, 50.0)),
-    Place("rhinion", (0.0, -6.5, 34.0)),
-    Place("posterior nasal spine", (0.0, 53.0, -8.0)),
+    Place("nasion", (0.0, 13.5, 47.5)),
+    Place("rhinion", (0.0, 0.0, 31.0)),
+    Place("anterior nasal spine", (0.0, -5.5, 1.0)),
+    Place("posterior nasal spine", (0.0, 56.0, -9.0)),
 )
 
 # Where the sizes are measured, left side.
 IN_ANTRUM = np.array([25.0, 32.0, 8.0])
 IN_NOSE = np.array([4.5, 36.5, 0.5])
+OSTIUM_IN_ANTRUM, OSTIUM_IN_NOSE = np.array([20.5, 31.1, 18.4]), np.array([8.2, 30.5, 19.5])
 OSTIUM_PLUG = np.array([12.5, 30.8, 19.1])
 OSTIUM_PLUG_RADIUS = 3.0
 CANINE_FOSSA_RAYS = np.array([[x, -8.0, z] for z in (5.0, 8.0, 11.0) for x in (27.0, 29.0, 31.0)])

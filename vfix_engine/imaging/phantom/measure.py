@@ -57,18 +57,24 @@ def thickness_mm(ct: Volume, start: npt.ArrayLike, direction: npt.ArrayLike, rea
     return float((last - bone[0] + 1) * step)
 
 
-def bottleneck_mm(ct: Volume, a: npt.ArrayLike, b: npt.ArrayLike) -> float:
-    """Diameter [mm] of the largest ball that can be moved through air from one LPS point to another; 0 if none can."""
-    room = ndimage.distance_transform_edt(ct.hu < AIR_BELOW_HU, sampling=ct.spacing[::-1])
-    start, end = _voxel(ct, a), _voxel(ct, b)
-    low, high = 0.0, float(min(room[start], room[end]))
-    while high - low > 0.05:
-        radius = (low + high) / 2.0
+def bottleneck_mm(ct: Volume, a: npt.ArrayLike, b: npt.ArrayLike, around: float = 4.0, step: float = 0.125) -> float:
+    """Diameter [mm] of the largest ball that passes through air from one LPS point to another near it; 0 if none can.
+
+    around: how far [mm] the way may leave the box of both points; step: grid [mm] that the CT is interpolated to.
+    """
+    ends = np.array([a, b], dtype=np.float64)
+    low = ends.min(axis=0) - around
+    counts = np.ceil((ends.max(axis=0) + around - low) / step).astype(int)
+    ijk = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), axis=-1)
+    air = (ct.sample((low + step * ijk).reshape(-1, 3)) < AIR_BELOW_HU).reshape(counts)
+    room = ndimage.distance_transform_edt(air, sampling=step)
+    start, end = (tuple(at) for at in np.rint((ends - low) / step).astype(int))
+    smallest, largest = 0.0, float(min(room[start], room[end]))
+    while largest - smallest > 0.02:
+        radius = (smallest + largest) / 2.0
         labels, _ = ndimage.label(room > radius)
-        connected = labels[start] == labels[end] != 0
-        low, high = (radius, high) if connected else (low, radius)
-    # The distance runs from centre to centre of voxels; the wall is half a voxel nearer.
-    return float(max(2.0 * low - ct.spacing.min(), 0.0))
+        smallest, largest = (radius, largest) if labels[start] == labels[end] != 0 else (smallest, radius)
+    return 2.0 * smallest
 
 
 def bead_centroid(ct: Volume, near: npt.ArrayLike, reach: float = 4.0) -> Floats:

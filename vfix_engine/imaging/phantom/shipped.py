@@ -22,6 +22,7 @@ from vfix_engine.resources import assets_dir
 SCHEMA = "vfix-phantom/1"
 HEAD_CT, NOSE_CT, BONE, DESCRIPTION = "ct_head.nrrd", "ct_nose.nrrd", "bone_nose.ply", "phantom.json"
 DISPLAY = {"skull": "skull_display.ply", "skull_half": "skull_half_display.ply", "skin": "skin_display.ply"}
+HU_STEP = 4  # values are rounded to this, far below the noise: the files pack better
 NOISE_HU = 14.0  # standard deviation
 NOISE_SEED = 20
 _NOISE_GRAIN = 0.55  # [voxel] Gaussian width: reconstruction correlates the noise of neighbours
@@ -100,6 +101,11 @@ def with_noise(ct: Volume, seed: int = NOISE_SEED, sigma_hu: float = NOISE_HU) -
     noise = ndimage.gaussian_filter(noise, _NOISE_GRAIN, mode="wrap", truncate=3.0)
     noisy = ct.hu + noise * np.float32(sigma_hu / noise.std())
     return Volume(np.clip(np.rint(noisy), -1024, 3071).astype(np.int16), ct.origin, ct.spacing, ct.direction)
+
+
+def packed(ct: Volume) -> Volume:
+    """The volume as it is shipped: its values rounded to whole steps."""
+    return Volume((np.rint(ct.hu / HU_STEP) * HU_STEP).astype(np.int16), ct.origin, ct.spacing, ct.direction)
 
 
 def write_nrrd(path: Path, ct: Volume) -> None:

@@ -15,7 +15,8 @@ from vfix_engine.imaging.phantom.shapes import Box, Part, Points, Shape
 LOW = np.array([-84.0, -40.0, -92.0])  # [mm] LPS corner of the whole head
 HIGH = np.array([84.0, 208.0, 130.0])
 FAR = np.float32(30.0)  # [mm] what a field says where nothing is near
-REACH = 14.0  # [mm] a shape is evaluated this far around its box
+REACH = 18.0  # [mm] a shape is evaluated this far around its box
+_BEYOND_SEAM = 12.0  # [mm] but further than its seam is wide, or the seam would end in a step
 RIGHT_SIZE = np.float32(0.985)  # no face is symmetrical: the right half is a little smaller
 RIGHT_DROP = np.float32(0.4)  # [mm] and lower
 ROLL = np.float32(0.006)  # [rad] and the head is a little tilted
@@ -69,7 +70,7 @@ class Space:
         built = self.empty() if onto is None else onto.copy()
         for part in parts:
             for mirrored in (False, True) if part.paired else (False,):
-                block = self.block(part.shape.box, reach, mirrored)
+                block = self.block(part.shape.box, max(reach, part.blend + _BEYOND_SEAM), mirrored)
                 if block is not None:
                     distance = self.distance(part.shape, block, mirrored, part.paired)
                     combine = without if part.taken else union

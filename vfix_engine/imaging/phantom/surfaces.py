@@ -6,14 +6,15 @@ from collections.abc import Callable
 
 import fast_simplification
 import numpy as np
+import numpy.typing as npt
 from skimage.measure import marching_cubes
 
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.phantom.anatomy import Head
-from vfix_engine.imaging.phantom.blending import Field
+from vfix_engine.imaging.phantom.blending import Field, without
 from vfix_engine.imaging.phantom.generate import generate_fields
 from vfix_engine.imaging.phantom.shapes import Box
-from vfix_engine.imaging.phantom.space import Space
+from vfix_engine.imaging.phantom.space import HIGH, LOW, Space
 from vfix_engine.imaging.surface import ThinnedSurface, clean, extract_surface, thin
 from vfix_engine.imaging.volume import AIR_HU, Volume
 
@@ -22,6 +23,9 @@ SKULL_TRIANGLES = 60_000
 SKIN_TRIANGLES = 30_000
 HALF_SKULL_FROM_X = 1.9  # [mm] left of the midline: the septum stays away, the left lateral wall of the nose is seen
 _SMALLEST_BODY = 400  # [triangles] of the surface before thinning
+_FAR_OUTSIDE = 1e3  # [mm] where the block cuts a tissue the surface is closed in the very plane of the cut
+_THINNEST_WALL = np.float32(0.95)  # [mm] thinner bone would be full of holes at the spacing of the display
+_FLAT = 0.05  # [mm]
 _COORDINATE_STEP = 2.0**-10  # [mm] vertices are rounded to this: the files pack better
 
 
@@ -40,18 +44,23 @@ def skull(spacing_mm: float) -> TriangleMesh:
 
 def half_skull(spacing_mm: float) -> TriangleMesh:
     """The left half, cut in a sagittal plane and closed there."""
-    box = ((HALF_SKULL_FROM_X - 2 * spacing_mm, -60.0, -200.0), (200.0, 300.0, 200.0))
+    left = ((HALF_SKULL_FROM_X, LOW[1], LOW[2]), (HIGH[0], HIGH[1], HIGH[2]))
 
-    def left(tissues: Head, space: Space) -> Field:
-        plane = (HALF_SKULL_FROM_X - space.axes[0]).astype(np.float32)[None, None, :]
-        return np.maximum(tissues.bone, plane)
+    def bone_with_antral_wall(tissues: Head, _: Space) -> Field:
+        wall = np.maximum(tissues.antra - _THINNEST_WALL, -tissues.antra)
+        thickened: Field = np.minimum(tissues.bone, wall)
+        return thickened
 
-    return _display(left, spacing_mm, SKULL_TRIANGLES, box)
+    return _display(bone_with_antral_wall, spacing_mm, SKULL_TRIANGLES, left)
 
 
 def skin(spacing_mm: float) -> TriangleMesh:
-    """The outer skin; the airway behind the nostrils is left out."""
-    return _display(lambda tissues, _: tissues.skin, spacing_mm, SKIN_TRIANGLES)
+    """The outer skin with the pits of the nostrils; the airway behind them is left out."""
+
+    def skin_and_nostrils(tissues: Head, space: Space) -> Field:
+        return without(tissues.skin, np.maximum(tissues.nostrils, space.z - 5), 1.0)
+
+    return _display(skin_and_nostrils, spacing_mm, SKIN_TRIANGLES)
 
 
 def _display(
@@ -59,14 +68,25 @@ def _display(
 ) -> TriangleMesh:
     """Zero level of a distance, which is smooth between the voxels where a CT has steps, in few triangles."""
     distance, origin = generate_fields(spacing_mm, pick, box)
-    outside = np.pad(distance, 1, constant_values=spacing_mm)
+    outside = np.pad(distance, 1, constant_values=_FAR_OUTSIDE)
     kji, faces, _, _ = marching_cubes(outside, 0.0, allow_degenerate=False)
     vertices = kji[:, ::-1].astype(np.float64) * spacing_mm + origin - spacing_mm
     whole = clean(TriangleMesh(vertices, faces[:, ::-1]), _SMALLEST_BODY)
     points, corners = fast_simplification.simplify(
         np.array(whole.vertices), np.array(whole.faces), target_count=triangles, agg=5.0
     )
-    return _rounded(clean(TriangleMesh(points, corners), 1))
+    thinned = clean(TriangleMesh(points, corners), 1)
+    return _rounded(_creased(thinned, np.stack([origin, origin + spacing_mm * (np.array(distance.shape[::-1]) - 1)])))
+
+
+def _creased(mesh: TriangleMesh, block: npt.NDArray[np.float64]) -> TriangleMesh:
+    """The faces in the planes of a block (2, 3) get corners of their own, so that a cut is shaded flat."""
+    on_plane = np.abs(mesh.triangles[:, :, None, :] - block).max(axis=1) < _FLAT  # (F, 2, 3)
+    cut = on_plane.any(axis=(1, 2))
+    of_cut, corners = np.unique(mesh.faces[cut], return_inverse=True)
+    faces = mesh.faces.copy()
+    faces[cut] = len(mesh.vertices) + corners.reshape(-1, 3)
+    return TriangleMesh(np.concatenate([mesh.vertices, mesh.vertices[of_cut]]), faces)
 
 
 def _rounded(mesh: TriangleMesh) -> TriangleMesh:

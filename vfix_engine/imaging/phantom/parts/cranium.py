@@ -19,11 +19,13 @@ BASE_THICKNESS = 3.6  # [mm] floor of the braincase
 FRONTAL_BONE = (
     Part("frontal bone", Ellipsoid((0, 62, 60), (47, 48.5, 34)), 12),
     Part("roof of the orbits", Ellipsoid((0, 50, 44), (49, 36, 19)), 10),
-    Part("frontal eminence", Ellipsoid((27, 46, 80), (16, 13, 15)), 14, paired=True),
+    Part("frontal squama", Ellipsoid((0, 65, 68), (49, 47, 40)), 22),
+    Part("frontal eminence", Ellipsoid((24, 40, 81), (18, 16, 17)), 16, paired=True),
 )
 
 BRAIN = (
     Part("frontal lobes", Ellipsoid((0, 64, 61), (43.5, 38.5, 23)), 12),
+    Part("frontal poles", Ellipsoid((0, 66, 72), (40, 43, 34)), 14),
     Part("temporal lobe", Ellipsoid((38, 80, 22), (21, 27, 20)), 8, paired=True),
 )
 
@@ -43,8 +45,8 @@ TEMPORAL_BONE = (
 )
 
 OCCIPITAL_BONE = (
-    Part("external occipital protuberance", Ellipsoid((0, 192, 22), (8, 5, 6)), 8),
-    Part("nuchal line", Tube([(0, 192, 21), (26, 183, 17), (46, 160, 10)], [2.2, 2.4, 1.2]), 7, paired=True),
+    Part("external occipital protuberance", Ellipsoid((0, 188.5, 22), (11, 5, 6)), 10),
+    Part("nuchal line", Tube([(0, 189.5, 21), (26, 182, 17), (46, 160, 10)], [2.2, 2.4, 1.2]), 7, paired=True),
     Part("inferior nuchal line", Tube([(0, 166, -8), (22, 158, -8), (36, 142, -9)], [1.5, 1.7, 1.0]), 6, paired=True),
 )
 
@@ -77,12 +79,28 @@ PTERYGOID = (
 FORAMINA = (
     Part("foramen magnum", Tube([(0, 114, -44), (0, 114, -2)], [15, 15], (1, 1.15, 1)), 3, taken=True),
     Part("optic canal", Tube([(16, 52, 32), (9.5, 70, 33.5)], [2.3, 2.3]), 1.5, paired=True, taken=True),
-    Part("superior orbital fissure", Tube([(17, 56, 28), (24, 60, 36)], [1.8, 1.1]), 1, paired=True, taken=True),
     Part("external acoustic meatus", Tube([(78, 97, 1), (58, 99, 3)], [3.3, 3]), 1, paired=True, taken=True),
     Part("foramen ovale", Tube([(23, 77, -12), (24, 77, 16)], [2.4, 2.4], (1, 1.5, 1)), 1, paired=True, taken=True),
     Part("carotid canal", Tube([(28, 93, -14), (28, 92, 3)], [3.2, 3.0]), 1, paired=True, taken=True),
     Part(
         "jugular foramen", Tube([(28, 101, -16), (24, 104, 6)], [3.6, 3.0], (1.5, 1, 1)), 1.5, paired=True, taken=True
+    ),
+)
+
+ORBITAL_FISSURES = (
+    Part(
+        "superior orbital fissure",
+        Tube([(17, 55, 27), (21, 57, 33), (26, 60, 38)], [2.1, 1.8, 1.1]),
+        1,
+        paired=True,
+        taken=True,
+    ),
+    Part(
+        "inferior orbital fissure",
+        Tube([(21, 55, 23), (30, 45, 20.5), (36, 37, 20)], [2.0, 1.9, 1.2]),
+        1,
+        paired=True,
+        taken=True,
     ),
 )
 
@@ -106,23 +124,23 @@ class Line:
 
 
 LINES = (
-    Line("coronal suture", ((-80, 60, 44), (80, 130, 130)), plane=((0, 1, -0.28), 52.0)),
-    Line("sagittal suture", ((-12, 86, 80), (12, 172, 130)), plane=((1, 0, 0), 0.0)),
-    Line("lambdoid suture", ((0, 120, 20), (76, 200, 110)), plane=((0.62, 1, 0.28), 197.0), paired=True),
+    Line("coronal suture", ((-84, 56, 40), (84, 134, 134)), plane=((0, 1, -0.28), 52.0)),
+    Line("sagittal suture", ((-16, 86, 76), (16, 174, 134)), plane=((1, 0, 0), 0.0)),
+    Line("lambdoid suture", ((-4, 118, 16), (80, 204, 114)), plane=((0.62, 1, 0.28), 197.0), paired=True),
     Line("squamous suture", ((50, 66, 28), (84, 128, 70)), arc=((97, 22), 31.0), serration=0.8, paired=True),
     Line("occipitomastoid suture", ((44, 112, -10), (84, 140, 22)), plane=((0, 1, 0.3), 124.0), paired=True),
     Line(
         "temporal line",
         ((38, 30, 50), (84, 150, 105)),
         arc=((92, 28), 62.0),
-        depth=-0.7,
+        depth=-0.45,
         width=2.2,
         serration=0.0,
         paired=True,
     ),
     Line(
         "zygomaticofrontal suture",
-        ((40, 20, 38), (56, 40, 54)),
+        ((38, 17, 34), (58, 42, 57)),
         plane=((0.15, 0.1, 1), 55.5),
         depth=0.5,
         serration=0.5,
@@ -130,7 +148,7 @@ LINES = (
     ),
     Line(
         "zygomaticotemporal suture",
-        ((55, 52, 0), (76, 76, 20)),
+        ((52, 50, -4), (80, 80, 24)),
         plane=((0, 1, -0.8), 55.0),
         depth=0.45,
         serration=0.3,
@@ -138,19 +156,19 @@ LINES = (
     ),
     Line(
         "zygomaticomaxillary suture",
-        ((20, 5, -4), (44, 34, 22)),
+        ((18, 0, -8), (48, 38, 26)),
         plane=((1, 0.2, 0.75), 43.5),
-        depth=0.4,
+        depth=0.28,
         serration=0.6,
         paired=True,
     ),
-    Line("nasofrontal suture", ((-9, 0, 44), (9, 22, 54)), plane=((0, -0.5, 1), 43.0), depth=0.45, serration=0.3),
-    Line("internasal suture", ((-3, -12, 28), (3, 16, 49)), plane=((1, 0, 0), -0.5), depth=0.4, serration=0.2),
+    Line("nasofrontal suture", ((-12, -4, 42), (12, 26, 58)), plane=((0, -0.5, 1), 43.5), depth=0.3, serration=0.9),
+    Line("internasal suture", ((-6, -16, 25), (6, 20, 50)), plane=((1, 0, 0), -0.5), depth=0.4, serration=0.2),
     Line(
         "nasomaxillary suture",
-        ((2, -8, 26), (14, 18, 49)),
+        ((0, -12, 24), (18, 22, 50)),
         plane=((1, -0.12, 0.06), 7.6),
-        depth=0.4,
+        depth=0.22,
         serration=0.2,
         paired=True,
     ),

@@ -25,6 +25,7 @@ MAXILLA = (
     Part("body of the maxilla", Ellipsoid((0, 34, 8), (36, 31, 20)), 6),
     Part("between the orbits", Ellipsoid((0, 34, 24), (17, 27, 26)), 6),
     Part("frontal process", Tube([(9.5, 14, 46), (11.5, 10.5, 34), (15, 9.5, 24)], [3.4, 3.2, 3.6]), 6, paired=True),
+    Part("root of the nose", Ellipsoid((0, 5, 47), (10, 7.5, 4.5)), 6, taken=True),
     Part("canine fossa", Ellipsoid((25.5, -0.5, 6), (9, 8.5, 8)), 6, paired=True, taken=True),
 )
 
@@ -37,27 +38,27 @@ CHEEK = (
     ),
     Part(
         "lateral wall of the orbit",
-        Tube([(45, 35, 40), (42, 44, 37), (36, 54, 36)], [3.4, 3.2, 3], (1, 1, 3.4)),
+        Tube([(46, 31.5, 39), (42.5, 42, 37), (36, 54, 36)], [4.4, 3.8, 3], (1, 1, 3.4)),
         6,
         True,
     ),
-    Part("zygomatic body", Ellipsoid((41, 26, 12), (10, 8, 9.5)), 7, True),
+    Part("zygomatic body", Ellipsoid((41.5, 26.5, 13), (10, 7.5, 10)), 8, True),
     Part("infraorbital margin", Tube([(43, 24, 17), (28, 17, 20), (14, 12.5, 25)], [4.2, 3.2, 3.2]), 6, True),
     Part(
         "zygomatic arch",
         Tube(
-            [(45, 29, 12), (55, 39, 10), (63, 52, 8.5), (65.5, 66, 9), (65.5, 80, 11), (63.5, 93, 14)],
-            [3, 2.2, 1.9, 1.9, 2.2, 3.2],
+            [(45, 29, 11), (55, 39, 9), (63, 52, 8.2), (65.5, 66, 9), (65.5, 80, 11), (63.5, 93, 14)],
+            [4.2, 3.1, 2.3, 2.0, 2.2, 3.2],
             (1, 1, 2.1),
         ),
         5,
         True,
     ),
-    Part("zygomaticoalveolar crest", Tube([(40, 29, 5), (33, 33, -1), (28, 35, -7)], [5, 4.2, 4]), 8, True),
+    Part("zygomaticoalveolar crest", Tube([(40, 29.5, 8), (35, 32, 0), (29, 35, -7)], [4.4, 4.5, 4.2]), 10, True),
 )
 
+INFRAORBITAL_CANAL = Tube([(26.5, 4, 9.5), (27, 12, 13.5), (28, 26, 18.5)], [1.9, 1.6, 1.2])
 FACIAL_FORAMINA = (
-    Part("infraorbital foramen", Tube([(26, 6, 9), (27.5, 20, 16)], [1.7, 1.5]), 0.8, paired=True, taken=True),
     Part("supraorbital notch", Tube([(22, 10, 52.5), (22, 32, 51.5)], [1.6, 1.6]), 1.2, paired=True, taken=True),
     Part("zygomaticofacial foramen", Tube([(46, 12, 16), (43, 26, 15)], [0.9, 0.7]), 0.5, paired=True, taken=True),
 )
@@ -67,10 +68,11 @@ FACIAL_FORAMINA = (
 class Orbit:
     """Four-sided cone with round edges, from the orbital margin back and inwards to the optic canal."""
 
+    front_y: float = -6.0  # it is open in front: ends where there is no more bone
     margin_y: float = 10.0
     depth: float = 48.0
     radius: float = 19.6
-    apex_radius: float = 4.4
+    apex_radius: float = 3.8
     exponent: float = 2.7  # 2 is a circle, more is squarer
     height: float = 1.0 / 1.12  # of the width
     droop: float = 0.17  # [rad] the outer corner hangs
@@ -78,7 +80,7 @@ class Orbit:
     @property
     def box(self) -> Box:
         """See Shape."""
-        return (8, -4, 15), (56, 63, 60)
+        return (2, self.front_y, 12), (62, 61, 63)
 
     def distance(self, at: Points) -> Field:
         """See Shape."""
@@ -91,7 +93,8 @@ class Orbit:
         reach = (np.abs(across) ** m + np.abs(up) ** m) ** (1 / m)
         taper = np.float32(self.radius - self.apex_radius) * np.clip(depth, 0, 1) ** np.float32(1.35)
         side = (reach - np.float32(self.radius) + taper) * np.float32(0.93)
-        return intersection(side, at.y - np.float32(self.margin_y + self.depth + 2), 3)
+        ends = np.maximum(at.y - np.float32(self.margin_y + self.depth + 2), np.float32(self.front_y) - at.y)
+        return intersection(side, ends, 5)
 
 
 ORBITS = (Part("orbit", Orbit(), paired=True),)

@@ -29,8 +29,8 @@ PALATE_VAULT = (
         "vault of the palate",
         Shared(
             [
-                Ellipsoid((0, 30, -16), (20, 30, 10.5)),
-                Halfspaces([((0, 0, 1), -4.8)], ((-20, 0, -27), (20, 60, -4)), 0),
+                Ellipsoid((0, 30, -17.5), (20, 30, 10.5)),
+                Halfspaces([((0, 0, 1), -6.0)], ((-20, 0, -29), (20, 60, -4)), 0),
             ],
             3,
         ),
@@ -55,12 +55,12 @@ MANDIBLE = (
         2,
         True,
     ),
-    Part("mental protuberance", Ellipsoid((0, 4.5, -59), (9, 5, 6.5)), 8),
-    Part("mental tubercle", Ellipsoid((9, 6.5, -63), (6, 5.5, 4.5)), 7, True),
+    Part("mental protuberance", Ellipsoid((0, 6.8, -57.5), (12.5, 5.2, 6.8)), 10),
+    Part("mental tubercle", Ellipsoid((10, 8, -61.5), (7, 5.5, 4)), 9, True),
     Part(
         "alveolar part",
         Tube(
-            [(0, 2.5, -39), (10, 5, -39), (18.5, 14.5, -39), (23.5, 28, -39), (28, 42, -38), (36, 52, -34)],
+            [(0, 2.5, -38.4), (10, 5, -38.4), (18.5, 14.5, -38.4), (23.5, 28, -38.4), (28, 42, -37.6), (36, 52, -34)],
             [3.6, 3.6, 3.9, 4.3, 4.2, 2.5],
             (1, 1, 1.6),
         ),
@@ -118,8 +118,8 @@ class Tooth:
 
     def _crown(self, along: Field, across: Field, above: Field) -> Field:
         t = np.clip(-above / np.float32(self.crown_height), 0, 1)  # 0 at the neck, 1 at the biting edge
-        bulge = np.float32(0.78) + np.float32(0.22) * np.sin(np.clip(t * 1.6, 0, 1) * np.float32(np.pi / 2))
-        half_width = np.float32(self.width * 0.485) * bulge * (1 - np.float32(self.point) * t**3)
+        bulge = np.float32(0.84) + np.float32(0.16) * np.sin(np.clip(t * 1.6, 0, 1) * np.float32(np.pi / 2))
+        half_width = np.float32(self.width * 0.5) * bulge * (1 - np.float32(self.point) * t**3)
         half_depth = np.float32(self.depth / 2) * (bulge + (np.float32(self.edge) - bulge) * t**2)
         m = np.float32(3.0)
         section = ((np.abs(along) / half_width) ** m + (np.abs(across) / half_depth) ** m) ** (1 / m)
@@ -163,10 +163,10 @@ KINDS = (
     ToothKind("central incisor", 8.5, 5.5, 6.6, 9.6, 13, 0.36, 0.03, 3.2, 0),
     ToothKind("lateral incisor", 6.8, 6.0, 6.2, 9.0, 13, 0.36, 0.06, 3.0, 0),
     ToothKind("canine", 7.6, 6.9, 7.6, 10.0, 17, 0.46, 0.22, 2.4, 0),
-    ToothKind("first premolar", 7.0, 7.2, 8.2, 8.0, 14, 0.80, 0.08, 0.8, 2),
-    ToothKind("second premolar", 7.0, 7.3, 8.4, 7.8, 14, 0.82, 0.08, 0.5, 2),
-    ToothKind("first molar", 10.2, 11.0, 10.0, 7.4, 12, 0.88, 0.04, 0.0, 4),
-    ToothKind("second molar", 9.8, 10.5, 9.8, 7.2, 11, 0.88, 0.04, 0.0, 4),
+    ToothKind("first premolar", 7.0, 7.2, 8.2, 8.3, 14, 0.80, 0.08, 0.8, 2),
+    ToothKind("second premolar", 7.0, 7.3, 8.4, 8.1, 14, 0.82, 0.08, 0.5, 2),
+    ToothKind("first molar", 10.2, 11.0, 10.0, 7.9, 12, 0.88, 0.04, 0.0, 4),
+    ToothKind("second molar", 9.8, 10.5, 9.8, 7.8, 11, 0.88, 0.04, 0.0, 4),
 )
 
 
@@ -185,7 +185,7 @@ class DentalArch:
         angle = np.linspace(0, 0.55 * np.pi, 500)
         x, y = self.half_width * np.sin(angle), self.centre_y - self.length * np.cos(angle)
         along = np.r_[0, np.cumsum(np.hypot(np.diff(x), np.diff(y)))]
-        parts, start = [], 0.0
+        parts, start = [], -0.2
         for kind in KINDS:
             width = kind.width_upper if self.up > 0 else kind.width_lower
             at = np.interp(start + width / 2, along, angle)
@@ -203,5 +203,5 @@ class DentalArch:
 
 
 UPPER_ARCH = DentalArch(27.5, 42.0, 47.0, -16.3, 1)
-LOWER_ARCH = DentalArch(25.5, 43.0, 44.0, -33.2, -1)
+LOWER_ARCH = DentalArch(25.5, 43.0, 44.0, -32.4, -1)
 TEETH = (*UPPER_ARCH.teeth(), *LOWER_ARCH.teeth())

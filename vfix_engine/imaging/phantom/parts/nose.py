@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -31,7 +31,7 @@ _HALF_WIDTH = (
 )
 _PROFILE = (
     (-6, 4), (2, -0.5), (10, -1.5), (25, -3), (45, -6.8), (53, -8.6), (57, -8.6), (58, 4), (57, 10), (55, 14),
-    (53.5, 22), (50, 33), (44, 38.5), (30, 42), (18, 44), (10, 42), (2, 38.5), (-4, 34), (-6, 20),
+    (53.5, 22), (50, 33), (44, 38.5), (30, 42), (18, 44), (11, 42.5), (6, 38), (2, 32.5), (-2, 26.5), (-6, 19),
 )  # fmt: skip
 
 
@@ -65,29 +65,29 @@ class NasalCavity:
 class PiriformRim:
     """What lies in front of the bony rim of the nose, seen from the side: nasal bones above, spine below."""
 
-    half_width: float = 15.0
-    bottom: float = 0.8
+    half_width: float = 11.0
+    bottom: float = -2.0
 
     @property
     def box(self) -> Box:
         """See Shape."""
-        return (-self.half_width, -30, self.bottom), (self.half_width, 12, 60)
+        return (-self.half_width - 4, -30, self.bottom), (self.half_width + 4, 12, 60)
 
     def in_front(self, at: Points) -> Field:
         """Negative in front of the rim."""
         z = np.arange(-30.0, 80.0, 0.5)
         rim = PchipInterpolator(
             [-30, -4, 0, 2, 6, 12, 18, 23, 27, 30, 33, 36, 80],
-            [0, 0, 2, 4.6, 8, 9.8, 8.8, 5.6, 1.8, -2.6, -6.2, -9, -20],
+            [-6, -4, -0.6, 2.6, 7.2, 9.8, 9.0, 6.6, 3.2, -0.6, -5.0, -12, -30],
         )(z)
         at_height = ndimage.map_coordinates(rim, [(at.z + 30.0) / 0.5], order=1, mode="nearest")
-        in_front: Field = ((at.y - at_height) * 0.9).astype(np.float32)
+        beside = np.maximum(np.abs(at.x) - self.half_width, 0)  # there the rim runs out into the face
+        in_front: Field = ((at.y - at_height + 1.2 * beside) * 0.8).astype(np.float32)
         return in_front
 
     def distance(self, at: Points) -> Field:
         """See Shape."""
-        sides = intersection(np.abs(at.x) - np.float32(self.half_width), np.float32(self.bottom) - at.z, 2)
-        return intersection(self.in_front(at), sides, 2)
+        return intersection(self.in_front(at), np.float32(self.bottom) - at.z, 4)
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class Lamella:
 
     def distance(self, at: Points) -> Field:
         """See Shape."""
-        height = np.float32(self.centre[1]) - np.float32(self.slope) * (at.y - np.float32(self.slope_from))
+        height: Field = np.float32(self.centre[1]) - np.float32(self.slope) * (at.y - np.float32(self.slope_from))
         size: Field = np.ones(1, dtype=np.float32)
         if max(self.taper) > 0:
             ends = np.array(self.outline)[:, 0]
@@ -173,7 +173,11 @@ SEPTUM_WITH_MUCOSA = Septum(
 )
 
 _INFERIOR_OUTLINE = ((11, -10), (52, -10), (53, 2), (52, 22), (11, 22))
-_MIDDLE_OUTLINE = ((17, 46), (20, 29), (23, 21), (29.5, 15.6), (42, 11.6), (50, 12.6), (52.5, 20), (52, 46))
+_MIDDLE_OUTLINE = (
+    (17, 46), (20, 29), (23, 21), (29.5, 15.6), (42, 11.6), (50, 12.6), (53.5, 18), (53, 22), (44, 25.5), (36, 30.5),
+    (33, 36), (33, 46),
+)  # fmt: skip
+_SUPERIOR_OUTLINE = ((33, 46), (33.4, 37), (36.5, 32.8), (45, 28), (53, 24.5), (54, 40), (50, 46))
 
 
 @dataclass(frozen=True)
@@ -185,32 +189,43 @@ class Turbinate:
     with_mucosa: Shape
 
 
-def _turbinate(name: str, half_bone: float, half_mucosa: float, **lamella: object) -> Turbinate:
-    bone, mucosa = (Lamella(half_thickness=half, **lamella) for half in (half_bone, half_mucosa))  # type: ignore[arg-type]
-    return Turbinate(name, bone, mucosa)
+def _turbinate(name: str, bone: Lamella, half_mucosa: float) -> Turbinate:
+    return Turbinate(name, bone, replace(bone, half_thickness=half_mucosa))
 
 
 TURBINATES = (
     _turbinate(
-        "inferior", 0.5, 2.3,
-        line=((6.4, 8.6), (2.2, 6.4), (-0.8, 5.0), (-3.0, 2.6), (-3.6, -0.2), (-2.6, -2.8), (-0.2, -3.8), (2.2, -2.6),
-              (2.8, -0.4), (1.4, 1.0)),
-        centre=(12.2, 10.4), outline=_INFERIOR_OUTLINE, slope=0.18, slope_from=14.0, taper=(10.0, 14.0),
+        "inferior",
+        Lamella(
+            ((6.4, 8.6), (2.2, 6.4), (-0.8, 5.0), (-3.0, 2.6), (-3.6, -0.2), (-2.6, -2.8), (-0.2, -3.8), (2.2, -2.6),
+             (2.8, -0.4), (1.4, 1.0)),
+            (12.2, 10.4), _INFERIOR_OUTLINE, 0.5, slope=0.18, slope_from=14.0, taper=(10.0, 14.0),
+        ),
+        2.3,
     ),
     _turbinate(
-        "middle", 0.5, 1.65,
-        line=((5.0, 50), (5.2, 42), (5.2, 33), (5.6, 26), (6.0, 20), (6.4, 16.4), (8.2, 14.6), (10, 15.8), (9.6, 18)),
-        centre=(0.0, 0.0), outline=_MIDDLE_OUTLINE, slope=0.12, slope_from=32.0,
+        "middle",
+        Lamella(
+            ((5.0, 50), (5.2, 42), (5.2, 33), (5.6, 26), (6.0, 20), (6.4, 16.4), (8.2, 14.6), (10, 15.8), (9.6, 18)),
+            (0.0, 0.0), _MIDDLE_OUTLINE, 0.5, slope=0.12, slope_from=32.0,
+        ),
+        1.65,
     ),
     _turbinate(
-        "superior", 0.45, 1.1,
-        line=((5.0, 42), (4.7, 33), (5.4, 29.5), (7.2, 28.6)),
-        centre=(0.2, 0.0), outline=((39, 43), (37.5, 31), (44, 26), (52, 26), (53, 40)),
+        "superior",
+        Lamella(
+            ((5.0, 48), (4.9, 40), (4.6, 33), (5.0, 29), (6.4, 27.6), (7.4, 28.6)),
+            (0.2, 0.0), _SUPERIOR_OUTLINE, 0.45, slope=0.3, slope_from=45.0,
+        ),
+        1.1,
     ),
     _turbinate(
-        "uncinate process", 0.45, 0.95,
-        line=((14.5, 10), (11.8, 14), (10.6, 18), (10.2, 22)),
-        centre=(0.0, 0.0), outline=((22, 8), (28.5, 8), (27, 23), (23, 24)),
+        "uncinate process",
+        Lamella(
+            ((14.5, 10), (11.8, 14), (10.6, 18), (10.2, 22)),
+            (0.0, 0.0), ((22, 8), (28.5, 8), (27, 23), (23, 24)), 0.45,
+        ),
+        0.95,
     ),
 )  # fmt: skip
 
@@ -218,7 +233,7 @@ NOSTRILS = (
     Part(
         "nostril and vestibule",
         Tube(
-            [(7.6, -14, -9), (7.4, -13, -5), (6.7, -11, 1), (6.0, -7.5, 5.6), (5.6, -1, 8), (5.4, 6, 8)],
+            [(7.5, -14.6, -6.5), (7.4, -13.2, -3.5), (6.7, -11, 1), (6.0, -7.5, 5.6), (5.6, -1, 8), (5.4, 6, 8)],
             [4.8, 4.7, 4.5, 4.6, 4.7, 4.5],
             (1, 1.15, 1),
         ),

@@ -30,7 +30,7 @@ FRONTAL = Shared(
     [Joined([Ellipsoid((9, 21.5, 59), (9.5, 5, 11.5)), Ellipsoid((17, 24, 56), (7, 5, 6))], 4), MIDLINE_HALF], 1.5
 )
 SPHENOID = Shared(
-    [Joined([Ellipsoid((7, 65, 24), (9.5, 13, 10)), Ellipsoid((14, 67, 20), (8, 8, 6))], 4), MIDLINE_HALF], 1.5
+    [Joined([Ellipsoid((7.3, 64, 24), (9.8, 14, 10)), Ellipsoid((14, 67, 20), (8, 8, 6))], 4), MIDLINE_HALF], 1.5
 )
 
 
@@ -83,19 +83,19 @@ class Sinus:
 
 
 SINUSES = (
-    Sinus("maxillary", MAXILLARY, 1.0, cover=1.0),
+    Sinus("maxillary", MAXILLARY, 1.0, cover=0.3),
     Sinus("frontal", FRONTAL, 1.2, cover=2.2),
     Sinus("sphenoid", SPHENOID, 1.2),
     Sinus("ethmoid", EthmoidCells(5), 0.9, rounding=1.2),
 )
 
-MAXILLARY_OSTIUM = Tube([(19, 31, 18.5), (8.2, 30.5, 19.5)], [1.05, 1.05])
-SPHENOID_OSTIUM = Tube([(4.4, 49, 27), (5.2, 58, 26.5)], [1.1, 1.1])
+MAXILLARY_OSTIUM = Tube([(19, 31, 18.5), (8.2, 30.5, 19.5)], [1.42, 1.42])
+SPHENOID_OSTIUM = Tube([(3.2, 50.5, 27.5), (4.2, 58, 26.8)], [1.1, 1.1])
 OSTIA = (
     Part("maxillary ostium", MAXILLARY_OSTIUM, paired=True),
-    Part("frontal recess", Tube([(5, 25, 36), (7, 21, 52)], [1.5, 1.5]), paired=True),
+    Part("frontal recess", Tube([(7.4, 26, 33), (7.4, 24, 42), (7.2, 21.5, 52)], [1.5, 1.5, 1.5]), paired=True),
     Part("sphenoid ostium", SPHENOID_OSTIUM, paired=True),
-    Part("posterior ethmoid ostium", Tube([(5.8, 46, 29), (9.5, 46.5, 30)], [1.2, 1.2]), paired=True),
-    Part("bulla ostium", Tube([(6.5, 36, 25), (10, 36.5, 27)], [1.2, 1.2]), paired=True),
-    Part("anterior ethmoid ostium", Tube([(7, 27, 27), (10.5, 28, 30)], [1.2, 1.2]), paired=True),
+    Part("posterior ethmoid ostium", Tube([(7.0, 46, 28.5), (10, 46.5, 30)], [1.1, 1.1]), paired=True),
+    Part("bulla ostium", Tube([(8.0, 36, 24.5), (11, 36.5, 27)], [1.1, 1.1]), paired=True),
+    Part("anterior ethmoid ostium", Tube([(8.0, 27, 26.5), (11, 28, 30)], [1.1, 1.1]), paired=True),
 )

@@ -13,11 +13,12 @@ HEAD_OUTLINE = (
     Part("neck", Tube([(0, 96, -10), (0, 96, -50), (0, 97, -130)], [54, 53, 56], (1.05, 0.98, 1)), 18),
     Part("masseter", Ellipsoid((50, 46, -20), (14, 26, 30)), 16, paired=True),
     Part("cheek", Ellipsoid((29, 14, 0), (19, 13, 19)), 14, paired=True),
+    Part("buccal fat", Ellipsoid((31, 21, -22), (14, 16, 15)), 12, paired=True),
     Part("lips", Ellipsoid((0, -2, -19), (25, 11, 14)), 10),
     Part("upper lip", Tube([(0, -9.5, -18), (9, -8.5, -18), (21, 0, -22)], [4.4, 4.2, 2]), 5, paired=True),
     Part("lower lip", Tube([(0, -9, -28), (9, -7.5, -28), (20, 0, -24)], [4.8, 4.4, 2]), 5, paired=True),
     Part(
-        "lid line of the mouth",
+        "line of the mouth",
         Tube([(0, -16, -23.2), (12, -13, -23.4), (22, -5, -24)], [1, 1, 0.7]),
         2,
         True,

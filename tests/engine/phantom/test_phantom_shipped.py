@@ -1,0 +1,145 @@
+"""The shipped head: its files, its sizes against published ones, its way through the nose."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.imaging.phantom import landmarks as known
+from vfix_engine.imaging.phantom import (
+    load_bone_surface,
+    load_display_surfaces,
+    load_head_ct,
+    load_landmarks,
+    load_nose_ct,
+    measure,
+)
+from vfix_engine.imaging.phantom.shipped import DESCRIPTION, phantom_dir, write_nrrd
+from vfix_engine.imaging.volume import Volume
+
+SIDES = pytest.mark.parametrize("side", [1.0, -1.0], ids=["left", "right"])
+
+
+@pytest.fixture(scope="module")
+def nose() -> Volume:
+    return load_nose_ct(noise=False)
+
+
+@pytest.fixture(scope="module")
+def bone() -> TriangleMesh:
+    return load_bone_surface()
+
+
+def mirror(side: float) -> np.ndarray:
+    return np.array([side, 1.0, 1.0])
+
+
+def test_the_files_are_the_described_ones_and_small() -> None:
+    description = json.loads((phantom_dir() / DESCRIPTION).read_text(encoding="utf-8"))
+    assert "Not for clinical use" in description["notice"]
+    for name, entry in description["files"].items():
+        data = (phantom_dir() / name).read_bytes()
+        assert hashlib.sha256(data).hexdigest() == entry["sha256"], name
+    assert sum(path.stat().st_size for path in phantom_dir().iterdir()) < 25e6
+
+
+@SIDES
+def test_the_maxillary_sinus_is_of_common_size_and_hangs_on_its_ostium(nose: Volume, side: float) -> None:
+    """15.7 ± 5.3 cm³, ostium about 2 mm; plugged, no air gets in."""
+    antrum, nasal = known.IN_ANTRUM * mirror(side), known.IN_NOSE * mirror(side)
+    plug = measure.Plug(known.OSTIUM_PLUG * mirror(side), known.OSTIUM_PLUG_RADIUS)
+    plugged = measure.air_region(nose, antrum, plug)
+    assert 15.7 - 5.3 < measure.volume_cm3(nose, plugged) < 15.7 + 5.3
+    assert not measure.is_in(nose, plugged, nasal)
+    assert measure.is_in(nose, measure.air_region(nose, antrum), nasal)
+    ends = known.OSTIUM_IN_ANTRUM * mirror(side), known.OSTIUM_IN_NOSE * mirror(side)
+    assert 1.5 < measure.bottleneck_mm(nose, *ends) < 2.6
+
+
+@SIDES
+def test_the_bone_of_the_canine_fossa_is_thin(nose: Volume, side: float) -> None:
+    """1.1 ± 0.4 mm."""
+    walls = [
+        measure.thickness_mm(nose, start * mirror(side), known.CANINE_FOSSA_DIRECTION * mirror(side))
+        for start in known.CANINE_FOSSA_RAYS
+    ]
+    assert min(walls) > 0.5
+    assert 0.7 < np.mean(walls) < 1.5
+
+
+def test_the_bone_surface_is_closed_and_turned_outwards(nose: Volume, bone: TriangleMesh) -> None:
+    assert 170_000 < len(bone.faces) < 190_000
+    edges = np.sort(np.concatenate([bone.faces[:, [0, 1]], bone.faces[:, [1, 2]], bone.faces[:, [2, 0]]]), axis=1)
+    shared = Counter(np.unique(edges, axis=0, return_counts=True)[1].tolist())
+    assert shared[1] <= 20  # edges of one triangle only: of 270,000, a few are left by the thinning
+    a, b, c = np.moveaxis(bone.triangles, 1, 0)
+    assert np.einsum("ij,ij->i", np.cross(a, b), c).sum() / 6 > 100_000  # [mm³]
+    centres = bone.triangles.mean(axis=1)
+    low, high = nose.bounds
+    inner = ((centres > low + 1.5) & (centres < high - 1.5)).all(axis=1)
+    behind = nose.sample(centres[inner] - 0.4 * bone.face_normals[inner])
+    front = nose.sample(centres[inner] + 0.4 * bone.face_normals[inner])
+    assert (behind > front).mean() > 0.99
+
+
+def test_the_corridor_stays_in_air_and_off_bone(nose: Volume, bone: TriangleMesh) -> None:
+    tree, corridor = ProximityTree(bone), load_landmarks().corridor
+    points = np.array([point.position for point in corridor])
+    assert len({point.label for point in corridor}) == 8
+    assert tree.point_distance(points)[0].min() >= 4.0
+    way = SplinePath(points).resample(0.25)
+    assert nose.sample(way).max() < -950
+    assert tree.point_distance(way)[0].min() > 3.5
+
+
+def test_targets_lie_on_tissue(nose: Volume) -> None:
+    """Air and tissue are both within 1.5 mm."""
+    targets = load_landmarks().targets
+    assert {"maxillary ostium left", "sphenoid ostium left"} <= {target.label for target in targets}
+    directions = np.random.default_rng(4).normal(size=(400, 3))
+    directions *= 1.5 / np.linalg.norm(directions, axis=1, keepdims=True)
+    for target in targets:
+        around = nose.sample(target.position + directions)
+        assert around.min() < -700, target.label
+        assert around.max() > -100, target.label
+
+
+def test_bead_centroids_are_found_in_the_noisy_ct() -> None:
+    ct, beads = load_head_ct(), load_landmarks().beads
+    assert len(beads) == 5
+    spread = np.array([bead.centroid for bead in beads])
+    assert np.linalg.matrix_rank(spread - spread.mean(axis=0), tol=10.0) == 3  # not in a plane
+    for bead in beads:
+        assert np.linalg.norm(measure.bead_centroid(ct, bead.centroid) - bead.centroid) < 0.15
+
+
+def test_display_surfaces_are_light_and_whole() -> None:
+    surfaces = load_display_surfaces()
+    assert set(surfaces) == {"skull", "skull_half", "skin"}
+    assert len(surfaces["skull"].faces) <= 60_000
+    assert len(surfaces["skull_half"].faces) <= 60_000
+    assert len(surfaces["skin"].faces) <= 30_000
+    assert surfaces["skull_half"].bounds[0, 0] > 1.0
+    assert np.ptp(surfaces["skull"].bounds, axis=0) == pytest.approx([141, 200, 210], abs=14)
+    assert (surfaces["skin"].bounds[0] < surfaces["skull"].bounds[0] + 0.1).all()
+
+
+def test_noise_is_the_same_every_time_and_of_a_scanner(nose: Volume) -> None:
+    noisy, again = load_nose_ct(), load_nose_ct()
+    np.testing.assert_array_equal(noisy.hu, again.hu)
+    added = noisy.hu[:, 100:200, 100] - nose.hu[:, 100:200, 100]
+    assert 10 < added[nose.hu[:, 100:200, 100] > -900].std() < 18
+
+
+def test_equal_volumes_make_equal_files(nose: Volume, tmp_path) -> None:
+    small = Volume(nose.hu[:4, :5, :6].copy(), nose.origin, nose.spacing, nose.direction)
+    write_nrrd(tmp_path / "a.nrrd", small)
+    write_nrrd(tmp_path / "b.nrrd", small)
+    assert (tmp_path / "a.nrrd").read_bytes() == (tmp_path / "b.nrrd").read_bytes()
