@@ -38,7 +38,7 @@ class ControlSettings:
     k_d: float = 0.2
     k_tau: float = 0.0
     capture_mm: float = 0.05
-    view_distance_mm: float = 22.0
+    view_distance_mm: float = 15.0
     target_tolerance_mm: float = 0.015
 
     def __post_init__(self) -> None:

@@ -59,10 +59,10 @@ class TipState:
 
 
 class RobotModel:
-    """A robot as data: joints from the base outwards, the tip frame riding on the last link.
+    """A robot as data: joints from the base outwards; the last link's frame is the flange that holds the tool.
 
-    At q = 0 the tip is at the origin of the base frame with the shaft along +y, so that the two
-    remote-centre rotations cross in the tip at zero insertion.
+    The shaft runs along the flange's y axis.
+    At q = 0 the flange frame is the base frame; at zero insertion the remote-centre rotations cross in its origin.
     """
 
     def __init__(self, name: str, title: str, source: str, joints: tuple[Joint, ...], visuals: tuple[Visual, ...]):
@@ -95,15 +95,15 @@ class RobotModel:
         extent = np.maximum(np.abs(self.lower), np.abs(self.upper))
         return float(extent[~self.revolute].sum())
 
-    def placed(self, base: ArrayLike) -> PlacedRobot:
-        """The robot with its base at ``base`` (4, 4), transform_base_to_patient in mm."""
-        return PlacedRobot(self, np.asarray(base, dtype=float))
+    def placed(self, base: ArrayLike, tip_in_flange: ArrayLike = (0.0, 0.0, 0.0)) -> PlacedRobot:
+        """The robot with its base at transform_base_to_patient (4, 4) in mm and a tool's tip (3,) off its flange."""
+        return PlacedRobot(self, np.asarray(base, dtype=float), np.asarray(tip_in_flange, dtype=float))
 
 
 class PlacedRobot:
     """Forward kinematics and Jacobian of a robot whose base stands in the patient frame."""
 
-    def __init__(self, robot: RobotModel, base: Array):
+    def __init__(self, robot: RobotModel, base: Array, tip_in_flange: Array):
         self.robot, self.base = robot, check_transform(base)
         model = pin.Model()
         placement = pin.SE3(base[:3, :3], base[:3, 3])
@@ -113,6 +113,8 @@ class PlacedRobot:
             kind = pin.JointModelPrismaticUnaligned if joint.kind == "prismatic" else pin.JointModelRevoluteUnaligned
             parent = model.addJoint(parent, kind(axis), placement, joint.name)
             placement = pin.SE3.Identity()
+        offset = pin.SE3(np.eye(3), tip_in_flange)
+        self._tip = model.addFrame(pin.Frame("tip", parent, 0, offset, pin.FrameType.OP_FRAME))
         self._model, self._data, self._last = model, model.createData(), parent
 
     @property
@@ -122,14 +124,14 @@ class PlacedRobot:
     def tip(self, q: Array) -> TipState:
         """Tip pose and Jacobian at q (n,)."""
         pin.computeJointJacobians(self._model, self._data, q)
-        placement = self._data.oMi[self._last]
-        jacobian = pin.getJointJacobian(self._model, self._data, self._last, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        placement = pin.updateFramePlacement(self._model, self._data, self._tip)
+        jacobian = pin.getFrameJacobian(self._model, self._data, self._tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         return TipState(placement.rotation.copy(), placement.translation.copy(), jacobian)
 
     def tip_pose(self, q: Array) -> tuple[Array, Array]:
         """Rotation (3, 3) and position (3,) of the tip at q, without the Jacobian."""
         pin.forwardKinematics(self._model, self._data, q)
-        placement = self._data.oMi[self._last]
+        placement = pin.updateFramePlacement(self._model, self._data, self._tip)
         return placement.rotation.copy(), placement.translation.copy()
 
     def link_placements(self, q: ArrayLike) -> Array:

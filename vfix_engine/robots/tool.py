@@ -54,6 +54,11 @@ class Tool:
         radius.setflags(write=False)
         object.__setattr__(self, "radius", radius)
 
+    @property
+    def tip_in_flange(self) -> Array:
+        """The tip (3,) in the frame of the flange that holds the shaft along its y axis: off the axis by the bend."""
+        return np.array([0.0, 0.0, self.tip_length * math.sin(self.bend)])
+
     @classmethod
     def load(cls, name_or_path: str | Path) -> Tool:
         """Read a tool file, or a shipped tool by its name; RobotError says what is wrong with it."""
@@ -83,5 +88,5 @@ class Tool:
         return direction
 
     def reach(self) -> float:
-        """Largest distance of any point of the axis from the tip, in mm (for motion bounds)."""
-        return self.tip_length + self.shaft_length
+        """Bound of the distance of any point of the axis from the flange's origin, in mm (for motion bounds)."""
+        return 2.0 * self.tip_length + self.shaft_length

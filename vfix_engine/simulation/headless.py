@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from ..errors import ControlError
+from .dry_run import dry_run
 from .operators import Operator, PushingOperator, ScriptedOperator
 from .rehearsal import Rehearsal, RehearsalState
 from .snapshot import Snapshot
 
 PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up
 GAIN_MM = 0.02  # less than this in that many steps is no progress towards a target
-TIGHT_MM = 0.05  # this near to the margin counts as contact
-PUSH_FROM = 0.6  # share of the path after which pushing begins at the latest
+ATTEMPTS = 3  # to bring the view onto a target, each from further out
+BACK_OFF_MM = 8.0
 PASSED_MM = 0.3  # the view is past its nearest place when it is this much further away again
 WARM_UP_STEPS = 20  # not counted in the step times: caches fill
 
@@ -76,13 +77,14 @@ class HeadlessRun:
         return self._drive(state, operator, lambda s: s.phase == "done" or (stop is not None and stop(s)))[1]
 
     def push(self, steps: int, seed: int, free: bool) -> Snapshot:
-        """Along the path to the first tight place or past its middle, then ``steps`` steps of full force into bone."""
+        """Along the path to its tightest place, then ``steps`` steps of full force into bone."""
         rehearsal = self.rehearsal
-        near = rehearsal.settings.margin_mm + TIGHT_MM
+        dry = dry_run(rehearsal.scene, rehearsal.settings)
+        tightest = float(dry.s[dry.clearance.argmin()])
         state, snapshot = self._drive(
             rehearsal.start("path"),
             ScriptedOperator(),
-            lambda s: s.clearance_mm <= near or s.progress_mm >= PUSH_FROM * s.length_mm,
+            lambda s: s.progress_mm >= tightest or s.phase == "done",
         )
         if free:
             state = rehearsal.with_mode(state, "free")
@@ -93,29 +95,42 @@ class HeadlessRun:
         return snapshot
 
     def inspect(self, target: int, steps: int) -> dict[str, Any]:
-        """Along the path to where the view is nearest to the target, onto it, and ``steps`` steps of swinging."""
+        """Along the path to where the view is nearest to the target, onto it, and ``steps`` steps of swinging.
+
+        A hand that cannot bring the view onto the target from there backs off along the path and tries again.
+        """
         rehearsal = self.rehearsal
-        goal = rehearsal.scene.targets[target]
         if rehearsal.scene.path is None:
             raise ControlError("inspection starts from a path; the plan has none")
-        state = rehearsal.start("path")
-        state = self._to_best_view(state, goal)
-        state = rehearsal.with_mode(state, "inspect", target)
-        operator = ScriptedOperator()
-        state, snapshot = self._drive(state, operator, _arrival())
-        name = rehearsal.scene.target_names[target]
-        if snapshot.phase != "inspect_hold":
-            reason = snapshot.reason or "the view does not get there"
-            return {"target": name, "reached": False, "reason": reason, "error_mm": None, "swing_deg": 0.0}
-        first = state.tool.tip.rotation
+        goal, name = rehearsal.scene.targets[target], rehearsal.scene.target_names[target]
+        state = self._to_best_view(rehearsal.start("path"), goal)
+        for attempt in range(ATTEMPTS):
+            if attempt:
+                state = self._back_off(state)
+            state = rehearsal.with_mode(state, "inspect", target)
+            state, snapshot = self._drive(state, ScriptedOperator(), _arrival())
+            if snapshot.phase == "inspect_hold":
+                return {"target": name, "reached": True, "reason": ""} | self._swing(state, steps)
+        reason = snapshot.reason or "the view does not get there"
+        return {"target": name, "reached": False, "reason": reason, "error_mm": None, "swing_deg": 0.0}
+
+    def _swing(self, state: RehearsalState, steps: int) -> dict[str, Any]:
+        """Swing about the target: the error of the view and the largest turn from where it began."""
+        operator, first = ScriptedOperator(), state.tool.tip.rotation
         errors, swing = [], 0.0
         for _ in range(steps):
             state, snapshot = self._one(state, operator)
             errors.append(snapshot.target_error_mm)
             turned = np.arccos(np.clip((np.trace(first.T @ state.tool.tip.rotation) - 1) / 2, -1, 1))
             swing = max(swing, float(np.degrees(turned)))
-        spread = {"mean": float(np.mean(errors)), "max": float(np.max(errors))}
-        return {"target": name, "reached": True, "reason": "", "error_mm": spread, "swing_deg": swing}
+        return {"error_mm": {"mean": float(np.mean(errors)), "max": float(np.max(errors))}, "swing_deg": swing}
+
+    def _back_off(self, state: RehearsalState) -> RehearsalState:
+        """Back onto the path and some way out along it."""
+        state = self.rehearsal.with_mode(state, "path")
+        out = self.rehearsal.snapshot(state).progress_mm - BACK_OFF_MM
+        back = ScriptedOperator(drive=-1)
+        return self._drive(state, back, lambda s: s.phase == "follow" and s.progress_mm <= max(out, 0.0))[0]
 
     def _to_best_view(self, state: RehearsalState, goal: np.ndarray) -> RehearsalState:
         """Drive on until the virtual point has passed where it is nearest to the goal."""

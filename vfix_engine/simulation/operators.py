@@ -21,13 +21,13 @@ class Operator(Protocol):
 class ScriptedOperator:
     """Drives along the path at full force; in inspection draws the view onto the target, then swings around it."""
 
-    def __init__(self, swing_period_steps: int = 4000):
-        self._period = swing_period_steps
+    def __init__(self, drive: int = 1, swing_period_steps: int = 4000):
+        self._direction, self._period = drive, swing_period_steps
         self._swung = 0
 
     def command(self, rehearsal: Rehearsal, state: RehearsalState) -> Command:
         if state.mode != "inspect":
-            return Command(np.zeros(3), drive=1)
+            return Command(np.zeros(3), drive=self._direction)
         cap = rehearsal.settings.force_cap_n
         if state.phase == "inspect_approach":
             return Command(np.zeros(3), drive=1)

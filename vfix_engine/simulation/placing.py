@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ..control import ControlSettings
 from ..errors import StartRefused
@@ -19,6 +20,7 @@ from .scene import Scene
 Array = NDArray[np.float64]
 
 _TILTS = (0.0, 12.0, 24.0)  # degrees between shaft and chord of the path
+_CHORD = 0.7  # share of the path that the chord spans
 _ROLLS = 12  # turns of the bend about the shaft
 _TRIED = 6  # placings that get a dry run, best first
 _SAMPLES = 24  # poses along the path that rank a placing
@@ -48,14 +50,17 @@ def place_robot(
     Raises:
         StartRefused: the tool does not fit at the entry in any of these directions.
     """
-    ranked = sorted(_orientations(path), key=lambda r: -_room(tree, tool, path, r, settings))
+    turn = int(robot.revolute.nonzero()[0][-1])
+    ranked = sorted(_orientations(path), key=lambda o: -_room(tree, tool, path, o.tip, settings))
     best: Placing | None = None
     reason = ""
     tried = 0
-    for rotation in ranked:
+    for orientation in ranked:
         base = np.eye(4)
-        base[:3, :3], base[:3, 3] = rotation, path.position(0.0)
+        base[:3, :3] = orientation.base
+        base[:3, 3] = path.position(0.0) - orientation.tip @ tool.tip_in_flange
         q_start = np.zeros(len(robot.joints))
+        q_start[turn] = orientation.roll
         scene = Scene(tree, robot, tool, base, q_start, path)
         try:
             run = dry_run(scene, settings)
@@ -72,23 +77,37 @@ def place_robot(
     return best
 
 
-def _orientations(path: SplinePath) -> Iterator[Array]:
-    """Rotations (3, 3) of the tip frame: shaft (+y) near the path's chord, bend turned about it."""
+@dataclass(frozen=True)
+class _Orientation:
+    """base: rotation (3, 3), as upright as the shaft allows; roll: of the tool in it; tip: the resulting rotation."""
+
+    base: Array
+    roll: float
+    tip: Array
+
+
+def _orientations(path: SplinePath) -> Iterator[_Orientation]:
+    """Shafts (+y) near the path's chord, the bend turned about each."""
     entry = path.position(0.0)
-    chord = path.position(0.7 * path.length) - entry
+    chord = path.position(_CHORD * path.length) - entry
     chord = chord / np.linalg.norm(chord)
-    side = np.cross(chord, [0.0, 0.0, 1.0] if abs(chord[2]) < 0.9 else [1.0, 0.0, 0.0])
-    side /= np.linalg.norm(side)
-    up = np.cross(side, chord)
+    side, up = _across(chord)
     for tilt in np.radians(_TILTS):
         for around in np.arange(8) * np.pi / 4 if tilt else (0.0,):
             lean = np.cos(around) * side + np.sin(around) * up
             shaft = np.cos(tilt) * chord + np.sin(tilt) * lean
-            across = np.cross(shaft, up)
-            across /= np.linalg.norm(across)
-            for roll in np.arange(_ROLLS) * 2 * np.pi / _ROLLS:
-                x = np.cos(roll) * across + np.sin(roll) * np.cross(shaft, across)
-                yield np.column_stack([x, shaft, np.cross(x, shaft)])
+            x, z = _across(shaft)
+            base = np.column_stack([x, shaft, z])
+            for roll in (np.arange(_ROLLS) + 0.5) * 2 * np.pi / _ROLLS - np.pi:
+                yield _Orientation(base, float(roll), base @ Rotation.from_euler("y", roll).as_matrix())
+
+
+def _across(shaft: Array) -> tuple[Array, Array]:
+    """Unit vectors to the right of the shaft and, as far as can be, upwards (superior)."""
+    superior, posterior = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+    side = np.cross(shaft, superior if abs(shaft[2]) < 0.95 else posterior)
+    side /= np.linalg.norm(side)
+    return side, np.cross(side, shaft)
 
 
 def _room(tree: ProximityTree, tool: Tool, path: SplinePath, rotation: Array, settings: ControlSettings) -> float:

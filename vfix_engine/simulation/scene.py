@@ -32,4 +32,4 @@ class Scene:
     target_names: tuple[str, ...] = ()
 
     def placed_robot(self) -> PlacedRobot:
-        return self.robot.placed(self.base)
+        return self.robot.placed(self.base, self.tool.tip_in_flange)
