@@ -1,4 +1,4 @@
-"""The guard on every route, over real sockets."""
+"""The guard on every route, over real sockets (HAZ-27, HAZ-28)."""
 
 import json
 

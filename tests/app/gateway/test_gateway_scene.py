@@ -1,4 +1,4 @@
-"""The scene's inner server behind its lock, and the relay in front of it."""
+"""The scene's inner server behind its lock, and the relay in front of it (HAZ-27, HAZ-28, HAZ-29, HAZ-31)."""
 
 import contextlib
 import queue
