@@ -56,10 +56,12 @@ def placed_scene(mesh: TriangleMesh, points: np.ndarray, settings: ControlSettin
 
 
 def straight_scene(mesh: TriangleMesh, points: np.ndarray | None = None) -> Scene:
-    """A scene with the base at the patient's origin, whatever that means for the tool."""
+    """A scene with the tip at the patient's origin and the shaft along +y, whatever that means for the tool."""
     robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
     path = None if points is None else SplinePath(points)
-    return Scene(ProximityTree(mesh), robot, tool, np.eye(4), np.zeros(7), path)
+    base = np.eye(4)
+    base[:3, 3] = -tool.tip_in_flange
+    return Scene(ProximityTree(mesh), robot, tool, base, np.zeros(7), path)
 
 
 def head_mesh(trial_data: Path) -> TriangleMesh:

@@ -233,7 +233,7 @@ def test_inside_the_margin_only_motions_that_never_deepen_are_taken() -> None:
     controller = rehearsal.controller
     blank = Rehearsal(straight_scene(wall(90.0)), FAST).start("free")
     for _ in range(60):
-        q = np.concatenate([random.uniform(-0.1, 0.05, 3), random.uniform(-0.01, 0.01, 4)])
+        q = np.concatenate([random.uniform(-0.1, 0.05, 3), random.uniform(-0.002, 0.002, 4)])
         state = replace(blank, tool=controller.measure(q))
         clearance = state.tool.clearance
         assert clearance < SETTINGS.margin_mm
