@@ -15,7 +15,7 @@ Shape = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 @functools.lru_cache(maxsize=64)
 def capsule(radius: float, length: float) -> Shape:
     """Capsule whose axis runs from the origin to (0, 0, length)."""
-    mesh = trimesh.creation.capsule(height=length, radius=radius, count=[18, 10])
+    mesh = trimesh.creation.capsule(height=length, radius=radius, count=[24, 12])
     vertices = np.asarray(mesh.vertices)
     middle = 0.5 * (vertices[:, 2].min() + vertices[:, 2].max())
     return vertices + np.array([0.0, 0.0, length / 2.0 - middle]), np.asarray(mesh.faces)

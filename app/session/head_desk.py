@@ -62,6 +62,7 @@ class HeadDesk:
         self.head = self._slices = self._picker = None
         self._look = replace(self._look, cut="whole", slices="none")
         self._opened_up = False
+        self._pending_cross = None
         self._ticket += 1
         ticket = self._ticket
 

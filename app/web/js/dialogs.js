@@ -1,5 +1,6 @@
 // The one dialog of the page, and the short notes at its foot.
 import { h } from "./dom.js";
+import { sentence } from "./format.js";
 
 export const FRAME_QUESTION = {
   name: "frame",
@@ -44,7 +45,7 @@ export async function askName(title, value, confirmWord = "Save") {
 }
 
 export async function confirm(title, words, confirmWord) {
-  const form = h("form", { method: "dialog" }, h("h2", {}, title), h("p", { class: "words" }, words), footer(confirmWord));
+  const form = h("form", { method: "dialog" }, h("h2", {}, title), h("p", { class: "words" }, sentence(words)), footer(confirmWord));
   return (await show(form)) === "ok";
 }
 
@@ -55,7 +56,7 @@ export async function askChoices(title, words, questions, confirmWord) {
     question.options.map(([value, label]) => h("option", { value }, label))));
   const fields = questions.map((question, index) => h("label", { class: "field" },
     h("span", { class: "field-label" }, question.label), selects[index]));
-  const form = h("form", { method: "dialog" }, h("h2", {}, title), h("p", { class: "words" }, words), fields, footer(confirmWord));
+  const form = h("form", { method: "dialog" }, h("h2", {}, title), h("p", { class: "words" }, sentence(words)), fields, footer(confirmWord));
   if ((await show(form)) !== "ok") return null;
   return Object.fromEntries(questions.map((question, index) => [question.name, selects[index].value]));
 }
@@ -63,7 +64,7 @@ export async function askChoices(title, words, questions, confirmWord) {
 /** A short note; errors stay until dismissed, others leave by themselves. */
 export function note(words, { error = false, action = null } = {}) {
   const box = document.getElementById("toasts");
-  const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, words));
+  const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, sentence(words)));
   const leave = () => element.remove();
   if (action) element.append(h("button", { type: "button", onclick: () => { action.run(); leave(); } }, action.label));
   if (error) element.append(h("button", { type: "button", class: "plain", onclick: leave }, "Dismiss"));

@@ -1,5 +1,4 @@
 // Numbers as the page shows them: fixed digits, a real minus, a unit beside them.
-import { h } from "./dom.js";
 
 export function fixed(value, digits) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
@@ -8,8 +7,9 @@ export function fixed(value, digits) {
   return clean.replace("-", "−");
 }
 
-export function quantity(value, digits, unit) {
-  return h("span", { class: "number" }, fixed(value, digits), h("span", { class: "unit" }, ` ${unit}`));
+/** Words of the planner as a sentence. */
+export function sentence(words) {
+  return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
 export function mm(value, digits = 1) {

@@ -1,6 +1,6 @@
 // The status bar: force, tip error, clearance, what holds the tool, and the details of the loop.
 import { h } from "./dom.js";
-import { fixed } from "./format.js";
+import { fixed, sentence } from "./format.js";
 
 const ROWS = [
   ["loop_hz", "Loop rate", 0, "Hz"], ["step_us", "Step time, median", 0, "µs"], ["step_us_p99", "Step time, 99 %", 0, "µs"],
@@ -40,7 +40,7 @@ export class StatusBar {
     this.force.element.hidden = !rehearsing;
     this.tip.element.hidden = !rehearsing;
     this.holding.label.textContent = rehearsing ? "What holds the tool" : "Plan";
-    this.holding.value.textContent = rehearsing ? holdingWords(now) : state.corridor?.words ?? "";
+    this.holding.value.textContent = rehearsing ? holdingWords(now) : state.corridor?.words || "–";
     this.holding.element.classList.toggle("caution", Boolean(rehearsing ? now.held : corridor?.caution));
     const details = state.details ?? {};
     for (const [name, , digits, unit] of ROWS) this.values[name].textContent = `${fixed(details[name], digits)} ${unit}`.trim();
@@ -51,8 +51,8 @@ function holdingWords(now) {
   if (!["running", "paused", "ready"].includes(now.state)) return "";
   if (now.state === "ready") return "In place at the entry, not started";
   if (now.state === "paused") return "Paused";
-  if (now.held) return now.reason || "Held";
-  return now.reason || "Nothing, the tool is free to move";
+  if (now.held) return sentence(now.reason || "held");
+  return sentence(now.reason || "nothing, the tool is free to move");
 }
 
 function reading(name, extra = "") {

@@ -39,10 +39,10 @@ export class PatientPanel {
       this.caseWords.textContent = "No head is open. Choose one below.";
       return;
     }
-    const spacing = open.spacing_mm ? open.spacing_mm.map((value) => fixed(value, 2)).join(" × ") + " mm" : "no CT, surface only";
+    const spacing = open.spacing_mm ? open.spacing_mm.map((value) => fixed(value, 2)).join(" × ") : "no CT, surface only";
     const facts = [
       ["Name", open.name],
-      ["Voxel size", spacing],
+      ["Voxel size, mm", spacing],
       ["Frame", open.frame.assumed ? `${open.frame.name}, assumed` : open.frame.name],
       ...open.surfaces.map((surface) => [surfaceName(surface.name), count(surface.triangles, "triangle", "triangles")]),
     ];

@@ -1,6 +1,6 @@
 // Plan: the points of the path and the targets, and what the tool makes of them.
 import { h, group, iconButton, whenChanged } from "../dom.js";
-import { fixed, mm, when } from "../format.js";
+import { fixed, mm, sentence, when } from "../format.js";
 import { FRAME_QUESTION, askChoices, askName, confirm, note } from "../dialogs.js";
 import { download, upload } from "../rest.js";
 
@@ -94,7 +94,7 @@ export class PlanPanel {
     this.targetWords.textContent = plan && !plan.targets.length ? "No targets yet. Choose ‘Target’ above and click what is to be inspected." : "";
     this.targetWords.hidden = this.targetWords.textContent === "";
     this.pathWords.textContent = plan?.points.length > 1 ? `Spline of degree ${plan.degree}, ${mm(plan.length_mm)} long. Frame ${plan.frame}, ${plan.unit}.` : "";
-    this.corridor.textContent = corridor?.words ?? "";
+    this.corridor.textContent = sentence(corridor?.words ?? "");
     this.corridor.className = corridor?.caution ? "words caution" : "words";
     for (const button of this.exports.children) button.disabled = !plan;
     this.renderSelected(plan);

@@ -1,6 +1,6 @@
 // Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
 import { h, group, whenChanged } from "../dom.js";
-import { fixed, mm } from "../format.js";
+import { fixed, mm, sentence } from "../format.js";
 import { holdButton } from "../hold.js";
 
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
@@ -53,7 +53,7 @@ export class RehearsePanel {
   renderState(state, rehearsal) {
     const live = ["ready", "running", "paused"].includes(rehearsal.state);
     const driving = live && rehearsal.mine;
-    this.words.textContent = rehearsal.words ?? "";
+    this.words.textContent = sentence(rehearsal.words ?? "");
     this.words.className = rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
     this.startButton.disabled = !(driving || ["absent", "failed"].includes(rehearsal.state)) || (state.plan?.points.length ?? 0) < 2;

@@ -1,0 +1,261 @@
+"""Parts of the page's session: commands at the door, the lease, the board, the inbox, the room."""
+
+from __future__ import annotations
+
+import queue
+from concurrent.futures import Executor, Future
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from pydantic import ValidationError
+
+from app.session import rehearsals
+from app.session.board import Board
+from app.session.commands import DragItem, parse_command
+from app.session.inbox import MAX_WAITING, Inbox
+from app.session.lease import Lease
+from app.session.rehearsals import Prepared, RehearsalRoom
+from app.session.slice_desk import SliceDesk
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import ControlError
+from vfix_engine.imaging.volume import Volume
+
+TABS = ("tab-one-0", "tab-two-0", "tab-three")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "null",
+        "[]",
+        '{"type": "unheard-of"}',
+        '{"type": "undo", "extra": 1}',
+        '{"type": "item.drag", "item_id": "p-1", "position": [1, 2]}',
+        '{"type": "item.drag", "item_id": "p-1", "position": [NaN, 2, 3]}',
+        '{"type": "item.drag", "item_id": "p-1", "position": [1e999, 2, 3]}',
+        '{"type": "item.drag", "item_id": "p-1", "position": [1e9, 2, 3]}',
+        '{"type": "item.drag", "item_id": "../p", "position": [1, 2, 3]}',
+        '{"type": "view.set", "opacity": 1e9}',
+        '{"type": "view.set", "opacity": 0}',
+        '{"type": "drive", "direction": 5}',
+        '{"type": "slice.window", "name": "bone", "window": 0, "level": 0}',
+        '{"type": "rehearsal.settings", "values": {"margin_mm": Infinity}}',
+        '{"type": "plan.new", "name": "   "}',
+        '{"type": "plan.new", "name": "' + "x" * 500 + '"}',
+        '{"type": "project", "points": ' + str([[0, 0, 0]] * 1001) + "}",
+    ],
+)
+def test_commands_that_make_no_sense_are_refused_at_the_door(text: str) -> None:
+    """HAZ-05: nothing that is not a known command with bounded, finite numbers reaches a workspace."""
+    with pytest.raises(ValidationError):
+        parse_command(text)
+
+
+def test_a_command_is_parsed_into_its_own_type() -> None:
+    command = parse_command('{"type": "item.drag", "item_id": "p-1", "position": [1, 2.5, -3], "id": 4}')
+    assert isinstance(command, DragItem)
+    assert command.position == (1.0, 2.5, -3.0)
+    assert command.id == 4
+
+
+class LeaseMachine(RuleBasedStateMachine):
+    """HAZ-12: whatever tabs do, there are never two holders."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lease, self.believed = Lease(), ""
+
+    @rule(tab=st.sampled_from(TABS))
+    def take(self, tab: str) -> None:
+        taken = self.lease.take(tab)
+        assert taken == (self.believed in ("", tab))
+        if taken:
+            self.believed = tab
+
+    @rule(tab=st.sampled_from(TABS))
+    def let_go(self, tab: str) -> None:
+        assert self.lease.let_go(tab) == (self.believed == tab and tab != "")
+        if self.believed == tab:
+            self.believed = ""
+
+    @invariant()
+    def one_holder_at_most(self) -> None:
+        assert [tab for tab in TABS if self.lease.held_by(tab)] == ([self.believed] if self.believed else [])
+        assert self.lease.holder == (self.believed or None)
+
+
+LeaseMachine.TestCase.settings = hypothesis_settings(max_examples=60, stateful_step_count=30, deadline=None)
+TestLease = LeaseMachine.TestCase
+
+
+def test_the_board_tells_what_changed_and_only_that() -> None:
+    """HAZ-31: a reader that comes late gets the newest value of each section, once."""
+    board, calls = Board(), []
+    unsubscribe = board.subscribe(lambda: calls.append(1))
+    board.publish("plan", {"n": 1})
+    board.publish("case", None)
+    assert board.changed_since(0) == (0, {}), "nothing is shown before it is committed"
+    board.commit()
+    first, sections = board.changed_since(0)
+    assert sections == {"plan": {"n": 1}, "case": None}
+    for n in (1, 2, 3, 3):
+        board.publish("plan", {"n": n})
+        board.commit()
+    assert board.changed_since(first)[1] == {"plan": {"n": 3}}
+    assert len(calls) == 3
+    unsubscribe()
+    board.publish("plan", {"n": 4})
+    board.commit()
+    assert len(calls) == 3
+
+
+def test_the_inbox_keeps_the_order_and_the_newest_of_a_stream() -> None:
+    inbox, done = Inbox(), []
+    inbox.put(lambda: done.append("a"))
+    for n in range(100):
+        inbox.put(lambda n=n: done.append(n), "drag")
+    inbox.put(lambda: done.append("b"))
+    inbox.close()
+    while (request := inbox.get(0.1)) is not None:
+        request()
+    assert done == ["a", 99, "b"]
+    with pytest.raises(queue.Empty):
+        inbox.get(0.01)
+
+
+def test_the_inbox_of_a_page_gone_mad_is_bounded() -> None:
+    inbox = Inbox()
+    taken = [inbox.put(lambda: None) for _ in range(MAX_WAITING + 10)]
+    assert sum(taken) == MAX_WAITING
+
+
+class _Process:
+    """Stands for the control process and notes what it is told."""
+
+    refuses = False
+
+    def __init__(self, *_: Any) -> None:
+        self.told: list[Any] = []
+        self.alive = True
+        _Process.last = self
+
+    last: _Process
+
+    def start(self) -> None:
+        pass
+
+    def wait_ready(self) -> None:
+        if self.refuses:
+            raise ControlError("the tool does not fit at the entry")
+
+    def close(self) -> None:
+        self.alive = False
+
+    def events(self) -> list[Any]:
+        return []
+
+    def snapshot(self) -> None:
+        return None
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *values: self.told.append((name, *values))
+
+
+class _Now(Executor):
+    """Does the work at once."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        fn(*args, **kwargs)
+        return Future()
+
+
+def _prepared() -> Prepared:
+    return Prepared(SimpleNamespace(robot="steady_hand", base=np.eye(4)), ControlSettings())  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def room(monkeypatch: pytest.MonkeyPatch) -> RehearsalRoom:
+    monkeypatch.setattr(rehearsals, "RehearsalProcess", _Process)
+    monkeypatch.setattr(_Process, "refuses", False)
+    made = RehearsalRoom()
+    made.open("plan", _prepared, _Now())
+    return made
+
+
+def test_only_the_holder_moves_the_robot(room: RehearsalRoom) -> None:
+    """HAZ-12: everything that another tab sends is ignored."""
+    assert room.lease.take("one")
+    for tab in ("two", "one"):
+        room.set_grip(tab, (1.0, 2.0, 3.0))
+        room.drive(tab, 1)
+        room.twist(tab, -1)
+        room.run(tab)
+        room.reset(tab)
+        if tab == "two":
+            assert _Process.last.told == []
+            assert room.change_settings(tab, {"margin_mm": 1.0}) is None
+    names = [name for name, *_ in _Process.last.told]
+    assert names == ["set_grip", "drive", "twist", "run", "reset"]
+
+
+def test_a_heartbeat_takes_hold_again_only_while_the_hand_is_there(room: RehearsalRoom) -> None:
+    """HAZ-11: a still hand keeps its force over a slow line; after the release a late heartbeat moves nothing."""
+    room.lease.take("one")
+    room.heartbeat("one")
+    room.set_grip("one", (1.0, 2.0, 3.0))
+    room.heartbeat("one")
+    room.release("one")
+    room.heartbeat("one")
+    grip = ("set_grip", (1.0, 2.0, 3.0))
+    assert _Process.last.told == [("heartbeat",), grip, grip, ("release",), ("heartbeat",)]
+
+
+def test_a_page_that_leaves_lets_go(room: RehearsalRoom) -> None:
+    room.lease.take("one")
+    room.set_grip("one", (1.0, 2.0, 3.0))
+    room.leave("one")
+    assert _Process.last.told[-1] == ("release",)
+    assert room.lease.take("two")
+
+
+def test_settings_are_clamped_on_the_server(room: RehearsalRoom) -> None:
+    """HAZ-05: whatever a slider is made to say."""
+    room.lease.take("one")
+    bounds = ControlSettings.bounds()
+    settings = room.change_settings("one", {"margin_mm": -5.0, "force_cap_n": 1e6})
+    assert settings is not None
+    assert (settings.margin_mm, settings.force_cap_n) == (bounds["margin_mm"].low, bounds["force_cap_n"].high)
+
+
+def test_a_room_says_why_it_could_not_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rehearsals, "RehearsalProcess", _Process)
+    monkeypatch.setattr(_Process, "refuses", True)
+    room = RehearsalRoom()
+    room.open("plan", _prepared, _Now())
+    assert room.state == "failed"
+    assert "does not fit" in room.words
+    assert not _Process.last.alive
+
+
+def test_a_control_process_that_ends_is_noticed(room: RehearsalRoom) -> None:
+    _Process.last.alive = False
+    room.check()
+    assert room.state == "failed"
+    assert "ended" in room.words
+
+
+def test_slices_stay_inside_the_volume() -> None:
+    volume = Volume(np.zeros((6, 5, 4), dtype=np.int16), np.array([1.0, 2.0, 3.0]), np.ones(3), np.eye(3))
+    desk = SliceDesk(volume, np.array([99.0, 99.0, 99.0]))
+    assert desk.cross.tolist() == [4.0, 6.0, 8.0]
+    desk.move("axial", -1e4)
+    assert desk.cross.tolist() == [4.0, 6.0, 3.0]
+    plane = desk.view()["planes"]["coronal"]
+    assert (plane["columns"], plane["rows"], plane["position"]) == (4, 6, 6.0)
+    assert plane["origin"][1] == 6.0
