@@ -9,9 +9,6 @@ import numpy as np
 from app.services import Services
 from app.session.rehearsals import Prepared
 from vfix_engine.control import ControlSettings
-from vfix_engine.geometry.path import SplinePath
-from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.placing import place_robot
 from vfix_engine.simulation.realtime import SceneSpec
 
 
@@ -34,22 +31,18 @@ def prepare(services: Services, plan: Any) -> Prepared:
     Raises VfixError with the reason when the tool does not fit at the entry.
     """
     settings = ControlSettings.from_dict(dict(plan.settings))
-    points = np.array([point.position for point in plan.points], dtype=np.float64)
-    base, q_start = plan.robot.get("base"), plan.robot.get("q_start")
-    if base is None or q_start is None:
-        robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
-        placing = place_robot(services.cases.tree(plan.case_id), robot, tool, SplinePath(points), settings)
-        base, q_start = placing.base, placing.q_start
+    placing = services.planning.evaluate(plan)  # the very poses whose clearance colours the path
+    targets = np.array([target.position for target in plan.targets], dtype=np.float64).reshape(-1, 3)
     mesh = services.cases.case_surface(plan.case_id)
     spec = SceneSpec(
         vertices=np.asarray(mesh.vertices),
         faces=np.asarray(mesh.faces),
         robot=plan.robot["name"],
         tool=plan.tool,
-        base=np.asarray(base, dtype=np.float64).reshape(4, 4),
-        q_start=np.asarray(q_start, dtype=np.float64),
-        path_points=points,
-        targets=np.array([target.position for target in plan.targets], dtype=np.float64).reshape(-1, 3),
+        base=placing.base,
+        q_start=placing.q_start,
+        path_points=np.array([point.position for point in plan.points], dtype=np.float64),
+        targets=targets,
         target_names=tuple(target.label for target in plan.targets),
     )
     return Prepared(spec, settings)
