@@ -37,4 +37,3 @@ class Cache(Generic[Key, Value]):
                         del self._entries[key]
                 entry.set_exception(error)
         return entry.result()
-
