@@ -15,6 +15,7 @@ from app.scene.anatomy import LETTER_GAP_MM, Look, SlicePicture
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
+from app.services.cases import Case
 from app.session import commands as c
 from app.session.board import Board
 from app.session.hints import patient_hint
@@ -69,7 +70,7 @@ class HeadDesk:
         def read() -> None:
             try:
                 mesh = self._display_mesh(case.id)
-                loaded = (mesh, BonePicker(mesh), self._services.cases.volume(case.id))
+                loaded = (mesh, BonePicker(mesh), *self._volumes(case))
             except VfixError as error:
                 words = str(error)
                 self._ask(lambda: self._failed(ticket, words))
@@ -81,6 +82,12 @@ class HeadDesk:
 
         self._executor.submit(read)
 
+    def _volumes(self, case: Case) -> tuple[Volume | None, Volume | None]:
+        """The wide CT and a finer one of a part, where there are such."""
+        found = [self._services.cases.volume(case.id, volume.name) for volume in case.volumes[:2]]
+        wide, fine = (*found, None, None)[:2]
+        return wide, fine
+
     def _display_mesh(self, case_id: str) -> TriangleMesh:
         meshes = self._services.cases.display_meshes(case_id)
         for name in DISPLAY_ORDER:
@@ -88,7 +95,9 @@ class HeadDesk:
                 return meshes[name]
         raise InputError("this head has no bone surface to show.")
 
-    def _loaded(self, ticket: int, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None) -> None:
+    def _loaded(
+        self, ticket: int, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None
+    ) -> None:
         if ticket != self._ticket:
             return
         bounds = np.asarray(mesh.bounds)
@@ -96,7 +105,7 @@ class HeadDesk:
         self._picker = picker
         centre = bounds.mean(axis=0)
         cross = centre if self._pending_cross is None else self._pending_cross
-        self._slices = None if volume is None else SliceDesk(volume, cross)
+        self._slices = None if volume is None else SliceDesk(volume, cross, detail)
         self._look = replace(self._look, cut_at=float(cross[0]))
         self.loading = ""
 
@@ -204,7 +213,7 @@ class HeadDesk:
         self._board.publish("view", {"opacity": look.opacity, "cut": look.cut, "slices": look.slices})
 
 
-def case_section(case: Any, loading: str) -> dict[str, Any]:
+def case_section(case: Case, loading: str) -> dict[str, Any]:
     """The page's section of the open case."""
     return {
         "id": case.id,
@@ -214,5 +223,6 @@ def case_section(case: Any, loading: str) -> dict[str, Any]:
         "surfaces": [{"name": surface.name, "triangles": surface.triangles} for surface in case.surfaces],
         "has_volume": case.has_volume,
         "beads": len(case.beads),
+        "detail": case.volumes[1].name if len(case.volumes) > 1 else None,
         "loading": loading or None,
     }

@@ -38,14 +38,16 @@ def plan_hint(points: int, targets: int, add_mode: str, ghost: bool, locked: boo
 def rehearse_hint(points: int, state: str, mine: bool, mode: str, done: bool, targets: int) -> str:
     if points < 2:
         return "A rehearsal needs a path of two points at least. Go back to Plan."
-    if state in ("absent", "failed"):
+    if state == "absent":
         return "Press Start: the robot is placed at the entry."
+    if state == "failed":
+        return "The robot could not be placed; the panel says why. Change the path, or try again with Start."
     if state == "starting":
         return "The robot is being placed at the entry."
     if not mine:
         return "You are watching. Another window holds the handle."
     if state != "running":
-        return "Press Start, then drag the blue sphere on the shaft or hold ↑ to move in."
+        return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
     if mode == "inspect":
         return "Drag the sphere sideways: the tool swings about the target it looks at."
     if done and targets:

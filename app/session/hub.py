@@ -47,8 +47,9 @@ class TooManyTabs(Exception):
 class SessionHub:
     """Thread-safe registry of workspaces by tab."""
 
-    def __init__(self, services: Services, scene_server: SceneTabs) -> None:
-        self._services, self._scene_server = services, scene_server
+    def __init__(self, services: Services, scene_server: SceneTabs, warming: Callable[[], str]) -> None:
+        """warming: words for what the planner still gets ready, empty once it is."""
+        self._services, self._scene_server, self._warming = services, scene_server, warming
         self._rooms = RehearsalRooms()
         self._executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="session-work")
         self._lock = threading.Lock()
@@ -64,9 +65,10 @@ class SessionHub:
                 raise TabTaken
             if entry is not None:
                 entry.connected = True
+                entry.workspace.page_back()
                 return entry.workspace
             self._make_room()
-            workspace = Workspace(tab, self._services, self._rooms, self._executor)
+            workspace = Workspace(tab, self._services, self._rooms, self._executor, self._warming)
             self._entries[tab] = _Entry(workspace, connected=True)
         workspace.start(wanted)
         client = self._scene_server.client_for(tab)

@@ -26,6 +26,7 @@ class RehearsalDesk:
         self.room: RehearsalRoom | None = None
         self.snapshot: Snapshot | None = None
         self._run_when_ready = False
+        self._arrived = False
 
     def enter(self, plan_id: str | None) -> None:
         """Go to the room of a plan."""
@@ -35,9 +36,8 @@ class RehearsalDesk:
             self.room.watchers.add(self._tab)
 
     def leave(self) -> None:
-        if self.room is not None:
-            self.room.leave(self._tab)
-            self.room.watchers.discard(self._tab)
+        """Go out of the room."""
+        self.away()
         self.room = self.snapshot = None
 
     @property
@@ -67,7 +67,34 @@ class RehearsalDesk:
         x, y, z = (float(value) for value in self.snapshot.grip)
         return [(x, y, z)]
 
+    def away(self) -> None:
+        """Nobody is at this desk: the handle is free, and a robot that nobody watches is sent home."""
+        if self.room is None:
+            return
+        self.room.leave(self._tab)
+        self.room.watchers.discard(self._tab)
+        if not self.room.watchers:
+            self.room.close()
+
+    def back(self) -> None:
+        """The page is there again."""
+        if self.room is not None:
+            self.room.watchers.add(self._tab)
+
+    def arrived(self) -> bool:
+        """True once after a robot has been put in place: the time to look at it."""
+        arrived, self._arrived = self._arrived, False
+        return arrived
+
     # -- commands
+
+    def prepare(self, plan: Any) -> None:
+        """Put the robot at the entry, unless it stands there already or another window has it."""
+        room = self.room
+        if room is None or plan is None or len(plan.points) < 2 or room.is_for(plan_key(plan)):
+            return
+        if room.lease.take(self._tab):
+            self._open(room, plan)
 
     def do_plain(self, name: str, plan: Any, case_id: str | None) -> None:
         """Start, pause or reset."""
@@ -124,7 +151,8 @@ class RehearsalDesk:
         if room is None:
             return []
         words = room.check()
-        self.snapshot = room.snapshot()
+        before, self.snapshot = self.snapshot, room.snapshot()
+        self._arrived |= before is None and self.snapshot is not None
         if self._run_when_ready and room.state == "ready":
             self._run_when_ready = False
             room.run(self._tab)

@@ -38,8 +38,11 @@ _LOG = logging.getLogger(__name__)
 class Workspace:
     """State of one tab on the server; it outlives a lost connection."""
 
-    def __init__(self, tab: str, services: Services, rooms: RehearsalRooms, executor: Executor) -> None:
+    def __init__(
+        self, tab: str, services: Services, rooms: RehearsalRooms, executor: Executor, warming: Callable[[], str]
+    ) -> None:
         self.tab = tab
+        self._warming = warming
         self.board = Board()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
@@ -62,8 +65,8 @@ class Workspace:
         self._thread.start()
 
     def close(self) -> None:
+        self.ask(self.rehearsal.leave)
         self._inbox.close()
-        self.rehearsal.leave()
 
     def hand_gone(self) -> None:
         """The page is not there any more: whatever the hand held is let go of."""
@@ -72,8 +75,10 @@ class Workspace:
 
     def give_up_handle(self) -> None:
         """The page did not come back: somebody else may have the handle."""
-        if self.rehearsal.room is not None:
-            self.rehearsal.room.leave(self.tab)
+        self.ask(self.rehearsal.away)
+
+    def page_back(self) -> None:
+        self.ask(self.rehearsal.back)
 
     def ask(self, request: Request, slot: str | None = None) -> bool:
         return self._inbox.put(request, slot)
@@ -160,7 +165,7 @@ class Workspace:
         self.head.open_first(wanted.get("case"))
         self._open_plan(wanted.get("plan"))
         if wanted.get("step") in ("patient", "plan", "rehearse"):
-            self._step = wanted["step"]
+            self._set_step(wanted["step"])
 
     def _open_plan(self, plan_id: str | None) -> None:
         self.rehearsal.leave()
@@ -223,6 +228,7 @@ class Workspace:
         if name == "rehearse":
             self.head.open_up(self.planning.places())
             self._look_from("nose")
+            self.rehearsal.prepare(self.planning.plan)
 
     def _do_case(self, command: c.CaseCommand | c.RenameCase) -> None:
         if command.type == "case.open":
@@ -315,6 +321,8 @@ class Workspace:
         self._link.draw_rehearsal(
             self.rehearsal.snapshot if showing else None, self.rehearsal.robot if showing else None, self.rehearsal.mine
         )
+        if showing and self.rehearsal.arrived():
+            self._look_from("nose")
 
     def _list_due(self) -> bool:
         """Lists of cases and plans are read anew now and then: other tabs and the command line change them too."""
@@ -332,7 +340,7 @@ class Workspace:
             slices_key=head.slices_key(),
             slices=head.slice_pictures,
             items=planning.items(),
-            selected=planning.selected,
+            selected=planning.selected if self._step == "plan" else None,
             locked=planning.locked or self._step != "plan",
             curve_key=planning.curve_key(),
             curve=planning.curve,
@@ -353,6 +361,8 @@ class Workspace:
         return {"name": self._step, "available": available, "hint": self._hint()}
 
     def _hint(self) -> str:
+        if warming := self._warming():
+            return f"{warming} …"
         if self._step == "patient":
             return self.head.hint()
         if self._step == "plan":

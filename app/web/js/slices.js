@@ -54,9 +54,10 @@ class SliceStage {
     this.axis = axis;
     this.connection = connection;
     this.zoomOf = zoom;
-    this.picture = svg("image", { preserveAspectRatio: "none" });
+    this.wide = new Picture();
+    this.detail = new Picture();
     this.marks = svg("g");
-    this.svg = svg("svg", { preserveAspectRatio: "xMidYMid meet" }, this.picture, this.marks);
+    this.svg = svg("svg", { preserveAspectRatio: "xMidYMid meet" }, this.wide.element, this.detail.element, this.marks);
     const letters = Object.entries(axis.letters).map(([side, letter]) => h("span", { class: `slice-letter ${side}`, "aria-hidden": "true" }, letter));
     this.stage = h("div", {
       class: "slice-stage", tabIndex: 0, role: "application", "data-axis": axis.name,
@@ -84,31 +85,13 @@ class SliceStage {
     this.draw();
   }
 
-  /** Fetch the newest wanted picture; at most one is on its way. */
   load() {
     const { window, level } = this.state.slices;
     const address = `/api/cases/${encodeURIComponent(this.caseId)}/slices/${this.axis.name}`
       + `?position_mm=${this.plane.position.toFixed(3)}&window=${window}&level=${level}`;
-    if (address === this.shown || address === this.loading) return;
-    if (this.loading) {
-      this.again = true;
-      return;
-    }
-    this.loading = address;
-    const image = new Image();
-    const done = () => {
-      this.loading = null;
-      if (!this.again) return;
-      this.again = false;
-      this.load();
-    };
-    image.onload = () => {
-      this.picture.setAttribute("href", address);
-      this.shown = address;
-      done();
-    };
-    image.onerror = done;
-    image.src = address;
+    this.wide.want(address);
+    const fine = this.plane.detail && this.state.case.detail;
+    this.detail.want(fine ? `${address}&volume=${encodeURIComponent(fine)}` : null);
   }
 
   size() {
@@ -136,8 +119,13 @@ class SliceStage {
     const centre = zoom > 1 ? this.project(this.state.slices.cross) : { x: width / 2, y: height / 2 };
     this.view = { x: centre.x - shownWidth / 2, y: centre.y - shownHeight / 2, perPixel: fit / zoom };
     this.svg.setAttribute("viewBox", `${this.view.x} ${this.view.y} ${shownWidth} ${shownHeight}`);
-    this.picture.setAttribute("width", width);
-    this.picture.setAttribute("height", height);
+    this.wide.place(0, 0, width, height);
+    const { detail } = this.plane;
+    if (detail) {
+      const corner = this.project(detail.origin);
+      const [u, v] = [length(detail.u), length(detail.v)];
+      this.detail.place(corner.x - u / 2, corner.y - v / 2, detail.columns * u, detail.rows * v);
+    }
     this.drawMarks(width, height);
   }
 
@@ -257,6 +245,36 @@ class SliceStage {
       this.connection.send("slice.set", { axis: this.axis.name, position: this.wanted });
       this.wanted = null;
     }, 50);
+  }
+}
+
+/** A picture in the slice: the newest wanted one is fetched, at most one is on its way. */
+class Picture {
+  constructor() {
+    this.element = svg("image", { preserveAspectRatio: "none" });
+  }
+
+  want(address) {
+    this.wanted = address;
+    this.element.style.display = address ? "" : "none";
+    if (!address || this.loading || address === this.shown) return;
+    this.loading = true;
+    const image = new Image();
+    image.onload = () => {
+      this.element.setAttribute("href", address);
+      this.shown = address;
+    };
+    const done = () => {
+      this.loading = false;
+      if (this.wanted !== address) this.want(this.wanted);
+    };
+    image.addEventListener("load", done);
+    image.addEventListener("error", done);
+    image.src = address;
+  }
+
+  place(x, y, width, height) {
+    for (const [name, value] of Object.entries({ x, y, width, height })) this.element.setAttribute(name, value);
   }
 }
 

@@ -48,7 +48,7 @@ export class StatusBar {
 }
 
 function holdingWords(now) {
-  if (!["running", "paused", "ready"].includes(now.state)) return "";
+  if (!["running", "paused", "ready"].includes(now.state)) return "–";
   if (now.state === "ready") return "In place at the entry, not started";
   if (now.state === "paused") return "Paused";
   if (now.held) return sentence(now.reason || "held");

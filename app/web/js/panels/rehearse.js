@@ -3,6 +3,7 @@ import { h, group, whenChanged } from "../dom.js";
 import { fixed, mm, sentence } from "../format.js";
 import { holdButton } from "../hold.js";
 
+const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: the controller follows the hand and keeps off the bone.", paused: "Paused where it is." };
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
 
 export class RehearsePanel {
@@ -53,7 +54,7 @@ export class RehearsePanel {
   renderState(state, rehearsal) {
     const live = ["ready", "running", "paused"].includes(rehearsal.state);
     const driving = live && rehearsal.mine;
-    this.words.textContent = sentence(rehearsal.words ?? "");
+    this.words.textContent = sentence(rehearsal.words || STATE_WORDS[rehearsal.state] || "");
     this.words.className = rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
     this.startButton.disabled = !(driving || ["absent", "failed"].includes(rehearsal.state)) || (state.plan?.points.length ?? 0) < 2;
