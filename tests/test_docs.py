@@ -1,0 +1,186 @@
+"""The docs say what is there: every setting, route, option and hazard, links that lead somewhere, commands that run."""
+
+import argparse
+import ast
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app import cli
+from vfix_engine.control import ControlSettings
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
+VERBS = [verb.name for verb in cli.VERBS]
+
+
+def page(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def section(text: str, heading: str) -> str:
+    """What stands below a heading of the second level."""
+    return re.split(r"^## ", text.split(f"\n## {heading}\n", 1)[1], maxsplit=1, flags=re.MULTILINE)[0]
+
+
+def tables(text: str) -> list[list[str]]:
+    """Cells of every row of the text's tables."""
+    return [[cell.strip() for cell in line[1:-1].split("|")] for line in text.splitlines() if line.startswith("| ")]
+
+
+# Links
+
+
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_links_lead_somewhere(file: Path) -> None:
+    for link in re.findall(r"\]\(([^)\s]+)\)", file.read_text(encoding="utf-8")):
+        if link.startswith("https://"):
+            continue
+        path, _, anchor = link.partition("#")
+        target = file if not path else (file.parent / path).resolve()
+        assert target.exists(), f"{file.name} points to {link}"
+        assert target.is_relative_to(ROOT)
+        if anchor:
+            assert anchor in anchors(target), f"{file.name} points to {link}"
+
+
+def anchors(file: Path) -> set[str]:
+    headings = re.findall(r"^#+ (.+)$", file.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_index_leads_to_every_page() -> None:
+    linked = set(re.findall(r"\]\(([\w.-]+\.md)\)", page("docs/index.md")))
+    assert linked == {file.name for file in DOCS.glob("*.md")} - {"index.md"}
+
+
+def test_every_picture_is_shown() -> None:
+    text = "".join(file.read_text(encoding="utf-8") for file in PAGES)
+    assert not [file.name for file in (DOCS / "images").iterdir() if f"images/{file.name}" not in text]
+
+
+# Reference
+
+
+def test_every_environment_variable_is_documented() -> None:
+    used: set[str] = set()
+    for folder in ("app", "scripts", "tests", "vfix_engine"):
+        for file in (ROOT / folder).rglob("*.py"):
+            used |= set(re.findall(r"\bVFIX_[A-Z_]+\b", file.read_text(encoding="utf-8")))
+    rows = {row[0].strip("`") for row in tables(section(page("docs/settings.md"), "Environment"))}
+    assert {name for name in rows if name.startswith("VFIX_")} == used
+
+
+def test_every_setting_of_the_controller_is_documented() -> None:
+    rows = {row[0].strip("`"): row for row in tables(section(page("docs/settings.md"), "The controller"))}
+    defaults = ControlSettings().to_dict()
+    assert set(rows) - {"Field", "---"} == set(defaults)
+    for name, bound in ControlSettings.bounds().items():
+        _, label, default, span, unit, meaning = rows[name]
+        low, high = (float(value) for value in span.split(" … "))
+        assert (label, float(default), low, high, unit) == (
+            bound.label,
+            defaults[name],
+            bound.low,
+            bound.high,
+            bound.unit,
+        )
+        assert meaning
+
+
+def options(parser: argparse.ArgumentParser) -> set[str]:
+    """Long options of a parser and of those below it."""
+    found: set[str] = set()
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                found |= options(below)
+        found |= {text for text in action.option_strings if text.startswith("--")}
+    return found - {"--help", "--version"}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_option_is_documented(verb: str) -> None:
+    words = section(page("docs/cli.md"), f"vfix {verb}")
+    documented = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", words)) - {"--setup-only"}
+    assert documented == options(cli._build_parser(verb)[0])
+    parser = cli._build_parser(verb)[0]
+    below = next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction)).choices[verb]
+    for action in below._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            assert not [name for name in action.choices if f"`vfix {verb} {name} " not in words.replace("`,", " `,")]
+
+
+def test_every_verb_is_documented() -> None:
+    assert re.findall(r"^## vfix (\w+)$", page("docs/cli.md"), re.MULTILINE) == VERBS
+
+
+@pytest.fixture(scope="module")
+def schema(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """OpenAPI of the REST routes; neither services nor scene are needed to describe them."""
+    from fastapi import FastAPI
+
+    from app.api import router
+
+    application = FastAPI()
+    application.include_router(router)
+    return application.openapi()
+
+
+def test_every_route_and_parameter_is_documented(schema: dict[str, Any]) -> None:
+    rows = {row[0].strip("`"): row[1] for row in tables(page("docs/api.md")) if "/api/" in row[0]}
+    described: dict[str, str] = {}
+    for path, methods in schema["paths"].items():
+        for method, operation in methods.items():
+            route = f"{method.upper()} {path}"
+            described[route] = path
+            for parameter in operation.get("parameters", []):
+                if parameter["in"] == "query":
+                    words = rows.get(route, "")
+                    named = f"`{parameter['name']}`" in words or "as above" in words
+                    assert named, f"{route}: {parameter['name']}"
+    assert set(rows) == set(described)
+
+
+# Safety
+
+
+def docstring_hazards(file: Path) -> set[str]:
+    """Hazards that the docstrings of a test file name."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    nodes = [node for node in ast.walk(tree) if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef))]
+    words = " ".join(ast.get_docstring(node) or "" for node in nodes)
+    shared = re.sub(r"(HAZ-\d\d), -(\d\d)", r"\1, HAZ-\2", words)
+    return set(re.findall(r"HAZ-\d\d", shared))
+
+
+def hazard_rows() -> dict[str, list[str]]:
+    return {row[0]: row for row in tables(page("docs/safety.md")) if row[0].startswith("HAZ-")}
+
+
+def test_the_table_of_hazards_is_complete_and_in_order() -> None:
+    assert list(hazard_rows()) == [f"HAZ-{number:02d}" for number in range(1, 36)]
+    assert {row[4] for row in hazard_rows().values()} <= {"built", "in part", "not built"}
+
+
+def test_a_hazard_that_is_built_has_a_control_and_tests_that_name_it() -> None:
+    for hazard, (_, _, control, test, status) in hazard_rows().items():
+        tests = re.findall(r"\]\(\.\./(tests/[\w/.]+)\)", test)
+        for file in tests:
+            assert hazard in docstring_hazards(ROOT / file), f"{file} does not name {hazard}"
+        if status == "built":
+            assert tests, hazard
+            assert re.search(r"\]\(\.\./(app|vfix_engine)/", control), hazard
+
+
+def test_a_hazard_that_a_test_names_is_not_called_unbuilt() -> None:
+    rows = hazard_rows()
+    for file in (ROOT / "tests").rglob("test_*.py"):
+        if file.name == Path(__file__).name:
+            continue
+        for hazard in docstring_hazards(file):
+            assert hazard in rows, f"{file.name} names {hazard}"
+            assert rows[hazard][4] != "not built", f"{file.name} names {hazard}"

@@ -1,0 +1,79 @@
+"""What the docs tell to type does what they say: the tutorial's commands, and the Python of README and library page."""
+
+import json
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app import cli
+
+ROOT = Path(__file__).resolve().parent.parent
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page: str) -> list[tuple[str, str]]:
+    """Language and text of every block of a page that names its language."""
+    return BLOCK.findall((ROOT / page).read_text(encoding="utf-8"))
+
+
+def keys_of(value: Any) -> Any:
+    """The keys of a JSON value, as deep as they go; of a list those of its first item."""
+    if isinstance(value, dict):
+        return {name: keys_of(item) for name, item in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return [keys_of(value[0])]
+    return None
+
+
+def in_first(part: Any, whole: Any) -> bool:
+    """Whether texts, truths and counts that do not depend on the machine are those that are shown; `…` is anything."""
+    if isinstance(part, dict):
+        return all(in_first(item, whole[name]) for name, item in part.items())
+    if isinstance(part, str) and "…" in part:
+        return re.fullmatch(re.escape(part).replace("…", ".*"), whole) is not None
+    return part == whole if isinstance(part, (str, bool)) else True
+
+
+def test_the_tutorial_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every command in turn, in a new home; the JSON that is shown has the keys and words of the real one."""
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "assets").symlink_to(ROOT / "assets")
+    said, compared, answers = "", 0, {}
+    for language, text in blocks("docs/tutorial.md"):
+        if language == "json":
+            shown, said_now = json.loads(text), json.loads(said)
+            assert keys_of(shown) == keys_of(said_now)
+            assert in_first(shown, said_now), said
+            compared += 1
+            continue
+        assert language == "sh"
+        for line in text.strip().splitlines():
+            program, *arguments = shlex.split(line)
+            assert program == "vfix"
+            assert cli.main(arguments) == 0, (line, capsys.readouterr().err)
+            said = capsys.readouterr().out
+            answers[line] = json.loads(said)
+    assert compared == 6
+    driven = [answer for answer in answers.values() if "min_clearance_mm" in answer]
+    assert len(driven) == 2
+    assert all(answer["min_clearance_mm"] >= answer["margin_mm"] for answer in driven)
+    assert driven[0]["tip_error_mm"]["max"] <= 0.05
+    with (tmp_path / "run.csv").open(encoding="utf-8") as file:
+        assert file.readline().startswith("t,q0,q1,q2,q3,q4,q5,q6,tip_x,tip_y,tip_z,s0_ax,")
+        assert sum(1 for _ in file) == driven[0]["steps"]
+    assert "Not for clinical use" in (tmp_path / "first.csv").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("page", "words"),
+    [("README.md", r"[\d.]+ of [\d.]+ mm, least clearance \d\.\d\d mm"), ("docs/library.md", "along the path")],
+)
+def test_the_python_runs(page: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The blocks of a page are one program."""
+    program = "\n".join(text for language, text in blocks(page) if language == "python")
+    exec(compile(program, page, "exec"), {})
+    assert re.search(words, capsys.readouterr().out)
