@@ -65,6 +65,10 @@ def test_the_tutorial_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caps
     with (tmp_path / "run.csv").open(encoding="utf-8") as file:
         assert file.readline().startswith("t,q0,q1,q2,q3,q4,q5,q6,tip_x,tip_y,tip_z,s0_ax,")
         assert sum(1 for _ in file) == driven[0]["steps"]
+    formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    rows = re.split(r"^## ", formats.split("## Plan, JSON\n")[1], maxsplit=1, flags=re.MULTILINE)[0]
+    documented = {name for row in re.findall(r"^\| (`.+?) \|", rows, re.MULTILINE) for name in re.findall(r"\w+", row)}
+    assert documented == set(json.loads((tmp_path / "corridor.json").read_text(encoding="utf-8")))
     assert "Not for clinical use" in (tmp_path / "first.csv").read_text(encoding="utf-8")
 
 
