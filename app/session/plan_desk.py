@@ -46,6 +46,7 @@ class PlanDesk:
         self.insert_after: str | None = None
         self.ghost: Ghost | None = None
         self._dragged: dict[str, Position] = {}
+        self._path: tuple[tuple[Position, ...], SplinePath | None] | None = None
 
     # -- what there is
 
@@ -88,13 +89,10 @@ class PlanDesk:
 
     def path(self) -> SplinePath | None:
         """The spline through the points, None while there is none."""
-        points = self.points()
-        if len(points) < 2:
-            return None
-        try:
-            return SplinePath(np.array(points))
-        except PlanError:
-            return None  # two points on one spot, while one is being dragged over the other
+        points = tuple(self.points())
+        if self._path is None or self._path[0] != points:
+            self._path = (points, _spline(points))
+        return self._path[1]
 
     def view(self) -> dict[str, Any]:
         """The page's section."""
@@ -219,6 +217,15 @@ class PlanDesk:
     def redo(self) -> None:
         self.ghost = None
         self._edit(self._editor.redo)
+
+
+def _spline(points: tuple[Position, ...]) -> SplinePath | None:
+    if len(points) < 2:
+        return None
+    try:
+        return SplinePath(np.array(points))
+    except PlanError:
+        return None  # two points on one spot, while one is being dragged over the other
 
 
 def curve_points(path: SplinePath | None) -> Floats | None:

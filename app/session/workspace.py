@@ -159,7 +159,12 @@ class Workspace:
     def _tick(self) -> None:
         for words in self.rehearsal.tick():
             self.note(words, True)
-        self._publish()
+        if self._list_due():
+            self._list_stale = True
+            self._publish()
+        else:
+            self._publish_rehearsal()
+            self.board.commit()
 
     def _open_first(self, wanted: dict[str, str]) -> None:
         self.head.open_first(wanted.get("case"))
@@ -296,18 +301,30 @@ class Workspace:
     # -- what the page and the scene show
 
     def _publish(self) -> None:
+        """Everything, after a request; between requests only the rehearsal moves."""
         self._follow_selection()
-        fresh = self._list_due()
+        fresh, self._list_stale = self._list_stale, False
         self.head.publish(fresh)
         self.planning.publish(fresh)
-        self.rehearsal.publish(self.board)
-        self.board.publish("step", self._step_section())
         self._publish_camera()
         self._draw()
+        self._publish_rehearsal()
         self.board.commit()
 
+    def _publish_rehearsal(self) -> None:
+        self.rehearsal.publish(self.board)
+        self.board.publish("step", self._step_section())
+        if self._link is None:
+            return
+        showing = self._step == "rehearse"
+        self._link.draw_rehearsal(
+            self.rehearsal.snapshot if showing else None, self.rehearsal.robot if showing else None, self.rehearsal.mine
+        )
+        if showing and self.rehearsal.arrived():
+            self._look_from("nose")
+
     def _draw(self) -> None:
-        """Bring the scene up to date, and say whether there is one."""
+        """Bring the still part of the scene up to date, and say whether there is one."""
         ready = self._link is not None and self.head.head is not None
         words = "" if ready else self.head.loading or "Preparing the scene …"
         self.board.publish("scene", {"ready": ready, "words": words})
@@ -317,19 +334,13 @@ class Workspace:
         if ready and self._viewed is not self.head.head:
             self._viewed = self.head.head
             self._look_from("nose" if self._step == "rehearse" else "oblique")
-        showing = self._step == "rehearse"
-        self._link.draw_rehearsal(
-            self.rehearsal.snapshot if showing else None, self.rehearsal.robot if showing else None, self.rehearsal.mine
-        )
-        if showing and self.rehearsal.arrived():
-            self._look_from("nose")
 
     def _list_due(self) -> bool:
         """Lists of cases and plans are read anew now and then: other tabs and the command line change them too."""
         now = time.monotonic()
-        if now < self._list_at and not self._list_stale:
+        if now < self._list_at:
             return False
-        self._list_at, self._list_stale = now + LIST_S, False
+        self._list_at = now + LIST_S
         return True
 
     def _picture(self) -> Picture:

@@ -5,6 +5,7 @@ import { fixed, mm } from "./format.js";
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
 const CUTS = [["whole", "Whole head"], ["left", "Left half cut away"], ["right", "Right half cut away"]];
 const SLICES = [["none", "No CT here"], ["sagittal", "Sagittal CT"], ["coronal", "Coronal CT"], ["axial", "Axial CT"], ["all", "All three"]];
+const SOFTWARE_RESOLUTION = 0.6;
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 
 export class SceneFrame {
@@ -54,7 +55,8 @@ export class SceneFrame {
   open() {
     this.wait.hidden = false;
     const { tab } = this.connection;
-    this.frame.src = `/scene/?darkMode&tab=${tab}&n=${Date.now()}`;
+    const resolution = drawsInSoftware() ? `&fixedDpr=${SOFTWARE_RESOLUTION}` : "";
+    this.frame.src = `/scene/?tab=${tab}${resolution}`;
   }
 
   loaded() {
@@ -145,6 +147,15 @@ export class SceneFrame {
     document.getElementById("scale-line").style.width = `${Math.round(length / perPixel)}px`;
     document.getElementById("scale-words").textContent = `${length} mm at the centre of the view`;
   }
+}
+
+/** Without a graphics card every pixel costs; a coarser picture that follows the hand is the better one then. */
+function drawsInSoftware() {
+  const gl = document.createElement("canvas").getContext("webgl");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 const DRESS = `
