@@ -27,7 +27,8 @@ from vfix_engine.simulation.rehearsal import Rehearsal
 from vfix_engine.simulation.scene import Scene
 
 NOTICE = "Not for clinical use."
-MIN_PUSHING_STEPS = 2000
+PUSHING_STEPS = 2000
+SWINGING_STEPS = 4000
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
@@ -40,16 +41,34 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--tool", help="a shipped tool's name or a tool file, instead of the plan's")
     parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
-    parser.add_argument("--steps", type=int, help="steps of pushing, or of swinging in inspection")
+    parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
     parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
-    parser.add_argument("--seed", type=int, default=0, help="of the pushing hand")
+    parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand")
     parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 
 
+def natural(text: str) -> int:
+    """A whole number from 0 on."""
+    number = int(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError(f"{number} is negative")
+    return number
+
+
+def positive(text: str) -> int:
+    """A whole number from 1 on."""
+    number = natural(text)
+    if number == 0:
+        raise argparse.ArgumentTypeError("0 steps are none")
+    return number
+
+
 def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the job was done, 1 when the tool did not get there."""
+    if args.free and (args.operator != "pushing" or args.task != "path"):
+        raise InputError("--free goes with --operator pushing: the other jobs need the path")
     services = build_services(Settings.from_environment())
     case = resolve_case(services, args.case)
     plan = resolve_plan(services, case, args.plan)
@@ -101,8 +120,11 @@ def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]
 def _rehearse(rehearsal: Rehearsal, args: argparse.Namespace) -> dict[str, Any]:
     if args.record is None:
         return _drive(HeadlessRun(rehearsal, lambda snapshot: None), args)
-    with CsvRecorder(args.record) as recorder:
-        return _drive(HeadlessRun(rehearsal, recorder.add), args)
+    try:
+        with CsvRecorder(args.record) as recorder:
+            return _drive(HeadlessRun(rehearsal, recorder.add), args)
+    except OSError as error:
+        raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
 
 
 def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
@@ -110,13 +132,11 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     result: dict[str, Any]
     if args.task == "inspect":
         scene = run.rehearsal.scene
-        steps = args.steps or 4000
+        steps = SWINGING_STEPS if args.steps is None else args.steps
         targets = [run.inspect(i, steps) for i in range(len(scene.targets))]
-        result = {"completed": any(t["reached"] for t in targets), "reason": "", "targets": targets}
+        result = {"completed": all(t["reached"] for t in targets), "reason": "", "targets": targets}
     elif args.operator == "pushing":
-        steps = MIN_PUSHING_STEPS if args.steps is None else args.steps
-        if steps < 1:
-            raise InputError(f"--steps {steps} is no number of steps")
+        steps = PUSHING_STEPS if args.steps is None else args.steps
         last = run.push(steps, args.seed, args.free)
         result = {"completed": True, "reason": last.reason, "mode": last.mode}
     else:
