@@ -28,7 +28,7 @@ def test_the_page_opens_on_the_head_with_a_plan_that_fits(open_page: Open) -> No
     assert "clinical" in station.page.locator("#notice").inner_text()
     station.wait_for("the hint", lambda: "fits" in station.page.locator("#hint").inner_text())
     assert station.state("corridor")["min_clearance_mm"] >= station.state("corridor")["scale"]["margin"]
-    station.wait_for("slices", lambda: station.page.locator(".slice-stage image[href]").count() == 3)
+    station.wait_for("slices", lambda: station.page.locator(".slice-stage image[href]").count() == 6)  # wide and fine
     assert [step.inner_text() for step in station.page.locator("#steps button").all()] == [
         "Patient",
         "Plan",
