@@ -114,7 +114,8 @@ def test_points_are_dragged_inserted_deleted_undone_and_locked(open_page: Open, 
     station.wait_for("undo", lambda: _points(station) == before)
 
     station.page.locator("table.points tbody tr").nth(2).click()
-    station.wait_for("a selection", lambda: station.state("plan")["selected"])
+    third = rest.plan(plan_id)["points"][2]["id"]
+    station.wait_for("the selection", lambda: station.state("plan")["selected"] == third)
     station.page.click("#insert")
     station.page.locator("#ghost-add:focus").wait_for()
     station.page.keyboard.press("Enter")

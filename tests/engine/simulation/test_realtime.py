@@ -12,13 +12,16 @@ from tests.engine.scenes import curved_tube, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.robots import Tool
 from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 from vfix_engine.simulation.snapshot import Snapshot
 
 
 def spec_of(mesh: TriangleMesh, points: np.ndarray) -> SceneSpec:
+    base = np.eye(4)
+    base[:3, 3] = -Tool.load("bent_30").tip_in_flange  # the tip stands at the origin
     return SceneSpec(
-        mesh.vertices, mesh.faces, "steady_hand", "bent_30", np.eye(4), np.zeros(7), points, points[-1:], ("end",)
+        mesh.vertices, mesh.faces, "steady_hand", "bent_30", base, np.zeros(7), points, points[-1:], ("end",)
     )
 
 
