@@ -119,6 +119,6 @@ export class PatientPanel {
 }
 
 function surfaceName(name) {
-  const words = { bone: "Bone for control", skull: "Skull for display", skin: "Skin for display", display: "Skull for display" };
+  const words = { bone: "Bone for control", skull: "Skull for display", skin: "Skin for display", display: "Skull for display", skull_half: "Half skull for display" };
   return words[name] ?? name;
 }
