@@ -60,8 +60,10 @@ class RehearsalRoom:
 
     @property
     def settings(self) -> ControlSettings:
+        """What was asked for last, with the margin that is really kept."""
         with self._lock:
-            return self._settings
+            process, settings = self._process, self._settings
+        return _as_driven(settings, None if process is None else process.snapshot())
 
     @property
     def robot(self) -> PlacedRobot | None:
@@ -160,9 +162,15 @@ class RehearsalRoom:
                 process.set_grip(hand)
 
     def release(self, tab: str) -> None:
+        """The hand lets go of everything, keys included."""
         if (process := self._held(tab)) is not None:
             self._hand = None
             process.release()
+
+    def release_grip(self, tab: str) -> None:
+        """The pointer is up; keys that are down go on when there was no hand on the grip."""
+        if self._hand is not None:
+            self.release(tab)
 
     def drive(self, tab: str, direction: int) -> None:
         if (process := self._held(tab)) is not None:
@@ -205,6 +213,11 @@ class RehearsalRoom:
         """The tab's page is gone: whatever it held is let go of at once (HAZ-11)."""
         self.release(tab)
         self.lease.let_go(tab)
+
+
+def _as_driven(settings: ControlSettings, snapshot: Snapshot | None) -> ControlSettings:
+    """The settings with the margin that is really kept: a margin that the pose cannot keep is refused by the loop."""
+    return settings if snapshot is None else settings.clamped(margin_mm=snapshot.margin_mm)
 
 
 class RehearsalRooms:

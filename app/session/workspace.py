@@ -107,7 +107,7 @@ class Workspace:
         elif command.type == "heartbeat":
             room.heartbeat(self.tab)
         elif command.type == "grip.release":
-            room.release(self.tab)
+            room.release_grip(self.tab)
         elif command.type == "rehearsal.take":
             room.lease.take(self.tab)
         elif command.type == "rehearsal.let_go":
@@ -126,7 +126,7 @@ class Workspace:
         if room is None:
             return
         if drag.phase == "end":
-            room.release(self.tab)
+            room.release_grip(self.tab)
         else:
             room.set_grip(self.tab, drag.position)
 

@@ -216,6 +216,29 @@ def test_a_heartbeat_takes_hold_again_only_while_the_hand_is_there(room: Rehears
     assert _Process.last.told == [("heartbeat",), grip, grip, ("release",), ("heartbeat",)]
 
 
+def test_a_click_beside_the_grip_leaves_the_keys_alone(room: RehearsalRoom) -> None:
+    room.lease.take("one")
+    room.drive("one", 1)
+    room.release_grip("one")
+    assert _Process.last.told == [("drive", 1)]
+    room.set_grip("one", (1.0, 2.0, 3.0))
+    room.release_grip("one")
+    assert _Process.last.told[-1] == ("release",)
+
+
+def test_a_margin_that_the_pose_cannot_keep_is_not_shown_as_kept(
+    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The loop refuses it and goes on with the old one, also when another setting is changed next."""
+    room.lease.take("one")
+    monkeypatch.setattr(_Process, "snapshot", lambda self: SimpleNamespace(margin_mm=0.3))
+    room.change_settings("one", {"margin_mm": 1.5})
+    assert room.settings.margin_mm == 0.3
+    room.change_settings("one", {"force_cap_n": 2.0})
+    sent = _Process.last.told[-1][1]
+    assert (sent.margin_mm, sent.force_cap_n) == (0.3, 2.0)
+
+
 def test_a_page_that_leaves_lets_go(room: RehearsalRoom) -> None:
     room.lease.take("one")
     room.set_grip("one", (1.0, 2.0, 3.0))

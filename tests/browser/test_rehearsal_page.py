@@ -123,6 +123,8 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     names = [target["label"] for target in rest.plan(plan_id)["targets"]]
     station.open_plan(plan_id)
     station.start()
+    quick = {"values": {"gain_mm_per_s_per_n": 5.0}}
+    station.page.evaluate("(quick) => vfix.request('rehearsal.settings', quick)", quick)
     station.page.keyboard.down("ArrowUp")
     station.wait_for("the end of the path", lambda: station.rehearsal()["path_done"], patience_s=120.0)
     station.page.keyboard.up("ArrowUp")
