@@ -138,11 +138,11 @@ class HeadDesk:
             self._look = replace(self._look, slices=command.slices)
 
     def go_to(self, position: tuple[float, float, float]) -> None:
-        """Bring the slices to a place."""
+        """Bring the slices, and the cut, to a place."""
         self._pending_cross = np.array(position)
         if self._slices is not None:
             self._slices.set_cross(position)
-            self._look = replace(self._look, cut_at=float(self._slices.cross[0]))
+        self._look = replace(self._look, cut_at=float(position[0]))
 
     def open_up(self, places: list[tuple[float, float, float]]) -> None:
         """Cut the whole head open along a path, once, so that the tool inside is seen; the user may close it again."""
