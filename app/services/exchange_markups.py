@@ -24,6 +24,8 @@ _SCHEMA = (
     "markups-schema-v1.0.3.json#"
 )
 _TARGETS, _DENSE, _UNREACHED = " targets", " resampled", " not reached"
+# What every control point of an added curve says of itself; a name is the user's, and no mark.
+_DENSE_MARK, _UNREACHED_MARK = f"{NOTICE}. Path as driven.", f"{NOTICE}. Path not reached."
 # Columns of a control point's axes: to the patient's right, anterior and superior, as Slicer writes them.
 _ORIENTATION = [-1.0, -0.0, -0.0, -0.0, -1.0, -0.0, 0.0, 0.0, 1.0]
 
@@ -38,7 +40,7 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     reached = [sample for sample in curve if sample.clearance_mm is not None]
     beyond = [sample for sample in curve if sample.clearance_mm is None]
     if reached:
-        markups.append(_dense(plan.name + _DENSE, reached))
+        markups.append(_dense(plan.name + _DENSE, reached, _DENSE_MARK))
         markups[-1]["measurements"] = [
             _measurement(
                 "clearance", "Distance of the whole tool's surface from bone", [s.clearance_mm for s in reached]
@@ -47,7 +49,7 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
         ]
     if beyond:
         # The last place that was reached belongs to both, so that the curves meet.
-        markups.append(_dense(plan.name + _UNREACHED, reached[-1:] + beyond))
+        markups.append(_dense(plan.name + _UNREACHED, reached[-1:] + beyond, _UNREACHED_MARK))
     markups.append(_markup("Fiducial", plan.name + _TARGETS, plan.targets))
     for markup in markups:
         markup["description"] = f"{NOTICE}. {remark}".strip()
@@ -57,23 +59,24 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
 def from_markups(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
     """Path and targets of a Markups file, in LPS mm.
 
-    The path is the one curve that is not resampled; a file of one point list only has that as its path. `frame` is what
-    the user says where the file names none.
+    The path is the one curve that an export did not add; a file of one point list and no curve has that as its path.
+    `frame` is what the user says where the file names none.
 
     Raises PlanError, and FrameError when nobody names the frame.
     """
     markups = parse_json_object(text).get("markups")
     if not isinstance(markups, list) or not markups or not all(isinstance(m, dict) for m in markups):
         raise PlanError("the file holds no list of markups.")
-    curves = [m for m in markups if m.get("type") == "Curve" and not _is_resampled(m)]
+    curves = [m for m in markups if m.get("type") == "Curve" and not _is_added(m)]
     lists = [m for m in markups if m.get("type") == "Fiducial"]
-    if not curves and len(lists) == 1:
+    # Beside a curve of any kind a list is of targets, and must never be driven.
+    if len(lists) == 1 and not any(m.get("type") in ("Curve", "ClosedCurve") for m in markups):
         path, target_lists = lists[0], []
     elif len(curves) == 1:
         path, target_lists = curves[0], lists
     else:
         raise PlanError(
-            f"a plan needs one curve, or one point list; the file holds {len(curves)} curves and {len(lists)} lists."
+            f"a plan needs one curve, or a point list alone; the file has {len(curves)} curves and {len(lists)} lists."
         )
     targets = tuple(point for markup in target_lists for point in _points(markup, frame))
     name = check_name(path.get("name") or default_name, "plan's name")
@@ -132,7 +135,7 @@ def number_text(text: str) -> float:
         raise PlanError(f"{text!r:.40} is not a coordinate.") from None
 
 
-def _markup(kind: str, name: str, points: Sequence[PlanPoint]) -> dict[str, Any]:
+def _markup(kind: str, name: str, points: Sequence[PlanPoint], mark: str = NOTICE) -> dict[str, Any]:
     return {
         "type": kind,
         "name": name,
@@ -143,22 +146,22 @@ def _markup(kind: str, name: str, points: Sequence[PlanPoint]) -> dict[str, Any]
         "labelFormat": "%N-%d",
         "lastUsedControlPointNumber": len(points),
         "controlPoints": [
-            _control_point(str(n), point.label, point.position) for n, point in enumerate(points, start=1)
+            _control_point(str(n), point.label, point.position, mark) for n, point in enumerate(points, start=1)
         ],
         "measurements": [],
     }
 
 
-def _dense(name: str, samples: Sequence[CurveSample]) -> dict[str, Any]:
+def _dense(name: str, samples: Sequence[CurveSample], mark: str) -> dict[str, Any]:
     points = [PlanPoint("", f"{sample.s_mm:.2f} mm", sample.position) for sample in samples]
-    return _markup("Curve", name, points) | {"locked": True}
+    return _markup("Curve", name, points, mark) | {"locked": True}
 
 
-def _control_point(point_id: str, label: str, position: Position) -> dict[str, Any]:
+def _control_point(point_id: str, label: str, position: Position, description: str) -> dict[str, Any]:
     return {
         "id": point_id,
         "label": label,
-        "description": NOTICE,
+        "description": description,
         "associatedNodeID": "",
         "position": list(position),
         "orientation": _ORIENTATION,
@@ -182,11 +185,12 @@ def _measurement(name: str, description: str, values: Sequence[float | None]) ->
     }
 
 
-def _is_resampled(markup: dict[str, Any]) -> bool:
-    """Whether a curve is one of those this module adds: known by its measurement, or by its name."""
-    measurements = markup.get("measurements")
-    names = [m.get("name") for m in measurements if isinstance(m, dict)] if isinstance(measurements, list) else []
-    return "clearance" in names or str(markup.get("name", "")).endswith((_DENSE, _UNREACHED))
+def _is_added(markup: dict[str, Any]) -> bool:
+    """Whether a curve is one of those an export adds: each of its control points says so."""
+    items = markup.get("controlPoints")
+    if not isinstance(items, list) or not items:
+        return False
+    return all(isinstance(item, dict) and item.get("description") in (_DENSE_MARK, _UNREACHED_MARK) for item in items)
 
 
 def _points(markup: dict[str, Any], given: str | None) -> tuple[PlanPoint, ...]:

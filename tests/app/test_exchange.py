@@ -93,19 +93,32 @@ def is_label(text: str) -> bool:
 LABELS = st.text(max_size=12).filter(is_label)
 
 
-@hypothesis_settings(max_examples=60, deadline=None, derandomize=True)
+NAMES = st.builds(
+    str.__add__,
+    st.sampled_from(["left", "x resampled", "Nase ♥"]),
+    st.sampled_from(["", " resampled", " not reached", " targets", " resampled not reached"]),
+)
+
+
+@hypothesis_settings(max_examples=100, deadline=None, derandomize=True)
 @given(
     st.lists(
         st.tuples(st.text(max_size=12).filter(is_label), st.tuples(*[st.floats(-9999, 9999)] * 3)),
         min_size=1,
         max_size=4,
     ),
+    NAMES,
     st.sampled_from(FORMATS),
+    st.sampled_from([(), CURVE, CURVE[:2], CURVE[2:]]),
 )
-def test_any_points_come_back(rows: list[tuple[str, tuple[float, float, float]]], form: str) -> None:
+def test_any_points_come_back(
+    rows: list[tuple[str, tuple[float, float, float]]], name: str, form: str, driven: tuple[CurveSample, ...]
+) -> None:
+    """HAZ-14: whatever the plan is called, and however far it was driven."""
     points = tuple(PlanPoint(f"p{n}", label, place) for n, (label, place) in enumerate(rows))
-    plan = replace(PLAN, points=points, targets=points[:1] and (replace(points[0], id="t"),))
-    file = read_plan(f"x.{form}", export_text(plan, format_of(f"x.{form}")).encode())
+    plan = replace(PLAN, name=name, points=points, targets=points[:1] and (replace(points[0], id="t"),))
+    file = read_plan(f"x.{form}", export_text(plan, format_of(f"x.{form}"), driven).encode())
+    assert file.name == name
     assert_same(file.content.points, points)
     assert_same(file.content.targets, plan.targets)
 
@@ -118,7 +131,7 @@ def test_markups_are_of_the_schema_and_carry_the_clearance() -> None:
     for markup in data["markups"]:
         assert (markup["coordinateSystem"], markup["coordinateUnits"]) == ("LPS", "mm")
         assert markup["description"] == "Not for clinical use. Held by bone."
-        assert all(point["description"] == "Not for clinical use" for point in markup["controlPoints"])
+        assert all(point["description"].startswith("Not for clinical use") for point in markup["controlPoints"])
     clearance = dense["measurements"][0]
     assert (clearance["name"], clearance["units"], clearance["value"]) == ("clearance", "mm", 0.4)
     assert clearance["controlPointValues"] == [2.5, 0.4]
@@ -157,6 +170,22 @@ def test_frames_and_units_are_turned_into_lps_mm(changes: dict[str, object], exp
     )
 
 
+def test_targets_are_never_taken_for_the_path() -> None:
+    """An export whose path was deleted elsewhere is refused, though one list of points is left."""
+    data = json.loads(to_markups(PLAN, CURVE))
+    for kept in ([1, 2, 3], [1, 3], [2, 3]):
+        with pytest.raises(PlanError, match="0 curves and 1 lists"):
+            read_plan("x.json", markups(*[data["markups"][n] for n in kept]))
+    assert_same(read_targets("x.json", markups(data["markups"][3])), PLAN.targets)
+
+
+def test_a_curve_of_another_program_may_have_any_name_and_measurement() -> None:
+    for name in ("left resampled", "left not reached"):
+        foreign = curve(name=name, measurements=[{"name": "clearance", "value": 1.0}])
+        file = read_plan("x.json", markups(foreign, curve(type="Fiducial", name="seen")))
+        assert (file.name, len(file.content.points), len(file.content.targets)) == (name, 1, 1)
+
+
 def test_a_frame_that_nobody_names_is_asked_for() -> None:
     """HAZ-14."""
     data = markups({"type": "Curve", "controlPoints": [{"position": [1, 2, 3]}]})
@@ -189,6 +218,7 @@ def test_a_frame_that_nobody_names_is_asked_for() -> None:
         ("x.json", markups()),
         ("x.json", markups(curve(), curve())),
         ("x.json", markups({"type": "ROI"})),
+        ("x.json", markups(curve(type="ClosedCurve"), curve(type="Fiducial"))),
         ("x.json", markups(curve(coordinateUnits="inch"))),
         ("x.json", markups(curve(coordinateSystem="IJK"))),
         ("x.json", markups(curve(controlPoints=[{"position": [1, 2, True]}]))),
