@@ -137,8 +137,7 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         result = {"completed": all(t["reached"] for t in targets), "reason": "", "targets": targets}
     elif args.operator == "pushing":
         steps = PUSHING_STEPS if args.steps is None else args.steps
-        last = run.push(steps, args.seed, args.free)
-        result = {"completed": True, "reason": last.reason, "mode": last.mode}
+        result = {"completed": True} | run.push(steps, args.seed, args.free)
     else:
         last = run.follow()
         done = last.phase == "done"

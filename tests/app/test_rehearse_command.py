@@ -68,7 +68,8 @@ def test_the_pushing_hand_reaches_the_margin_and_no_further(
     status, report = rehearse([*head, "--operator", "pushing", "--seed", "3", *free], capsys)
     assert status == 0
     assert report["steps"] >= 2000
-    assert 0.3 <= report["min_clearance_mm"] <= 0.35
+    assert report["pushing"]["steps"] == 2000
+    assert 0.3 <= report["min_clearance_mm"] <= report["pushing"]["min_clearance_mm"] <= 0.35
 
 
 def test_targets_of_a_file_are_inspected(head: list[str], trial_data: Path, capsys: pytest.CaptureFixture[str]) -> None:

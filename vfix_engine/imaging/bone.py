@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from vfix_engine.errors import ImageError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.surface import BONE_HU, clean, extract_surface, thin
+from vfix_engine.imaging.surface import BONE_HU, ThinnedSurface, clean, extract_surface, thin
 from vfix_engine.imaging.volume import Volume
 
 # The surface that the margin is kept to: thinning moves it by up to some tenths of a millimetre, as much as the margin,
@@ -52,11 +52,17 @@ def bone_of_volume(volume: Volume, *, progress: Progress) -> BoneSurfaces:
     progress("Thinning the surface", 0.45)
     control = thin(surface, CONTROL_TRIANGLES)
     progress(
-        f"{len(surface.faces):,} triangles, thinned to {len(control.mesh.faces):,} "
-        f"({control.max_deviation_mm:.2f} mm off at most); making the picture of it",
+        _thinned_words(len(surface.faces), control) + "; making the picture of it",
         0.75,
     )
     return _with_display(control.mesh, (control.mean_deviation_mm, control.max_deviation_mm))
+
+
+def _thinned_words(before: int, surface: ThinnedSurface) -> str:
+    after = len(surface.mesh.faces)
+    if after == before:
+        return f"{before:,} triangles, kept whole"
+    return f"{before:,} triangles, thinned to {after:,} ({surface.max_deviation_mm:.2f} mm off at most)"
 
 
 def bone_of_surface(surface: TriangleMesh, *, progress: Progress) -> BoneSurfaces:

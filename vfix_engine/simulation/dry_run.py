@@ -14,6 +14,9 @@ from .scene import Scene
 Array = NDArray[np.float64]
 
 STEP_MM = 0.1  # length of a dry step: ten times a rehearsal's, the certificate being the same
+# Gives that step whatever the settings of the hand are.
+PACE = {"dt_s": 0.01, "gain_mm_per_s_per_n": 2.0, "force_cap_n": 5.0}
+DETOUR = 5.0  # a run that takes this many times the path's length in steps goes nowhere
 PATIENCE = 40  # held steps after which the tool is stuck
 
 
@@ -44,19 +47,17 @@ def dry_run(scene: Scene, settings: ControlSettings) -> DryRun:
         StartRefused: the start pose is outside a limit or inside the margin.
         ControlError: the scene has no path.
     """
-    speed = settings.gain_mm_per_s_per_n * settings.force_cap_n
-    bounds = ControlSettings.bounds()["dt_s"]
-    dt = min(max(STEP_MM / speed, bounds.low), bounds.high)
-    rehearsal = Rehearsal(scene, replace(settings, dt_s=dt))
+    rehearsal = Rehearsal(scene, replace(settings, **PACE))
     state = rehearsal.start("path")
     length = 0.0 if scene.path is None else scene.path.length
     snapshot = rehearsal.snapshot(state)
     rows = [snapshot]
     stuck, best = 0, snapshot.progress_mm
-    while snapshot.phase != "done" and stuck < PATIENCE:
+    most = int(DETOUR * length / STEP_MM) + PATIENCE
+    while snapshot.phase != "done" and stuck < PATIENCE and len(rows) <= most:
         state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
         rows.append(snapshot)
-        gained = snapshot.progress_mm > best + 0.02 * speed * dt
+        gained = snapshot.progress_mm > best + 0.02 * STEP_MM
         best = max(best, snapshot.progress_mm)
         stuck = 0 if gained or (snapshot.phase == "approach" and not snapshot.held) else stuck + 1
     done = snapshot.phase == "done"

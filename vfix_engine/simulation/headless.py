@@ -76,8 +76,8 @@ class HeadlessRun:
         state = self.rehearsal.start("path")
         return self._drive(state, operator, lambda s: s.phase == "done" or (stop is not None and stop(s)))[1]
 
-    def push(self, steps: int, seed: int, free: bool) -> Snapshot:
-        """Along the path to its tightest place, then ``steps`` steps of full force into bone."""
+    def push(self, steps: int, seed: int, free: bool) -> dict[str, Any]:
+        """Along the path to its tightest place, then ``steps`` steps of full force into bone; what these came to."""
         rehearsal = self.rehearsal
         dry = dry_run(rehearsal.scene, rehearsal.settings)
         tightest = float(dry.s[dry.clearance.argmin()])
@@ -90,9 +90,15 @@ class HeadlessRun:
             state = rehearsal.with_mode(state, "free")
             self.tally.errors.clear()  # without the fixture the path is no reference
         operator = PushingOperator(seed)
+        pushed = Tally()
         for _ in range(steps):
             state, snapshot = self._one(state, operator)
-        return snapshot
+            pushed.add(snapshot, 0.0)
+        return {
+            "mode": snapshot.mode,
+            "reason": snapshot.reason,
+            "pushing": {"steps": pushed.steps, "min_clearance_mm": pushed.least_clearance, "held_steps": pushed.held},
+        }
 
     def inspect(self, target: int, steps: int) -> dict[str, Any]:
         """Along the path to where the view is nearest to the target, onto it, and ``steps`` steps of swinging.

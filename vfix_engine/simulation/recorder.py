@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -11,13 +12,18 @@ import numpy as np
 
 from .snapshot import Snapshot
 
-NOTICE = "not for clinical use"
+ABOUT = {
+    "notice": "Not for clinical use",
+    "frame": "LPS",
+    "units": {"t": "s", "q": "mm or rad by joint", "tip": "mm", "segments": "mm"},
+}
 
 
 class CsvRecorder:
     """Columns: t [s], q0 … [mm, rad], tip_x/y/z, and for each tool segment i its axis ends and radius in LPS mm.
 
     The file appears under its name only when the recording is closed, so that a torn one is never mistaken for whole.
+    Beside it lies FILE.about.json with frame, units and the notice, which a table of numbers has no place for.
     """
 
     def __init__(self, path: Path):
@@ -44,6 +50,7 @@ class CsvRecorder:
 
     def close(self) -> None:
         self._file.close()
+        self._path.with_name(self._path.name + ".about.json").write_text(json.dumps(ABOUT), encoding="utf-8")
         self._part.replace(self._path)
 
     def __enter__(self) -> Self:

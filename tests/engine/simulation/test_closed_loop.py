@@ -78,11 +78,12 @@ def test_full_force_into_bone_stops_at_the_margin(scene_name: str, free: bool, r
     scene: Scene = request.getfixturevalue(scene_name)
     kept: list[Snapshot] = []
     run = HeadlessRun(Rehearsal(scene, replace(FAST, k_tau=float(free))), kept.append)
-    run.push(2000, seed=4, free=free)
+    pushing = run.push(2000, seed=4, free=free)["pushing"]
+    assert pushing["steps"] == 2000
     assert run.tally.least_clearance >= SETTINGS.margin_mm
     assert judged(scene, kept, every=10) >= SETTINGS.margin_mm - 1e-6
     if free or scene_name == "real_head":
-        assert run.tally.least_clearance <= SETTINGS.margin_mm + 0.05
+        assert pushing["min_clearance_mm"] <= SETTINGS.margin_mm + 0.05
 
 
 def test_between_the_steps_the_tool_keeps_its_distance_too(real_head: Scene) -> None:
@@ -115,6 +116,10 @@ def test_the_dry_run_takes_the_poses_of_the_rehearsal(real_head: Scene) -> None:
     assert dry.completed
     driven = np.interp(dry.s, [s.progress_mm for s in kept], [s.clearance_mm for s in kept])
     assert np.abs(driven - dry.clearance).mean() < 0.1
+    assert min(s.clearance_mm for s in kept) == pytest.approx(dry.clearance.min(), abs=0.05)
+    tight = dry.clearance < 1.0
+    assert tight.any()
+    assert np.abs(driven - dry.clearance)[tight].max() < 0.3
 
 
 def test_the_phantoms_corridor_can_be_driven(phantom: Scene) -> None:
