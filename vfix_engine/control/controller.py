@@ -72,7 +72,7 @@ class Controller:
         solver: str = "daqp",
     ):
         self.robot, self.tool, self.settings, self._solver = robot, tool, settings, solver
-        self._surroundings = Surroundings(tree, settings.reach_mm, settings.group_flat_mm)
+        self._surroundings = Surroundings(tree, settings)
         self._certifier = Certifier(robot, tool, self._surroundings, settings.margin_mm)
         self._little_motion = little_motion(robot.robot)
 

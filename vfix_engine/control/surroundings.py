@@ -7,8 +7,11 @@ from numpy.typing import NDArray
 
 from ..geometry.capsules import Segments
 from ..geometry.proximity import CandidateList, Pairs, ProximityTree, reduce_pairs
+from .settings import ControlSettings
 
-EXACT_WITHIN_MM = 1.0  # nearer than this every triangle gives its own pair
+# Nearer to the margin than this every triangle gives its own pair. A grouped pair lies on an inflated box, nearer than
+# bone: it must be too far away to hold the tool in one step.
+EXACT_BEYOND_MARGIN_MM = 0.7
 SLACK_MM = 0.75  # how far the tool may move before the candidates are gathered anew
 
 
@@ -20,15 +23,16 @@ class Surroundings:
     The kept list is a cache only; answers are exact for every pose, whatever was asked before.
     """
 
-    def __init__(self, tree: ProximityTree, threshold_mm: float, group_flat_mm: float):
-        self._tree, self._threshold = tree, threshold_mm
-        self._group_flat = group_flat_mm if group_flat_mm > 0.0 else None
+    def __init__(self, tree: ProximityTree, settings: ControlSettings):
+        self._tree, self._threshold = tree, settings.reach_mm
+        self._group_flat = settings.group_flat_mm if settings.group_flat_mm > 0.0 else None
+        self._exact_within = settings.margin_mm + EXACT_BEYOND_MARGIN_MM
         self._candidates: CandidateList | None = None
 
     def pairs(self, segments: Segments) -> Pairs:
         """The pairs within the threshold that say something of their own, nearest first."""
         found = self._tree.pairs_within(
-            segments, self._threshold, group_flat=self._group_flat, exact_within=EXACT_WITHIN_MM
+            segments, self._threshold, group_flat=self._group_flat, exact_within=self._exact_within
         )
         return reduce_pairs(found)
 

@@ -164,6 +164,19 @@ def test_a_wall_across_the_path_holds_the_tool_and_is_named() -> None:
     assert snapshot.tip_error_mm < 0.05
 
 
+@pytest.mark.parametrize("margin", [0.1, 1.0, 2.5])
+def test_what_holds_the_tool_is_bone_at_the_margin_whatever_the_margin(margin: float) -> None:
+    """Grouped pairs lie on boxes nearer than bone: none of them may stop the tool before bone does."""
+    scene = straight_scene(wall(20.0), np.array([[0.0, 0, 0], [0, 10, 0], [0, 30, 0]]))
+    rehearsal = Rehearsal(scene, replace(FAST, margin_mm=margin))
+    state = rehearsal.start()
+    for _ in range(800):
+        state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
+    assert snapshot.held
+    assert snapshot.reason == f"bone on the tip, {snapshot.clearance_mm:.1f} mm"
+    assert margin <= snapshot.clearance_mm <= margin + 0.02
+
+
 def test_a_joint_at_its_limit_is_named() -> None:
     scene = straight_scene(wall(500.0), np.array([[0.0, 0, 0], [0, 100, 0], [0, 300, 0]]))
     rehearsal = Rehearsal(scene, ControlSettings(dt_s=2e-2))
