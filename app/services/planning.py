@@ -16,9 +16,10 @@ from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position
 from app.services.plans import PlanService
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, VfixError
-from vfix_engine.geometry.fit import nearest_place
+from vfix_engine.geometry.fit import Inside, nearest_place
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.geometry.side import SurfaceSide
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation.dry_run import DryRun, dry_run
 from vfix_engine.simulation.placing import place_robot
@@ -78,20 +79,20 @@ class Planning:
         self._cases = cases
         self._plans = plans
         self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
+        self._sides: Cache[str, SurfaceSide] = Cache(4)
 
     def snap(
         self, case_id: str, point: Sequence[float], *, tool: str = DEFAULT_TOOL, margin_mm: float | None = None
     ) -> SnapResult:
         """The nearest place where the tool fits with its margin: outside the bone, with room for the shaft all around.
 
-        Raises PlanError when there is none near.
+        Without a CT the surface's normals tell the outside. Raises PlanError when there is no such place near.
         """
         wanted = check_position(point)
         margin = ControlSettings().margin_mm if margin_mm is None else margin_mm
         room = float(Tool.load(tool).radius.max()) + margin
-        volume = self._cases.volume(case_id)
-        inside = None if volume is None else lambda places: _in_bone(volume, places)
-        place = check_position(nearest_place(self._cases.tree(case_id), wanted, room, inside_bone=inside).tolist())
+        tree = self._cases.tree(case_id)
+        place = check_position(nearest_place(tree, wanted, room, inside_bone=self._inside_bone(case_id, tree)).tolist())
         moved = float(np.linalg.norm(np.subtract(place, wanted)))
         reason = f"moved {moved:.1f} mm to where the tool fits" if moved > _MOVED_MM else ""
         return SnapResult(place, moved, reason)
@@ -101,10 +102,6 @@ class Planning:
         plan = self._plans.get(plan_id)
         settings = ControlSettings.from_dict(dict(plan.settings))
         return self.snap(plan.case_id, position, tool=plan.tool, margin_mm=settings.margin_mm).position
-
-    def dry_run(self, plan: Plan) -> DryRun:
-        """The dry run of a plan, from its placing or from one found for it. Raises PlanError or StartRefused."""
-        return self.evaluate(plan).run
 
     def evaluate(self, plan: Plan) -> PlanEvaluation:
         """Spline, clearance of the whole tool along it, and the placing.
@@ -130,6 +127,14 @@ class Planning:
             return tuple(CurveSample(at, (p[0], p[1], p[2]), None) for at, p in samples), f"No clearances: {error}"
         held = f"The tool gets {evaluation.reached_mm:.1f} of {evaluation.length_mm:.1f} mm: {evaluation.reason}."
         return evaluation.samples(), "" if evaluation.completed else held
+
+    def _inside_bone(self, case_id: str, tree: ProximityTree) -> Inside:
+        """What tells bone from air: the CT, or without one the side of the surface."""
+        volume = self._cases.volume(case_id)
+        if volume is not None:
+            return lambda places: volume.sample(places) >= BONE_HU
+        side = self._sides.get(tree.mesh.content_hash, lambda: SurfaceSide(tree))
+        return lambda places: ~side.outside(places)
 
     def _evaluate(self, plan: Plan) -> PlanEvaluation:
         path = _path(plan)
@@ -183,7 +188,3 @@ def _clearance_at(s: Array, run: DryRun) -> Array:
     between = ~known & (s <= run.s.max())
     clearance[between] = np.interp(s[between], s[known], clearance[known])
     return clearance
-
-
-def _in_bone(volume: Volume, places: Array) -> NDArray[np.bool_]:
-    return volume.sample(places) >= BONE_HU

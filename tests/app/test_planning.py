@@ -4,14 +4,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
+from app.services.cases import CaseFrame, CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import NotFound
 from app.services.exchange import export_text
+from app.services.planning import Planning
+from app.services.plans import PlanService
 from app.services.resolve import resolve_case, resolve_plan, resolve_targets
 from vfix_engine.errors import PlanError
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import Tool
 
 
@@ -30,6 +35,17 @@ def test_a_point_in_air_stays(phantom_services: Services) -> None:
     snapped = phantom_services.planning.snap(HEAD_PHANTOM, point.position)
     assert (snapped.position, snapped.moved_mm, snapped.reason) == (point.position, 0.0, "")
     assert phantom_services.planning.fit_point(SAMPLE_PLAN, point.position) == point.position
+
+
+def test_without_a_ct_a_point_moves_out_of_the_bone(cases: CaseService, plans: PlanService) -> None:
+    """HAZ-04: in the middle of a thick bone there is room for the tool, but no air."""
+    made = trimesh.creation.box((16, 16, 16))
+    bone = TriangleMesh(made.vertices, made.faces)
+    case = cases.create("Block", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": bone})
+    for wanted in ([0.0, 0.5, 1.0], [7.9, 0.0, 0.0]):
+        snapped = Planning(cases, plans).snap(case.id, wanted, margin_mm=0.3)
+        assert max(map(abs, snapped.position)) > 8.0
+        assert snapped.moved_mm < 12.0
 
 
 def test_the_sample_plan_can_be_driven_and_is_driven_once(phantom_services: Services) -> None:

@@ -24,7 +24,8 @@ def nearest_place(
     """The place (3,) nearest to ``point`` (3,) where a ball of radius ``clearance`` (mm) touches no bone.
 
     Args:
-        inside_bone: tells for points (n, 3) whether they lie in bone; without it only the surface's distance counts.
+        inside_bone: tells for points (n, 3) whether they lie in bone, from an image or by `side`; without it only
+            the surface's distance counts.
         max_move: how far from the point the place may be, in mm.
 
     Places are searched on shells of growing radius and the first that fits is drawn towards the point as far as it
