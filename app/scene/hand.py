@@ -11,6 +11,7 @@ import numpy.typing as npt
 import viser
 
 from app.scene import palette
+from app.scene.checks import finite_position
 
 Floats = npt.NDArray[np.float64]
 
@@ -99,10 +100,14 @@ class HandNodes:
             self._blocked.position = place
 
     async def _dragged(self, event: viser.SceneNodeDragEvent[Any]) -> None:
-        end = np.array(event.end_position)
-        if event.phase == "start":
+        end = finite_position(event.end_position)
+        if event.phase == "start" and end is not None:
             self._offset = self._grip_at - end
-        position = end + self._offset
+        position = None if end is None else finite_position(end + self._offset)
+        if position is None:
+            if event.phase != "end":
+                return
+            position = self._grip_at  # a hand lets go wherever it is said to be
         self._hand = None if event.phase == "end" else position
         self._on_drag(GripDrag(event.phase, (float(position[0]), float(position[1]), float(position[2]))))
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import viser
 
 from app.scene import palette, shapes
+from app.scene.checks import finite_position
 
 Floats = npt.NDArray[np.float64]
 
@@ -84,10 +85,14 @@ class ItemNode:
                 self._node.on_drag("left")(self._dragged)
 
     async def _dragged(self, event: viser.SceneNodeDragEvent[Any]) -> None:
-        end = np.array(event.end_position)
-        if event.phase == "start":
+        end = finite_position(event.end_position)
+        if event.phase == "start" and end is not None:
             self._offset = np.array(self._item.position) - end
-        position = end + self._offset
+        position = None if end is None else finite_position(end + self._offset)
+        if position is None:
+            if event.phase != "end":
+                return
+            position = np.array(self._item.position)  # a drag ends wherever it is said to end
         self._on_drag(
             DragEvent(self._item.id, event.phase, (float(position[0]), float(position[1]), float(position[2])))
         )

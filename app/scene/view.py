@@ -14,6 +14,7 @@ import viser
 from app.scene import camera
 from app.scene.anatomy import BoneNode, LetterNodes, Look, SliceNodes, SlicePicture
 from app.scene.camera import Lens
+from app.scene.checks import finite_numbers, finite_position
 from app.scene.hand import GripDrag, HandNodes
 from app.scene.lights import add_lights
 from app.scene.plan import DragEvent, PlanItem, PlanNodes
@@ -22,6 +23,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import Visual
 
 Floats = npt.NDArray[np.float64]
+MAX_PIXELS = 1e5  # of a canvas along a side
 
 
 @dataclass(frozen=True)
@@ -158,28 +160,31 @@ class SceneView:
         handle = self._client.camera
         if handle._state.update_timestamp == 0.0:
             return None
-        return _lens(handle)
+        return read_lens(handle)
 
     async def _camera_updated(self, handle: viser.CameraHandle) -> None:
-        self._events.camera_moved(_lens(handle))
+        lens = read_lens(handle)
+        if lens is not None:
+            self._events.camera_moved(lens)
 
     async def _clicked(self, event: viser.SceneClickEvent) -> None:
         lens = self.lens()
-        if lens is None or lens.width <= 0 or lens.height <= 0:
+        place = finite_numbers(event.screen_pos, 2)
+        if lens is None or lens.width <= 0 or lens.height <= 0 or place is None or np.abs(place - 0.5).max() > 0.5:
             return
         # viser reports the pixel's far corner; its centre lies half a pixel before
-        x, y = event.screen_pos[0] - 0.5 / lens.width, event.screen_pos[1] - 0.5 / lens.height
+        x, y = place[0] - 0.5 / lens.width, place[1] - 0.5 / lens.height
         self._events.clicked(ClickRay(*lens.ray(x, y)))
 
 
-def _lens(handle: viser.CameraHandle) -> Lens:
-    w, x, y, z = (float(value) for value in handle.wxyz)
-    rotation = np.asarray(trimesh.transformations.quaternion_matrix([w, x, y, z]))[:3, :3]
-    return Lens(
-        rotation,
-        np.array(handle.position, dtype=np.float64),
-        np.array(handle.look_at, dtype=np.float64),
-        float(handle.fov),
-        int(handle.image_width),
-        int(handle.image_height),
-    )
+def read_lens(handle: viser.CameraHandle) -> Lens | None:
+    """The camera as the browser reported it; None when that is no camera."""
+    wxyz, size = finite_numbers(handle.wxyz, 4), finite_numbers([handle.image_width, handle.image_height], 2)
+    position, look_at = finite_position(handle.position), finite_position(handle.look_at)
+    fov = finite_numbers([handle.fov], 1)
+    if wxyz is None or size is None or position is None or look_at is None or fov is None:
+        return None
+    if not (0.0 < fov[0] < np.pi and 0.0 <= size.min() <= size.max() <= MAX_PIXELS):
+        return None
+    rotation = np.asarray(trimesh.transformations.quaternion_matrix(wxyz))[:3, :3]
+    return Lens(rotation, position, look_at, float(fov[0]), int(size[0]), int(size[1]))

@@ -186,3 +186,18 @@ _ADAPTER: TypeAdapter[AnyCommand] = TypeAdapter(AnyCommand)
 def parse_command(text: str | bytes) -> AnyCommand:
     """Parse one message; raises pydantic's ``ValidationError`` for anything that is not a known, bounded command."""
     return _ADAPTER.validate_json(text)
+
+
+def stream_of(command: AnyCommand) -> str | None:
+    """Commands that stream: only the newest of each counts."""
+    match command:
+        case SetSlice():
+            return f"{command.type}.{command.axis}"
+        case SetCross():
+            return command.type
+        case SetView() if command.cut is None and command.slices is None:
+            return command.type
+        case DragItem():
+            return f"{command.type}.{command.item_id}"
+        case _:
+            return None

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from app.scene import palette
 from app.services import Services
+from app.services.planning import PlanEvaluation
 from vfix_engine.errors import VfixError
-from vfix_engine.simulation.dry_run import DryRun
 
 Floats = npt.NDArray[np.float64]
 _LOG = logging.getLogger(__name__)
@@ -22,28 +22,22 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Corridor:
-    """The state of the dry run. status: 'none', 'computing', 'done' or 'failed'."""
+    """The state of the dry run of one plan. status: 'none', 'computing', 'done' or 'failed'."""
 
     status: str = "none"
     words: str = ""
     caution: bool = False
     completed: bool | None = None
-    run: DryRun | None = None
+    evaluation: PlanEvaluation | None = None
     margin_mm: float = 0.3
 
-    def clearances(self, stations: Floats) -> Floats | None:
-        """(n,) clearance of the whole tool [mm] at arc lengths (n,); NaN where the tool did not get."""
-        if self.run is None or len(self.run.s) == 0:
-            return None
-        order = np.argsort(self.run.s, kind="stable")
-        s, clearance = self.run.s[order], self.run.clearance[order]
-        found: Floats = np.interp(stations, s, clearance)
-        found[stations > s[-1] + 0.5] = np.nan
-        return found
+    def samples(self) -> tuple[Floats, Floats] | None:
+        """Places (n, 3) along the path and the clearance (n,) of the whole tool there, as an export has them."""
+        return None if self.evaluation is None else (self.evaluation.positions, self.evaluation.clearance)
 
     def view(self) -> dict[str, Any]:
         """The page's section."""
-        least = None if self.run is None or len(self.run.clearance) == 0 else round(float(self.run.clearance.min()), 3)
+        least = None if self.evaluation is None else round(self.evaluation.min_clearance_mm, 3)
         scale = None
         if self.status in ("computing", "done"):
             scale = {
@@ -65,7 +59,8 @@ class Corridor:
 class CorridorDesk:
     """Runs the newest plan dry; an answer to an older plan is dropped."""
 
-    def __init__(self, services: Services, executor: Executor, done: Callable[[Corridor], None]) -> None:
+    def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
+        """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
         self._services, self._executor, self._done = services, executor, done
         self._ticket = 0
         self.current = Corridor()
@@ -85,23 +80,25 @@ class CorridorDesk:
                 return  # a newer plan waits behind this one
             answer = self._answer(plan, margin_mm)
             if ticket == self._ticket:
-                self._done(answer)
+                self._done(ticket, answer)
 
         self._executor.submit(work)
 
-    def accept(self, corridor: Corridor) -> None:
-        self.current = corridor
+    def accept(self, ticket: int, corridor: Corridor) -> None:
+        """Show an answer, unless the plan has changed while it waited."""
+        if ticket == self._ticket:
+            self.current = corridor
 
     def _answer(self, plan: Any, margin_mm: float) -> Corridor:
         try:
-            run = self._services.planning.dry_run(plan)
+            evaluation = self._services.planning.evaluate(plan)
         except VfixError as error:
             return Corridor("failed", str(error), caution=True, completed=False, margin_mm=margin_mm)
         except Exception:
             _LOG.exception("the dry run of a plan failed")
             return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
-        if run.completed:
-            words = f"The tool fits along the whole path; least clearance {run.clearance.min():.2f} mm."
+        if evaluation.completed:
+            words = f"The tool fits along the whole path; least clearance {evaluation.min_clearance_mm:.2f} mm."
         else:
-            words = f"The tool gets {run.reached_mm:.0f} of {run.length_mm:.0f} mm: {run.reason}."
-        return Corridor("done", words, not run.completed, run.completed, run, margin_mm)
+            words = f"The tool gets {evaluation.reached_mm:.0f} of {evaluation.length_mm:.0f} mm: {evaluation.reason}."
+        return Corridor("done", words, not evaluation.completed, evaluation.completed, evaluation, margin_mm)

@@ -51,9 +51,12 @@ class HeadDesk:
     # -- opening
 
     def open_first(self, case_id: str | None) -> None:
-        """Open the case the page remembers, or the embedded one."""
-        known = {case.id for case in self._services.cases.list()}
-        self.open(case_id if case_id in known else self._services.cases.embedded_case().id)
+        """Open the case the page remembers, else the embedded one, else the first; none when all are deleted."""
+        known = [case.id for case in self._services.cases.list()]
+        for wanted in (case_id, self._services.cases.embedded_case().id, *known):
+            if wanted in known:
+                self.open(wanted)
+                return
 
     def open(self, case_id: str) -> None:
         """Show a case; its surface and volume are read in the background. Raises VfixError when there is none."""

@@ -17,6 +17,7 @@ from app.session.workspace import Workspace
 
 MAX_WORKSPACES = 24
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
+ABANDONED_S = 600.0  # and its rehearsal for so long
 
 
 @dataclass
@@ -77,23 +78,32 @@ class SessionHub:
         return workspace
 
     def disconnect(self, tab: str) -> None:
-        """The page is gone: the hand lets go at once, the handle itself after a grace (HAZ-11)."""
+        """The page is gone: the hand lets go at once, the handle after a grace (HAZ-11), the robot stays for long."""
         with self._lock:
             entry = self._entries.get(tab)
             if entry is None:
                 return
             entry.connected, entry.seen_at = False, time.monotonic()
         entry.workspace.hand_gone()
-        timer = threading.Timer(LEASE_GRACE_S, self._give_up_lease, (tab,))
-        timer.daemon = True
-        timer.start()
+        self._wait_for(entry)
 
-    def _give_up_lease(self, tab: str) -> None:
-        with self._lock:
-            entry = self._entries.get(tab)
-            away = entry is not None and not entry.connected and time.monotonic() - entry.seen_at >= LEASE_GRACE_S - 0.5
-        if entry is not None and away:
-            entry.workspace.give_up_handle()
+    def _wait_for(self, entry: _Entry) -> None:
+        """Give up by and by what a page had that does not come back; each time it is asked again whether it did."""
+        seen_at, workspace = entry.seen_at, entry.workspace
+
+        def still_away() -> bool:
+            with self._lock:
+                return not entry.connected and entry.seen_at == seen_at
+
+        def give_up_handle() -> None:
+            if still_away():
+                workspace.give_up_handle(still_away)
+                _later(ABANDONED_S - LEASE_GRACE_S, give_up_rehearsal)
+
+        def give_up_rehearsal() -> None:
+            workspace.give_up_rehearsal(still_away)
+
+        _later(LEASE_GRACE_S, give_up_handle)
 
     def _make_room(self) -> None:
         while len(self._entries) >= MAX_WORKSPACES:
@@ -127,3 +137,9 @@ class SessionHub:
             entry.workspace.close()
         self._executor.shutdown(wait=False, cancel_futures=True)
         self._rooms.close()
+
+
+def _later(seconds: float, action: Callable[[], None]) -> None:
+    timer = threading.Timer(seconds, action)
+    timer.daemon = True
+    timer.start()

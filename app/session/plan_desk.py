@@ -40,12 +40,12 @@ class PlanDesk:
     def __init__(self, services: Services, plan_id: str) -> None:
         self._services = services
         self._editor = services.plans.editor(plan_id)
+        self._dragged: dict[str, Position] = {}
         self.refresh()
         self.selected: str | None = None
         self.add_mode: AddMode = "point"
         self.insert_after: str | None = None
         self.ghost: Ghost | None = None
-        self._dragged: dict[str, Position] = {}
         self._path: tuple[tuple[Position, ...], SplinePath | None] | None = None
 
     # -- what there is
@@ -54,6 +54,8 @@ class PlanDesk:
         """Read the plan anew: after each edit, and now and then because other tabs edit too."""
         self.plan = self._editor.plan
         self.can_undo, self.can_redo = self._editor.history()
+        known = {entry.id for entry in (*self.plan.points, *self.plan.targets)}
+        self._dragged = {item_id: place for item_id, place in self._dragged.items() if item_id in known}
 
     def _edit(self, change: Callable[..., T], *arguments: Any, **options: Any) -> T:
         """Do an edit on the revision that is shown; when the plan has moved on, it is shown and the edit refused."""
@@ -162,6 +164,11 @@ class PlanDesk:
     def cancel(self) -> None:
         self.ghost = None
         self.insert_after = None
+        self.let_go()
+
+    def let_go(self) -> None:
+        """Whatever a hand was dragging is back where it is stored."""
+        self._dragged.clear()
 
     def insert_between(self, item_id: str) -> None:
         """A ghost half way along the path between a point and the next one."""
@@ -196,6 +203,7 @@ class PlanDesk:
         return f"The point was moved {moved:.1f} mm to where the tool fits." if moved > 0.2 else ""
 
     def delete(self, item_id: str) -> None:
+        self.let_go()
         if self.kind_of(item_id) == "target":
             self._edit(self._editor.delete_target, item_id)
         else:
@@ -211,11 +219,11 @@ class PlanDesk:
         self._edit(self._editor.set_locked, locked)
 
     def undo(self) -> None:
-        self.ghost = None
+        self.cancel()
         self._edit(self._editor.undo)
 
     def redo(self) -> None:
-        self.ghost = None
+        self.cancel()
         self._edit(self._editor.redo)
 
 

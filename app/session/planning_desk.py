@@ -39,17 +39,18 @@ class PlanningDesk:
         self._plans: list[Any] = []
         self._focus: Position | None = None
         self._corridor_key: Any = None
-        self._corridor = CorridorDesk(services, executor, lambda answer: ask(lambda: self._corridor.accept(answer)))
+        self._corridor = CorridorDesk(
+            services, executor, lambda ticket, answer: ask(lambda: self._corridor.accept(ticket, answer))
+        )
 
     # -- opening
 
     def open(self, case_id: str, plan_id: str | None) -> None:
         """Open a plan of a case: the named one, else the newest, else a new one."""
         self._case_id = case_id
-        plans = list(self._services.plans.list(case_id))
-        ids = [plan.id for plan in plans]
+        ids = [plan.id for plan in self._services.plans.list(case_id)]  # oldest first
         if plan_id not in ids:
-            plan_id = ids[0] if ids else self._services.plans.create(case_id, "Plan 1").id
+            plan_id = ids[-1] if ids else self._services.plans.create(case_id, "Plan 1").id
         self._load(plan_id)
 
     def close(self) -> None:
@@ -58,10 +59,19 @@ class PlanningDesk:
         self._corridor.clear()
 
     def _load(self, plan_id: str) -> None:
+        self._check_own(plan_id)
         self._desk = PlanDesk(self._services, plan_id)
         points = self._desk.points()
         self._focus = points[len(points) // 2] if points else None
         self._corridor_key = None
+
+    def _check_own(self, plan_id: str) -> None:
+        """Raise PlanError for a plan of another head: its points lie in other anatomy; and for a deleted one."""
+        plan = self._services.plans.get(plan_id)
+        if plan.case_id != self._case_id:
+            raise PlanError("that plan belongs to another head; open that head first.")
+        if plan.deleted_at is not None:
+            raise PlanError("that plan is deleted; restore it first.")
 
     # -- what there is
 
@@ -103,11 +113,10 @@ class PlanningDesk:
 
     def curve(self) -> tuple[Floats | None, Floats | None]:
         """Places along the spline, and the clearance of the whole tool there where it is known."""
-        path = None if self._desk is None else self._desk.path()
-        points = curve_points(path)
-        if path is None or points is None:
-            return None, None
-        return points, self._shown_corridor().clearances(np.linspace(0.0, path.length, len(points)))
+        samples = self._shown_corridor().samples()
+        if samples is not None:
+            return samples
+        return curve_points(None if self._desk is None else self._desk.path()), None
 
     def take_focus(self) -> Position | None:
         """Where the slices should go now, once."""
@@ -178,6 +187,7 @@ class PlanningDesk:
             case c.PlanCommand(type="plan.open"):
                 self._load(command.plan_id)
             case c.PlanCommand(type="plan.duplicate"):
+                self._check_own(command.plan_id)
                 self._load(plans.duplicate(command.plan_id).id)
             case c.PlanCommand(type="plan.restore"):
                 plans.restore(command.plan_id)
@@ -224,6 +234,11 @@ class PlanningDesk:
             return desk.drop(drag.item_id)
         desk.drag(drag.item_id, drag.position)
         return ""
+
+    def let_go(self) -> None:
+        """The hand is gone: what it was dragging is where it was before."""
+        if self._desk is not None:
+            self._desk.let_go()
 
     def quiet(self) -> None:
         """Another step begins: what was only half done is taken back."""

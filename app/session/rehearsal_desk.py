@@ -6,6 +6,7 @@ from concurrent.futures import Executor
 from typing import Any
 
 from app.services import Services
+from app.services.errors import PlanLocked
 from app.session import commands as c
 from app.session.board import Board
 from app.session.hints import rehearse_hint
@@ -23,22 +24,24 @@ class RehearsalDesk:
 
     def __init__(self, services: Services, rooms: RehearsalRooms, executor: Executor, tab: str) -> None:
         self._services, self._rooms, self._executor, self._tab = services, rooms, executor, tab
+        self._plan_id: str | None = None
         self.room: RehearsalRoom | None = None
         self.snapshot: Snapshot | None = None
         self._run_when_ready = False
         self._arrived = False
+        self.plan_edited = False  # the plan in the store has changed by what was done here
 
     def enter(self, plan_id: str | None) -> None:
         """Go to the room of a plan."""
         self.leave()
         if plan_id is not None:
-            self.room = self._rooms.room(plan_id)
-            self.room.watchers.add(self._tab)
+            self._plan_id = plan_id
+            self.room = self._rooms.enter(plan_id, self._tab)
 
     def leave(self) -> None:
         """Go out of the room."""
         self.away()
-        self.room = self.snapshot = None
+        self.room = self.snapshot = self._plan_id = None
 
     @property
     def mine(self) -> bool:
@@ -67,19 +70,25 @@ class RehearsalDesk:
         x, y, z = (float(value) for value in self.snapshot.grip)
         return [(x, y, z)]
 
+    def give_up(self) -> None:
+        """Nobody is at this desk for now: the robot pauses where it is and the handle is free."""
+        if self.room is not None:
+            self.room.pause(self._tab)
+            self.room.leave(self._tab)
+
     def away(self) -> None:
-        """Nobody is at this desk: the handle is free, and a robot that nobody watches is sent home."""
-        if self.room is None:
-            return
-        self.room.leave(self._tab)
-        self.room.watchers.discard(self._tab)
-        if not self.room.watchers:
-            self.room.close()
+        """Nobody is at this desk any more: the handle is free, and a robot that nobody watches is sent home."""
+        if self.room is not None:
+            self.room.leave(self._tab)
+            self._rooms.leave(self.room, self._tab)
 
     def back(self) -> None:
-        """The page is there again."""
-        if self.room is not None:
-            self.room.watchers.add(self._tab)
+        """The page is there again: into the room of its plan, which may be another one by now."""
+        if self._plan_id is None:
+            return
+        room = self._rooms.enter(self._plan_id, self._tab)
+        if room is not self.room:
+            self.room, self.snapshot = room, None
 
     def arrived(self) -> bool:
         """True once after a robot has been put in place: the time to look at it."""
@@ -150,7 +159,8 @@ class RehearsalDesk:
         room = self.room
         if room is None:
             return []
-        words = room.check()
+        room.check()
+        words = room.take_words(self._tab) + self._keep_settings(room)
         before, self.snapshot = self.snapshot, room.snapshot()
         self._arrived |= before is None and self.snapshot is not None
         if self._run_when_ready and room.state == "ready":
@@ -158,7 +168,21 @@ class RehearsalDesk:
             room.run(self._tab)
         elif room.state == "failed":
             self._run_when_ready = False
-        return words if self.mine else []
+        return words
+
+    def _keep_settings(self, room: RehearsalRoom) -> list[str]:
+        """The plan keeps the settings that came into force, unless it is locked."""
+        accepted = room.take_accepted(self._tab)
+        if not accepted or self._plan_id is None:
+            return []
+        before = self._services.plans.get(self._plan_id)
+        try:
+            self._services.plans.editor(self._plan_id).set_settings(accepted)
+        except PlanLocked:
+            return ["The plan is locked: the changed settings hold for this rehearsal only."]
+        room.plan_changed(plan_key(before), plan_key(self._services.plans.get(self._plan_id)))
+        self.plan_edited = True
+        return []
 
     # -- for the page
 
@@ -171,9 +195,13 @@ class RehearsalDesk:
         room = self.room
         holder = room is not None and room.lease.holder is not None
         words = "" if room is None else room.words
-        board.publish("rehearsal", rehearsal_section(self.snapshot, self.state, words, self.mine, holder))
+        section = rehearsal_section(self.snapshot, self.state, words, self.mine, holder)
+        if room is not None and section.get("mode") == "inspect":
+            section["target_index"] = room.target_index
+        board.publish("rehearsal", section)
         board.publish("details", details_section(self.snapshot))
-        board.publish("settings", settings_section(ControlSettings() if room is None else room.settings))
+        settings, answered = (ControlSettings(), 0) if room is None else (room.settings, room.settings_answered)
+        board.publish("settings", settings_section(settings, answered))
         board.publish("tool", self._tool())
 
     def _tool(self) -> dict[str, Any]:

@@ -67,10 +67,11 @@ def details_section(snapshot: Snapshot | None) -> dict[str, Any]:
     }
 
 
-def settings_section(settings: ControlSettings) -> dict[str, Any]:
-    """Sliders with range, unit and label."""
+def settings_section(settings: ControlSettings, answered: int) -> dict[str, Any]:
+    """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back."""
     bounds, values = ControlSettings.bounds(), settings.to_dict()
     return {
+        "answered": answered,
         "fields": [
             {
                 "name": name,
@@ -83,7 +84,7 @@ def settings_section(settings: ControlSettings) -> dict[str, Any]:
                 "value": round(values[name], 4),
             }
             for name, (step, digits, (low, high)) in SHOWN_SETTINGS.items()
-        ]
+        ],
     }
 
 

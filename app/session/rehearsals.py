@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -19,6 +21,7 @@ from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 from vfix_engine.simulation.snapshot import Snapshot
 
 RoomState = Literal["absent", "starting", "ready", "failed"]
+Position = tuple[float, float, float]
 MAX_ROOMS = 4
 _LOG = logging.getLogger(__name__)
 
@@ -43,8 +46,14 @@ class RehearsalRoom:
         self._words = ""
         self._plan_key: object = None
         self._generation = 0
-        self._settings = ControlSettings()
-        self._hand: tuple[float, float, float] | None = None  # where the hand holds the grip, LPS [mm]
+        self._settings = ControlSettings()  # in force, as the process says
+        self._wished: ControlSettings | None = None  # asked for last, until the process has answered everything
+        self._asked: deque[frozenset[str]] = deque()  # names of settings asked for, oldest first
+        self._answered = 0
+        self._accepted: dict[str, float] = {}
+        self._words_for_holder: deque[str] = deque(maxlen=8)
+        self._hand: tuple[str, Position] | None = None  # the tab whose hand holds the grip, and where, LPS [mm]
+        self._target_index = 0
         self.watchers: set[str] = set()
 
     @property
@@ -60,10 +69,20 @@ class RehearsalRoom:
 
     @property
     def settings(self) -> ControlSettings:
-        """What was asked for last, with the margin that is really kept."""
+        """What is in force, as the control process has confirmed it."""
         with self._lock:
-            process, settings = self._process, self._settings
-        return _as_driven(settings, None if process is None else process.snapshot())
+            return self._settings
+
+    @property
+    def settings_answered(self) -> int:
+        """How many changes of the settings the process has answered, refusals included."""
+        with self._lock:
+            return self._answered
+
+    @property
+    def target_index(self) -> int:
+        """The target that was chosen last for inspection."""
+        return self._target_index
 
     @property
     def robot(self) -> PlacedRobot | None:
@@ -82,6 +101,7 @@ class RehearsalRoom:
             self._generation += 1
             generation = self._generation
             self._state, self._words, self._plan_key = "starting", "Placing the robot at the entry …", plan_key
+            self._target_index = 0
         executor.submit(self._start, generation, prepare)
 
     def _start(self, generation: int, prepare: Callable[[], Prepared]) -> None:
@@ -106,6 +126,10 @@ class RehearsalRoom:
         with self._lock:
             if generation == self._generation:
                 self._process, self._robot, self._settings = process, robot, prepared.settings
+                self._wished = None
+                self._asked.clear()
+                self._accepted.clear()
+                self._words_for_holder.clear()
                 self._state, self._words = "ready", ""
                 return
         process.close()
@@ -118,6 +142,7 @@ class RehearsalRoom:
     def close(self) -> None:
         with self._lock:
             self._generation += 1
+            self._hand = None
             process, self._process, self._robot = self._process, None, None
             self._state, self._words, self._plan_key = "absent", "", None
         if process is not None:
@@ -127,17 +152,52 @@ class RehearsalRoom:
         process = self._live()
         return None if process is None else process.snapshot()
 
-    def check(self) -> list[str]:
-        """Words the process has said since the last call; notices when it has ended."""
+    def check(self) -> None:
+        """Hear what the process has said since the last call; notices when it has ended."""
         process = self._live()
         if process is None:
-            return []
-        words = [event.text for event in process.events() if event.kind == "note"]
+            return
+        for event in process.events():
+            if event.kind == "note":
+                self._words_for_holder.append(event.text)
+            elif event.kind == "settings":
+                self._settings_told(ControlSettings.from_dict(json.loads(event.text)))
         if not process.alive:
             self.close()
             with self._lock:
                 self._state, self._words = "failed", "The control process ended. Start the rehearsal again."
+
+    def _settings_told(self, in_force: ControlSettings) -> None:
+        """The answer to one change: what is in force now, the old settings where it was refused."""
+        with self._lock:
+            before, self._settings = self._settings.to_dict(), in_force
+            self._answered += 1
+            names = self._asked.popleft() if self._asked else frozenset()
+            if not self._asked:
+                self._wished = None
+            now = in_force.to_dict()
+            self._accepted |= {name: now[name] for name in names if now[name] != before[name]}
+
+    def take_words(self, tab: str) -> list[str]:
+        """What the process has said to the holder of the handle, once; nothing for other tabs."""
+        words: list[str] = []
+        while self._words_for_holder and self.lease.held_by(tab):
+            words.append(self._words_for_holder.popleft())
         return words
+
+    def take_accepted(self, tab: str) -> dict[str, float]:
+        """Settings of the holder that came into force, once, so that the plan can keep them."""
+        if not self.lease.held_by(tab):
+            return {}
+        with self._lock:
+            accepted, self._accepted = self._accepted, {}
+            return accepted
+
+    def plan_changed(self, before: object, after: object) -> None:
+        """The plan has changed in nothing but what this rehearsal has already: it is still the rehearsal of it."""
+        with self._lock:
+            if self._plan_key == before:
+                self._plan_key = after
 
     def _live(self) -> RehearsalProcess | None:
         with self._lock:
@@ -148,29 +208,39 @@ class RehearsalRoom:
 
     # -- the hand; quick and from any thread
 
-    def set_grip(self, tab: str, position: tuple[float, float, float]) -> None:
+    def set_grip(self, tab: str, position: Position) -> None:
         if (process := self._held(tab)) is not None:
-            self._hand = position
+            self._hand = (tab, position)
             process.set_grip(position)
+
+    def move_grip(self, tab: str, position: Position) -> None:
+        """The hand moves on; a hand that was let go of has to take hold again first."""
+        if self._hand_of(tab) is not None:
+            self.set_grip(tab, position)
 
     def heartbeat(self, tab: str) -> None:
         """The button or key is still down. A hand whose force faded while the line was slow takes hold again."""
         if (process := self._held(tab)) is not None:
-            if (hand := self._hand) is None:
+            if (hand := self._hand_of(tab)) is None:
                 process.heartbeat()
             else:
                 process.set_grip(hand)
 
     def release(self, tab: str) -> None:
-        """The hand lets go of everything, keys included."""
-        if (process := self._held(tab)) is not None:
+        """The hand lets go of everything, keys included; it is forgotten also when there is no process just now."""
+        if self._hand_of(tab) is not None:
             self._hand = None
+        if (process := self._held(tab)) is not None:
             process.release()
 
     def release_grip(self, tab: str) -> None:
         """The pointer is up; keys that are down go on when there was no hand on the grip."""
-        if self._hand is not None:
+        if self._hand_of(tab) is not None:
             self.release(tab)
+
+    def _hand_of(self, tab: str) -> Position | None:
+        hand = self._hand
+        return hand[1] if hand is not None and hand[0] == tab else None
 
     def drive(self, tab: str, direction: int) -> None:
         if (process := self._held(tab)) is not None:
@@ -196,28 +266,26 @@ class RehearsalRoom:
 
     def set_mode(self, tab: str, mode: str, target_index: int | None) -> None:
         if (process := self._held(tab)) is not None:
+            if target_index is not None:
+                self._target_index = target_index
             process.set_mode(mode, target_index)
 
     def change_settings(self, tab: str, values: dict[str, float]) -> ControlSettings | None:
-        """Clamp the values, tell the process; the settings that hold now, None when this tab may not."""
+        """Clamp the values, ask the process; the settings that were asked for, None when this tab may not."""
         process = self._held(tab)
         if process is None:
             return None
-        settings = self.settings.clamped(**values)
-        process.set_settings(settings)
         with self._lock:
-            self._settings = settings
+            settings = (self._wished or self._settings).clamped(**values)
+            self._wished = settings
+            self._asked.append(frozenset(values))
+        process.set_settings(settings)
         return settings
 
     def leave(self, tab: str) -> None:
         """The tab's page is gone: whatever it held is let go of at once (HAZ-11)."""
         self.release(tab)
         self.lease.let_go(tab)
-
-
-def _as_driven(settings: ControlSettings, snapshot: Snapshot | None) -> ControlSettings:
-    """The settings with the margin that is really kept: a margin that the pose cannot keep is refused by the loop."""
-    return settings if snapshot is None else settings.clamped(margin_mm=snapshot.margin_mm)
 
 
 class RehearsalRooms:
@@ -227,16 +295,26 @@ class RehearsalRooms:
         self._lock = threading.Lock()
         self._rooms: dict[str, RehearsalRoom] = {}
 
-    def room(self, plan_id: str) -> RehearsalRoom:
+    def enter(self, plan_id: str, tab: str) -> RehearsalRoom:
+        """The room of a plan, with this tab as one of its watchers."""
         with self._lock:
             room = self._rooms.get(plan_id)
             if room is None:
                 room = self._rooms[plan_id] = RehearsalRoom()
+            room.watchers.add(tab)
             idle = [known for known, other in self._rooms.items() if not other.watchers and known != plan_id]
             closing = [self._rooms.pop(known) for known in idle[: max(0, len(self._rooms) - MAX_ROOMS)]]
         for other in closing:
             other.close()
         return room
+
+    def leave(self, room: RehearsalRoom, tab: str) -> None:
+        """A tab goes; the robot that nobody watches any more is sent home."""
+        with self._lock:
+            room.watchers.discard(tab)
+            empty = not room.watchers
+        if empty:
+            room.close()
 
     def close(self) -> None:
         with self._lock:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import logging
+import math
 import re
 from collections.abc import AsyncIterator
 from typing import Any
@@ -21,6 +23,7 @@ MAX_MESSAGE_CHARS = 64_000
 MIN_INTERVAL_S = 0.05  # the page is told at most 20 times a second
 MAX_PER_SECOND = 400  # messages of one page; a hand, keys and a heartbeat stay below 100
 TAB_TAKEN, TOO_MANY, FLOOD = 4409, 4503, 4429
+_LOG = logging.getLogger(__name__)
 _TAB = re.compile(r"[A-Za-z0-9_-]{8,64}")
 _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 
@@ -119,10 +122,27 @@ async def _write(
         changed.clear()
         revision, sections = workspace.board.changed_since(revision)
         if sections:
-            await websocket.send_text(json.dumps({"type": "state", "sections": sections}, allow_nan=False))
+            await websocket.send_text(to_text({"type": "state", "sections": sections}))
         while not outbox.empty():
-            await websocket.send_text(json.dumps(outbox.get_nowait(), allow_nan=False))
+            await websocket.send_text(to_text(outbox.get_nowait()))
         await asyncio.sleep(MIN_INTERVAL_S)
+
+
+def to_text(message: dict[str, Any]) -> str:
+    """JSON of a message. A number that is none becomes null, is logged, and does not cost the page its connection."""
+    try:
+        return json.dumps(message, allow_nan=False)
+    except ValueError:
+        _LOG.exception("a message to the page has numbers that are none")
+        return json.dumps(_finite(message), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 async def _read(websocket: WebSocket, workspace: Workspace, send_soon: Any) -> None:

@@ -72,10 +72,15 @@ class Workspace:
         """The page is not there any more: whatever the hand held is let go of."""
         if self.rehearsal.room is not None:
             self.rehearsal.room.release(self.tab)
+        self.ask(self.planning.let_go)
 
-    def give_up_handle(self) -> None:
-        """The page did not come back: somebody else may have the handle."""
-        self.ask(self.rehearsal.away)
+    def give_up_handle(self, still_away: Callable[[], bool]) -> None:
+        """The page does not come back: the robot pauses, and somebody else may have the handle."""
+        self.ask(lambda: self.rehearsal.give_up() if still_away() else None)
+
+    def give_up_rehearsal(self, still_away: Callable[[], bool]) -> None:
+        """The page has been gone for long: a robot that nobody else watches is sent home."""
+        self.ask(lambda: self.rehearsal.away() if still_away() else None)
 
     def page_back(self) -> None:
         self.ask(self.rehearsal.back)
@@ -88,7 +93,7 @@ class Workspace:
         if isinstance(command, c.HandCommand | c.Drive):
             self._hand(command)
             return True
-        slot = _slot(command)
+        slot = c.stream_of(command)
         return self.ask(lambda: self._answer(command, reply), slot)
 
     def scene_connected(self, client: viser.ClientHandle) -> None:
@@ -127,8 +132,10 @@ class Workspace:
             return
         if drag.phase == "end":
             room.release_grip(self.tab)
-        else:
+        elif drag.phase == "start":
             room.set_grip(self.tab, drag.position)
+        else:
+            room.move_grip(self.tab, drag.position)
 
     # -- on the workspace's own thread
 
@@ -159,7 +166,8 @@ class Workspace:
     def _tick(self) -> None:
         for words in self.rehearsal.tick():
             self.note(words, True)
-        if self._list_due():
+        edited, self.rehearsal.plan_edited = self.rehearsal.plan_edited, False
+        if self._list_due() or edited:
             self._list_stale = True
             self._publish()
         else:
@@ -169,7 +177,9 @@ class Workspace:
     def _open_first(self, wanted: dict[str, str]) -> None:
         self.head.open_first(wanted.get("case"))
         self._open_plan(wanted.get("plan"))
-        if wanted.get("step") in ("patient", "plan", "rehearse"):
+        if self.head.case_id is None:
+            self._set_step("patient")
+        elif wanted.get("step") in ("patient", "plan", "rehearse"):
             self._set_step(wanted["step"])
 
     def _open_plan(self, plan_id: str | None) -> None:
@@ -263,6 +273,7 @@ class Workspace:
 
     def _detach(self) -> None:
         self._link = self._lens = None
+        self.planning.let_go()
         if self.rehearsal.room is not None:
             self.rehearsal.room.release(self.tab)
 
@@ -379,21 +390,6 @@ class Workspace:
         if self._step == "plan":
             return self.planning.hint()
         return self.rehearsal.hint(self.planning.plan)
-
-
-def _slot(command: c.AnyCommand) -> str | None:
-    """Commands that stream: only the newest of each counts."""
-    match command:
-        case c.SetSlice():
-            return f"{command.type}.{command.axis}"
-        case c.SetCross():
-            return command.type
-        case c.SetView() if command.cut is None and command.slices is None:
-            return command.type
-        case c.DragItem():
-            return f"{command.type}.{command.item_id}"
-        case _:
-            return None
 
 
 def _drag_slot(drag: DragEvent) -> str | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import queue
 from concurrent.futures import Executor, Future
 from types import SimpleNamespace
@@ -19,11 +21,13 @@ from app.session.board import Board
 from app.session.commands import DragItem, parse_command
 from app.session.inbox import MAX_WAITING, Inbox
 from app.session.lease import Lease
-from app.session.rehearsals import Prepared, RehearsalRoom
+from app.session.rehearsals import MAX_ROOMS, Prepared, RehearsalRoom, RehearsalRooms
+from app.session.router import to_text
 from app.session.slice_desk import SliceDesk
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.simulation.events import Event
 
 TABS = ("tab-one-0", "tab-two-0", "tab-three")
 
@@ -226,17 +230,96 @@ def test_a_click_beside_the_grip_leaves_the_keys_alone(room: RehearsalRoom) -> N
     assert _Process.last.told[-1] == ("release",)
 
 
-def test_a_margin_that_the_pose_cannot_keep_is_not_shown_as_kept(
+def _answer(room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch, *events: Event) -> None:
+    monkeypatch.setattr(_Process, "events", lambda self: list(events))
+    room.check()
+    monkeypatch.setattr(_Process, "events", lambda self: [])
+
+
+def test_a_setting_that_is_refused_is_not_shown_as_in_force(
     room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The loop refuses it and goes on with the old one, also when another setting is changed next."""
+    """The loop goes on with the old one, also when another setting is changed next; only the holder hears of it."""
     room.lease.take("one")
-    monkeypatch.setattr(_Process, "snapshot", lambda self: SimpleNamespace(margin_mm=0.3))
+    old = room.settings
     room.change_settings("one", {"margin_mm": 1.5})
-    assert room.settings.margin_mm == 0.3
+    assert room.settings == old
+    _answer(room, monkeypatch, Event("note", "too near"), Event("settings", json.dumps(old.to_dict())))
+    assert (room.settings, room.settings_answered) == (old, 1)
+    assert room.take_words("two") == []
+    assert room.take_words("one") == ["too near"]
+    assert room.take_accepted("one") == {}
     room.change_settings("one", {"force_cap_n": 2.0})
     sent = _Process.last.told[-1][1]
-    assert (sent.margin_mm, sent.force_cap_n) == (0.3, 2.0)
+    assert (sent.margin_mm, sent.force_cap_n) == (old.margin_mm, 2.0)
+
+
+def test_settings_count_once_the_process_has_confirmed_them(
+    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two changes in a row both hold, and each is handed to the plan once."""
+    room.lease.take("one")
+    room.change_settings("one", {"margin_mm": 0.5})
+    room.change_settings("one", {"force_cap_n": 2.0})
+    sent = [settings for name, settings in _Process.last.told if name == "set_settings"]
+    assert (sent[1].margin_mm, sent[1].force_cap_n) == (0.5, 2.0)
+    _answer(room, monkeypatch, *(Event("settings", json.dumps(settings.to_dict())) for settings in sent))
+    assert room.settings == sent[1]
+    assert room.take_accepted("two") == {}
+    assert room.take_accepted("one") == {"margin_mm": 0.5, "force_cap_n": 2.0}
+    assert room.take_accepted("one") == {}
+
+
+def test_a_hand_is_forgotten_with_the_process_it_held(room: RehearsalRoom) -> None:
+    """HAZ-11: a plan edited in the middle of a drag leaves no hand behind for the next holder or the next process."""
+    for end in (room.close, lambda: room.open("plan", _prepared, _Now()), lambda: room.leave("one")):
+        room.open("plan", _prepared, _Now())
+        room.lease.take("one")
+        room.set_grip("one", (1.0, 2.0, 3.0))
+        end()
+        room.release("one")
+        room.lease.let_go("one")
+        room.open("plan", _prepared, _Now())
+        room.lease.take("two")
+        room.drive("two", 1)
+        room.heartbeat("two")
+        assert _Process.last.told == [("drive", 1), ("heartbeat",)]
+        room.lease.let_go("two")
+
+
+def test_a_hand_that_was_let_go_of_has_to_take_hold_again(room: RehearsalRoom) -> None:
+    """HAZ-11: a drag goes on in a scene that missed the release; its moves are no hand."""
+    room.lease.take("one")
+    room.set_grip("one", (1.0, 2.0, 3.0))
+    room.move_grip("one", (2.0, 2.0, 3.0))
+    room.release_grip("one")
+    room.move_grip("one", (9.0, 9.0, 9.0))
+    room.heartbeat("one")
+    assert _Process.last.told == [
+        ("set_grip", (1.0, 2.0, 3.0)),
+        ("set_grip", (2.0, 2.0, 3.0)),
+        ("release",),
+        ("heartbeat",),
+    ]
+
+
+def test_a_number_that_is_none_does_not_cost_the_page_its_connection(caplog: pytest.LogCaptureFixture) -> None:
+    message = {"type": "state", "sections": {"plan": {"points": [[math.nan, 1.0, -math.inf]], "name": "nan"}}}
+    told = json.loads(to_text(message))
+    assert told["sections"]["plan"] == {"points": [[None, 1.0, None]], "name": "nan"}
+    assert "numbers that are none" in caplog.text
+
+
+def test_a_page_that_comes_back_finds_the_room_of_its_plan() -> None:
+    """A room that was given away meanwhile leaves no orphan: the page and the newcomer share one."""
+    rooms = RehearsalRooms()
+    first = rooms.enter("plan", "one")
+    assert rooms.enter("plan", "two") is first
+    rooms.leave(first, "one")
+    rooms.leave(first, "two")
+    for n in range(MAX_ROOMS + 2):
+        rooms.enter(f"other-{n}", "three")
+    assert rooms.enter("plan", "one") is rooms.enter("plan", "two") is not first
 
 
 def test_a_page_that_leaves_lets_go(room: RehearsalRoom) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -98,6 +99,8 @@ class ControlLoop:
                     self._do(verb, values)
                 except VfixError as error:
                     self._pipe.send(Event("note", str(error)))
+                if verb == "settings":
+                    self._pipe.send(Event("settings", json.dumps(self._rehearsal.settings.to_dict())))
         except (EOFError, OSError):
             self._open = False
 

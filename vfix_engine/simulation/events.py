@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Event:
-    """kind: 'ready', 'refused' (the start), 'note' (a command that could not be done) or 'failed'; text says why."""
+    """kind: 'ready', 'refused' (the start), 'note' (a command that could not be done) or 'failed'; text says why.
+
+    'settings' answers each change of the settings: text is JSON of those in force, the old ones after a refusal.
+    """
 
     kind: str
     text: str = ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterator
 
@@ -13,6 +14,7 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import Tool
+from vfix_engine.simulation.events import Event
 from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 from vfix_engine.simulation.snapshot import Snapshot
 
@@ -142,11 +144,13 @@ def test_modes_settings_and_what_cannot_be_done(process: RehearsalProcess) -> No
     until(process, lambda s: s.margin_mm == 0.7)
     process.set_settings(ControlSettings(margin_mm=3.0))  # the tube leaves 2.5 mm
     deadline = time.monotonic() + 5
-    texts: list[str] = []
-    while time.monotonic() < deadline and not texts:
-        texts = [event.text for event in process.events()]
+    events: list[Event] = []
+    while time.monotonic() < deadline and sum(event.kind == "settings" for event in events) < 2:
+        events += process.events()
         time.sleep(0.01)
-    assert "less than the margin of 3 mm" in texts[0]
+    assert any(event.kind == "note" and "less than the margin of 3 mm" in event.text for event in events)
+    in_force = [json.loads(event.text)["margin_mm"] for event in events if event.kind == "settings"]
+    assert in_force == [0.7, 0.7], "a refusal is answered with what is still in force"
     snapshot = process.snapshot()
     assert snapshot is not None
     assert snapshot.margin_mm == 0.7

@@ -1,0 +1,101 @@
+"""What a browser says about the scene: numbers that are none never get as far as a plan or a robot (HAZ-05)."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.scene.checks import MAX_MM, finite_position
+from app.scene.hand import GripDrag, HandNodes
+from app.scene.plan import DragEvent, ItemNode, PlanItem
+from app.scene.view import read_lens
+
+NAN = math.nan
+NO_PLACES: list[Any] = [
+    None,
+    "abc",
+    (1.0, 2.0),
+    (1.0, 2.0, 3.0, 4.0),
+    ((1.0, 2.0, 3.0),),
+    (NAN, 0.0, 0.0),
+    (0.0, math.inf, 0.0),
+    (0.0, 0.0, 1.1 * MAX_MM),
+    (10**400, 0, 0),
+]
+
+
+class _Node:
+    """Stands for whatever viser hands out."""
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *args, **options: _Node()
+
+
+def _event(phase: str, place: Any) -> Any:
+    return SimpleNamespace(phase=phase, end_position=place)
+
+
+@pytest.mark.parametrize("place", NO_PLACES)
+def test_a_place_is_three_finite_numbers_near_the_head(place: Any) -> None:
+    assert finite_position(place) is None
+
+
+def test_a_place_near_the_head_is_taken_as_it_is() -> None:
+    place = finite_position((1, 2.5, -MAX_MM))
+    assert place is not None
+    assert place.tolist() == [1.0, 2.5, -MAX_MM]
+
+
+@pytest.mark.parametrize("place", NO_PLACES)
+def test_a_bad_drag_moves_nothing_and_still_ends(place: Any) -> None:
+    drags: list[DragEvent] = []
+    item = ItemNode(_Node(), PlanItem("p-1", "point", "P1", (1.0, 2.0, 3.0)), drags.append)  # type: ignore[arg-type]
+    grips: list[GripDrag] = []
+    hand = HandNodes(_Node(), grips.append)  # type: ignore[arg-type]
+    for phase in ("start", "update", "end"):
+        asyncio.run(item._dragged(_event(phase, place)))
+        asyncio.run(hand._dragged(_event(phase, place)))
+    assert drags == [DragEvent("p-1", "end", (1.0, 2.0, 3.0))]
+    assert grips == [GripDrag("end", (0.0, 0.0, 0.0))]
+    assert not hand.moved()
+
+
+def _camera(**changes: Any) -> Any:
+    camera = {
+        "wxyz": (1.0, 0.0, 0.0, 0.0),
+        "position": (0.0, -400.0, 0.0),
+        "look_at": (0.0, 0.0, 0.0),
+        "fov": 0.5,
+        "image_width": 800,
+        "image_height": 600,
+    }
+    return SimpleNamespace(**camera | changes)
+
+
+def test_a_camera_is_read_as_it_was_reported() -> None:
+    lens = read_lens(_camera())
+    assert lens is not None
+    assert (lens.width, lens.height, lens.field_of_view) == (800, 600, 0.5)
+    assert np.array_equal(lens.rotation_camera_to_lps, np.eye(3))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"wxyz": (NAN, 0.0, 0.0, 0.0)},
+        {"position": (0.0, 0.0, math.inf)},
+        {"look_at": (0.0, 1e9, 0.0)},
+        {"fov": NAN},
+        {"fov": 0.0},
+        {"image_width": NAN},
+        {"image_height": -5},
+        {"image_height": 1e300},
+    ],
+)
+def test_a_camera_that_is_none_is_not_read(changes: dict[str, Any]) -> None:
+    assert read_lens(_camera(**changes)) is None
