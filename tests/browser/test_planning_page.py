@@ -15,13 +15,15 @@ def _points(station: Workstation) -> list[list[float]]:
     return [point["position"] for point in station.state("plan")["points"]]
 
 
-def test_the_page_opens_on_the_head_with_a_plan_that_fits(open_page: Open) -> None:
-    """First sight: head, plan, hint, slices; the words of HAZ-35; nothing is fetched from another host."""
+def test_the_page_opens_on_the_head_with_a_plan_that_fits(open_page: Open, rest: Rest) -> None:
+    """First sight: head, newest plan, hint, slices; the words of HAZ-35; nothing is fetched from another host."""
+    newest = rest.copy_of_sample("First sight")
     station = open_page()
     hosts: set[str] = set()
     station.page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
     station.page.reload()
     station.ready()
+    assert station.state("plan")["id"] == newest
     station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True)
     assert station.page.locator("#where-case").inner_text() == station.state("case")["name"]
     assert station.page.locator("#notice").is_visible()

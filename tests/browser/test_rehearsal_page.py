@@ -17,6 +17,11 @@ Open = Callable[..., Workstation]
 
 PULL = (-10.0, -28.0)  # [px] up and a little out: along the first part of the sample's path
 TIP_ERROR_MM = 0.05
+LOSSES = {
+    "frame blurred": "document.getElementById('scene').contentWindow.dispatchEvent(new Event('blur'))",
+    "window blurred": "document.hasFocus = () => false; window.dispatchEvent(new Event('blur'))",
+    "page hidden": "window.dispatchEvent(new Event('pagehide'))",
+}
 
 
 def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, rest: Rest) -> None:
@@ -114,6 +119,25 @@ def test_the_tool_stands_still_when_the_page_freezes_in_the_middle_of_a_drag(
         assert moved_until - frozen_at < 0.2 + onlooker.INTERVAL_S
     finally:
         browser.close()
+
+
+@pytest.mark.parametrize("how", ["frame blurred", "window blurred", "page hidden"])
+def test_a_key_whose_release_is_never_heard_lets_go(open_page: Open, rest: Rest, how: str) -> None:
+    """HAZ-11: the key is down in the scene when another window takes the focus; its release goes there."""
+    station = open_page().ready()
+    station.open_plan(rest.copy_of_sample("Switched away"))
+    station.start()
+    station.page.evaluate("document.getElementById('scene').contentWindow.focus()")
+    station.page.keyboard.down("w")
+    station.wait_for("motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
+    station.page.evaluate(LOSSES[how])
+    station.page.wait_for_timeout(600)
+    stood_at = station.rehearsal()["tip"]
+    station.page.wait_for_timeout(800)
+    assert station.rehearsal()["tip"] == stood_at
+    assert not station.rehearsal()["path_done"]
+    station.page.keyboard.up("w")
+    assert station.errors == []
 
 
 def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Rest) -> None:

@@ -1,5 +1,6 @@
 // A button that acts as long as it is held down, by pointer or by key, and lets go whatever happens.
 import { h } from "./dom.js";
+import { LET_GO } from "./keys.js";
 
 export function holdButton(label, keys, onchange) {
   let down = false;
@@ -20,7 +21,6 @@ export function holdButton(label, keys, onchange) {
     onkeydown: (event) => { if ((event.key === " " || event.key === "Enter") && !event.repeat) press(); },
     onkeyup: (event) => { if (event.key === " " || event.key === "Enter") release(); },
   }, label);
-  window.addEventListener("blur", release);
-  document.addEventListener("visibilitychange", () => { if (document.hidden) release(); });
+  window.addEventListener(LET_GO, release);
   return button;
 }

@@ -3,6 +3,23 @@
 const DRIVE = { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 };
 const TWIST = { KeyA: -1, KeyD: 1 };
 
+/** Sent to the window when nobody can be trusted to hold anything any more: keys, buttons and the grip let go. */
+export const LET_GO = "vfix:let-go";
+
+export function letGoOfEverything() {
+  window.dispatchEvent(new Event(LET_GO));
+}
+
+/** A key or a button that comes up while another window has the focus is never heard of. */
+function watchForLoss() {
+  window.addEventListener("blur", () => queueMicrotask(() => {
+    // the page also loses the focus when the scene inside it takes it: that is no reason to let go
+    if (document.activeElement?.id !== "scene" || !document.hasFocus()) letGoOfEverything();
+  }));
+  window.addEventListener("pagehide", letGoOfEverything);
+  document.addEventListener("visibilitychange", () => { if (document.hidden) letGoOfEverything(); });
+}
+
 export class Keys {
   constructor(connection) {
     this.connection = connection;
@@ -10,8 +27,8 @@ export class Keys {
     this.holds = new Set();
     window.addEventListener("keydown", (event) => this.down(event));
     window.addEventListener("keyup", (event) => this.up(event));
-    window.addEventListener("blur", () => { if (document.activeElement?.id !== "scene") this.letGo(); });
-    document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
+    window.addEventListener(LET_GO, () => this.letGo());
+    watchForLoss();
   }
 
   down(event) {

@@ -1,6 +1,7 @@
 // The three-dimensional scene in its frame: tools on top of it, the ghost's card, scale, legend, and the hand on the grip.
 import { h, whenChanged } from "./dom.js";
 import { fixed, mm } from "./format.js";
+import { LET_GO, letGoOfEverything } from "./keys.js";
 
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
 const CUTS = [["whole", "Whole head"], ["left", "Left half cut away"], ["right", "Right half cut away"]];
@@ -19,9 +20,7 @@ export class SceneFrame {
     this.holding = false;
     this.buildTools();
     this.frame.addEventListener("load", () => this.loaded());
-    // the page also loses the focus when the scene inside it takes it: that is no reason to let go
-    window.addEventListener("blur", () => { if (document.activeElement !== this.frame) this.pointerGone(); });
-    document.addEventListener("visibilitychange", () => { if (document.hidden) this.pointerGone(); });
+    window.addEventListener(LET_GO, () => this.pointerGone());
   }
 
   buildTools() {
@@ -68,7 +67,7 @@ export class SceneFrame {
     inner.addEventListener("keyup", (event) => this.keys.up(event), { capture: true });
     inner.addEventListener("pointerdown", (event) => this.pointerDown(event), { capture: true });
     for (const kind of ["pointerup", "pointercancel"]) inner.addEventListener(kind, () => this.pointerGone(), { capture: true });
-    inner.addEventListener("blur", (event) => { if (event.target === inner) this.pointerGone(); });
+    inner.addEventListener("blur", (event) => { if (event.target === inner) letGoOfEverything(); });
   }
 
   /** The viewer's own panel and logo stay out of the way; the ground takes the page's colour. */

@@ -66,10 +66,9 @@ export class PatientPanel {
           const name = await askName("Rename this head", item.name);
           if (name) send("case.rename", { name });
         }),
-        iconButton("trash", "Delete", () => {
-          send("case.delete");
-          note("The head was deleted.", { action: { label: "Restore", run: () => send("case.restore") } });
-        }, { disabled: item.id === openId, title: item.id === openId ? "The open head cannot be deleted" : "Delete" }),
+        iconButton("trash", "Delete", () => this.connection.request("case.delete", { case_id: item.id })
+          .then(() => note("The head was deleted.", { action: { label: "Restore", run: () => send("case.restore") } }))
+          .catch((error) => note(error.message, { error: true })), { disabled: item.id === openId, title: item.id === openId ? "The open head cannot be deleted" : "Delete" }),
       ];
     const main = h("button", { type: "button", class: "row-main", disabled: item.deleted, onclick: () => send("case.open") },
       item.name, h("span", { class: "row-sub" }, when(item.created)));

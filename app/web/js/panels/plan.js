@@ -148,10 +148,9 @@ export class PlanPanel {
         if (name) send("plan.rename", { name });
       }),
       iconButton("copy", "Duplicate", () => send("plan.duplicate")),
-      iconButton("trash", "Delete", () => {
-        send("plan.delete");
-        note("The plan was deleted.", { action: { label: "Restore", run: () => send("plan.restore") } });
-      }),
+      iconButton("trash", "Delete", () => this.connection.request("plan.delete", { plan_id: item.id })
+        .then(() => note("The plan was deleted.", { action: { label: "Restore", run: () => send("plan.restore") } }))
+        .catch((error) => note(error.message, { error: true }))),
     ];
     const main = h("button", { type: "button", class: "row-main", disabled: item.deleted, onclick: () => send("plan.open") },
       item.name, h("span", { class: "row-sub" }, when(item.modified)));

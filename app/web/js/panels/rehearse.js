@@ -4,6 +4,7 @@ import { fixed, mm, sentence } from "../format.js";
 import { holdButton } from "../hold.js";
 
 const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: the controller follows the hand and keeps off the bone.", paused: "Paused where it is." };
+const LIVE = ["ready", "running", "paused"];
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
 
 export class RehearsePanel {
@@ -33,6 +34,7 @@ export class RehearsePanel {
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
     this.fields = h("div", { class: "fields" });
+    this.sliders = new Map();
     this.element = h("div", {},
       group("Robot", null, this.words, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
@@ -45,14 +47,15 @@ export class RehearsePanel {
   update(state) {
     const rehearsal = state.rehearsal ?? {};
     this.changedTargets([state.plan?.targets], () => this.renderTargets(state.plan?.targets ?? []));
-    this.changedFields([state.settings], () => this.renderFields(state.settings?.fields ?? []));
+    const adjustable = LIVE.includes(rehearsal.state) && Boolean(rehearsal.mine);
+    this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings?.fields ?? [], adjustable));
     const { state: phase, words, mine, holder, can_take, mode, target_index, path_done } = rehearsal;
     this.changedState([phase, words, mine, holder, can_take, mode, target_index, path_done, state.plan?.targets?.length], () => this.renderState(state, rehearsal));
     this.renderProgress(rehearsal);
   }
 
   renderState(state, rehearsal) {
-    const live = ["ready", "running", "paused"].includes(rehearsal.state);
+    const live = LIVE.includes(rehearsal.state);
     const driving = live && rehearsal.mine;
     this.words.textContent = sentence(rehearsal.words || STATE_WORDS[rehearsal.state] || "");
     this.words.className = rehearsal.state === "failed" ? "words caution" : "words";
@@ -76,8 +79,8 @@ export class RehearsePanel {
     this.target.disabled = !driving;
     this.modeWords.textContent = modeWords(rehearsal, targets);
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) button.disabled = !(driving && rehearsal.state === "running");
-    this.forward.disabled ||= rehearsal.mode === "inspect";
-    this.back.disabled ||= rehearsal.mode === "inspect";
+    this.forward.disabled ||= rehearsal.mode !== "path";
+    this.back.disabled ||= rehearsal.mode !== "path";
   }
 
   renderProgress(rehearsal) {
@@ -91,8 +94,16 @@ export class RehearsePanel {
     this.target.replaceChildren(...targets.map((target, index) => h("option", { value: String(index) }, target.label)));
   }
 
-  renderFields(fields) {
-    this.fields.replaceChildren(...fields.map((field) => this.field(field)));
+  /** What is in force, also after a change was refused; a slider under the hand is left alone. */
+  renderFields(fields, adjustable) {
+    if (this.sliders.size !== fields.length) this.fields.replaceChildren(...fields.map((field) => this.field(field)));
+    for (const field of fields) {
+      const { input, shown } = this.sliders.get(field.name);
+      input.disabled = !adjustable;
+      if (input.matches(":active")) continue;
+      input.value = field.value;
+      shown.textContent = `${fixed(field.value, field.digits)} ${field.unit}`;
+    }
   }
 
   field(field) {
@@ -102,6 +113,7 @@ export class RehearsePanel {
       oninput: () => { shown.textContent = `${fixed(Number(input.value), field.digits)} ${field.unit}`; },
       onchange: () => this.connection.send("rehearsal.settings", { values: { [field.name]: Number(input.value) } }),
     });
+    this.sliders.set(field.name, { input, shown });
     return h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, field.label), shown), input);
   }
 
