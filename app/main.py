@@ -18,6 +18,7 @@ def build(settings: Settings) -> FastAPI:
 
 def create_app(settings: Settings, services: Services, scene_server: SceneServer) -> FastAPI:
     """The planner over services and a scene server that exist already; the application closes both at its end."""
+    services.uploads.open()
     warm_up = WarmUp(
         (
             WarmUpStep("Reading the head", lambda: _read_head(services)),

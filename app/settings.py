@@ -69,6 +69,11 @@ class Settings:
         """Folder of the content-addressed files."""
         return self.home / "files"
 
+    @property
+    def uploads_dir(self) -> Path:
+        """Folder of uploads on their way into a case."""
+        return self.home / "uploads"
+
     @classmethod
     def from_environment(cls, environment: Mapping[str, str] | None = None, **overrides: Any) -> "Settings":
         """Settings from VFIX_HOME, VFIX_HOST, VFIX_PORT and VFIX_TOKEN; `overrides` that are not None win.

@@ -47,18 +47,15 @@ async def import_case(request: Request, services: ServicesDep) -> JobPublic:
 
     A file that names neither frame nor unit is not guessed at: its job fails with `frame_error` and says what to name.
     """
-    upload = await receive(request, services.settings.home / "uploads", MAX_CASE_BYTES, ("name", "frame", "units"))
+    upload = await receive(request, services.uploads, MAX_CASE_BYTES, ("name", "frame", "units"))
     wanted = ImportRequest(
         upload.path, upload.fields.get("name"), upload.fields.get("frame"), upload.fields.get("units")
     )
 
     def work(progress: Progress) -> str:
-        try:
-            return services.importing.run(wanted, progress).id
-        finally:
-            upload.remove()
+        return services.importing.run(wanted, progress).id
 
-    return JobPublic.of(services.jobs.submit(work))
+    return JobPublic.of(services.jobs.submit(work, upload.remove))
 
 
 @router.get("/{case_id}")

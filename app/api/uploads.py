@@ -1,7 +1,6 @@
 """Uploads: streamed to disk, counted while they arrive, refused as soon as they are too large (HAZ-30)."""
 
 import re
-import secrets
 import shutil
 from collections.abc import AsyncGenerator
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from app.services.errors import TooLarge
+from app.services.uploads import Uploads
 from vfix_engine.errors import InputError
 
 _OVERHEAD = 64 << 10  # [byte] boundaries and fields around the file
@@ -32,7 +32,7 @@ class Upload:
         shutil.rmtree(self.path.parent, ignore_errors=True)
 
 
-async def receive(request: Request, folder: Path, max_bytes: int, fields: tuple[str, ...]) -> Upload:
+async def receive(request: Request, uploads: Uploads, max_bytes: int, fields: tuple[str, ...]) -> Upload:
     """Take the file called 'file' and the named fields of a multipart request.
 
     Raises TooLarge as soon as more bytes are claimed or come than are allowed, and InputError for another form.
@@ -43,9 +43,7 @@ async def receive(request: Request, folder: Path, max_bytes: int, fields: tuple[
         if not isinstance(file, UploadFile) or set(form) - {"file", *fields}:
             raise InputError(f"send one file as 'file' and, where needed, {', '.join(fields) or 'nothing else'}.")
         values = {name: value for name in fields if isinstance(value := form.get(name), str) and value}
-        place = folder / secrets.token_hex(8)
-        place.mkdir(parents=True, mode=0o700)
-        upload = Upload(place / safe_name(file.filename or "file"), values)
+        upload = Upload(uploads.new_place() / safe_name(file.filename or "file"), values)
         try:
             await run_in_threadpool(_copy, file, upload.path)
         except BaseException:

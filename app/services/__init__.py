@@ -10,6 +10,7 @@ from app.services.importing import ImportService
 from app.services.jobs import Jobs
 from app.services.planning import Planning
 from app.services.plans import PlanService
+from app.services.uploads import Uploads
 from app.settings import Settings
 from app.store import Store
 
@@ -27,10 +28,13 @@ class Services:
     planning: Planning
     importing: ImportService
     jobs: Jobs
+    uploads: Uploads
 
     def close(self) -> None:
-        """Wait for the running job and let go of the database."""
+        """End the running import, remove what was uploaded for it, and let go of the database."""
+        self.importing.cancel()
         self.jobs.close()
+        self.uploads.close()
         self.store.close()
 
 
@@ -39,4 +43,5 @@ def build_services(settings: Settings) -> Services:
     store = Store(settings)
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
-    return Services(settings, store, cases, plans, Planning(cases, plans), ImportService(cases), Jobs())
+    planning, importing = Planning(cases, plans), ImportService(cases)
+    return Services(settings, store, cases, plans, planning, importing, Jobs(), Uploads(settings.uploads_dir))

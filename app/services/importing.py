@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
 from app.services.case_model import BONE, Case, CaseFrame
 from app.services.cases import CaseService
@@ -14,7 +15,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.bone import BoneSurfaces, bone_of_surface, bone_of_volume
 from vfix_engine.imaging.frame_report import FrameReport
-from vfix_engine.imaging.isolated import run_isolated
+from vfix_engine.imaging.isolated import Cancellation, run_isolated
 from vfix_engine.imaging.mesh_files import MESH_SUFFIXES, is_mesh, read_mesh
 from vfix_engine.imaging.readers import VOLUME_SUFFIXES, is_dicom, is_volume, read_volume
 from vfix_engine.imaging.volume import Volume
@@ -26,6 +27,7 @@ EXTRACT_SECONDS = 300.0
 
 # Name of a stage, and how much of the whole is done.
 Progress = Callable[[str, float], None]
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,11 @@ class ImportService:
 
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
+        self._cancellation = Cancellation()
+
+    def cancel(self) -> None:
+        """End the import that runs, and take no other one; it fails unless it is being stored already."""
+        self._cancellation.cancel()
 
     def run(self, request: ImportRequest, progress: Progress = lambda stage, fraction: None) -> Case:
         """Import and store.
@@ -75,19 +82,20 @@ class ImportService:
 
     def _surface(self, request: ImportRequest, progress: Progress) -> tuple[None, BoneSurfaces, CaseFrame]:
         progress("Reading the surface", 0.0)
-        mesh, report = run_isolated(
-            _read_surface, request.path, request.frame, request.unit, request.assume, seconds=READ_SECONDS
-        )
-        bone = run_isolated(bone_of_surface, mesh, seconds=EXTRACT_SECONDS, progress=_part(progress, 0.3, 0.95))
+        mesh, report = self._isolated(_read_surface, *_told(request), seconds=READ_SECONDS)
+        bone = self._isolated(bone_of_surface, mesh, seconds=EXTRACT_SECONDS, progress=_part(progress, 0.3, 0.95))
         return None, bone, CaseFrame(report.name, report.assumed)
 
     def _volume(self, request: ImportRequest, progress: Progress) -> tuple[Volume, BoneSurfaces, CaseFrame]:
         progress("Reading the CT", 0.0)
-        volume, report = run_isolated(
-            _read_volume, request.path, request.frame, request.unit, request.assume, seconds=READ_SECONDS
-        )
-        bone = run_isolated(bone_of_volume, volume, seconds=EXTRACT_SECONDS, progress=_part(progress, 0.3, 0.95))
+        volume, report = self._isolated(_read_volume, *_told(request), seconds=READ_SECONDS)
+        bone = self._isolated(bone_of_volume, volume, seconds=EXTRACT_SECONDS, progress=_part(progress, 0.3, 0.95))
         return volume, bone, CaseFrame(report.name, report.assumed)
+
+    def _isolated(
+        self, function: Callable[..., Result], *args: Any, seconds: float, progress: Progress | None = None
+    ) -> Result:
+        return run_isolated(function, *args, seconds=seconds, progress=progress, cancellation=self._cancellation)
 
 
 def case_name(request: ImportRequest) -> str:
@@ -101,6 +109,11 @@ def case_name(request: ImportRequest) -> str:
         return DICOM_NAME
     stem = re.sub(r"(?i)\.(nii\.gz|[a-z0-9]+)$", "", request.path.name)
     return re.sub(r"[^\w.()+-]+", " ", stem).strip()[:MAX_NAME] or "Imported case"
+
+
+def _told(request: ImportRequest) -> tuple[Path, str | None, str | None, bool]:
+    """What a reader is told."""
+    return request.path, request.frame, request.unit, request.assume
 
 
 def _read_surface(path: Path, frame: str | None, unit: str | None, assume: bool) -> tuple[TriangleMesh, FrameReport]:

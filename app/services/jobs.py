@@ -41,14 +41,21 @@ class Jobs:
         self._jobs: OrderedDict[str, Job] = OrderedDict()
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="vfix-job")
 
-    def submit(self, work: Callable[[Progress], str]) -> Job:
-        """Queue a piece of work that reports progress and returns the id of what it made."""
+    def submit(self, work: Callable[[Progress], str], clean_up: Callable[[], None] = lambda: None) -> Job:
+        """Queue a piece of work that reports progress and returns the id of what it made.
+
+        clean_up: called when the work has ended, and also when it is never begun.
+        """
         job = Job(f"job-{secrets.token_hex(6)}")
         with self._lock:
             self._jobs[job.id] = job
             while len(self._jobs) > _KEPT:
                 self._jobs.popitem(last=False)
-        self._pool.submit(self._run, job.id, work)
+        try:
+            self._pool.submit(self._run, job.id, work).add_done_callback(lambda _: clean_up())
+        except RuntimeError:  # the pool was closed
+            clean_up()
+            raise VfixError("The planner ends and takes no further work.") from None
         return job
 
     def get(self, job_id: str) -> Job:

@@ -5,6 +5,7 @@ import json
 import re
 import time
 from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -16,9 +17,10 @@ from fastapi import FastAPI
 from app.api import cases as case_routes
 from app.api import router
 from app.gateway.error_answers import install_error_answers
-from app.services import Services
+from app.services import Services, build_services, importing
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
+from app.settings import Settings
 
 SURFACE = b"v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 CASE, PLAN = f"/api/cases/{HEAD_PHANTOM}", f"/api/plans/{SAMPLE_PLAN}"
@@ -54,13 +56,17 @@ class Client:
 
 @pytest.fixture(scope="module")
 def client(phantom_services: Services) -> Iterator[Client]:
-    app = FastAPI()
-    app.state.services = phantom_services
-    install_error_answers(app)
-    app.include_router(router)
-    opened = Client(app)
+    opened = opened_client(phantom_services)
     yield opened
     opened.close()
+
+
+def opened_client(services: Services) -> Client:
+    app = FastAPI()
+    app.state.services = services
+    install_error_answers(app)
+    app.include_router(router)
+    return Client(app)
 
 
 def test_cases_are_listed_shown_renamed_and_taken_off(client: Client) -> None:
@@ -186,6 +192,14 @@ def test_surfaces_are_binary(client: Client, phantom_services: Services, form: s
     assert len(data) == 8 + 12 * int(counts.sum())
 
 
+def uploaded(services: Services) -> list[str]:
+    return [path.name for path in services.settings.uploads_dir.rglob("*.obj")]
+
+
+def never_end(*_: object) -> None:
+    time.sleep(60)
+
+
 def wait(client: Client, job: dict[str, str]) -> dict[str, object]:
     for _ in range(600):
         answer: dict[str, object] = client.get(f"/api/jobs/{job['id']}").json()
@@ -202,8 +216,28 @@ def test_an_upload_becomes_a_case(client: Client, phantom_services: Services) ->
     job = wait(client, answer.json())
     assert (job["state"], job["error"]) == ("done", None)
     assert client.get(f"/api/cases/{job['result']}").json()["name"] == "Uploaded"
-    assert list((phantom_services.settings.home / "uploads").iterdir()) == []
+    assert uploaded(phantom_services) == []
     client.delete(f"/api/cases/{job['result']}")
+
+
+def test_the_planner_ends_at_once_and_keeps_no_upload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-30: neither of the import that runs nor of the one that waits."""
+    monkeypatch.setattr(importing, "_read_surface", never_end)
+    services = build_services(Settings(home=tmp_path / "home", port=0))
+    client = opened_client(services)
+    jobs = [client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).json()["id"] for _ in range(2)]
+    while services.jobs.get(jobs[0]).stage != "Reading the surface":
+        time.sleep(0.01)
+    assert uploaded(services) == ["x.obj", "x.obj"]
+    start = time.monotonic()
+    services.close()
+    assert time.monotonic() - start < 5.0
+    assert "stopped" in str(services.jobs.get(jobs[0]).error)
+    assert list(services.settings.uploads_dir.iterdir()) == [services.settings.uploads_dir / ".lock"]
+    assert client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).is_error
+    assert uploaded(services) == []
+    services.uploads.close()
+    client.close()
 
 
 def test_an_upload_without_a_frame_is_asked_about(client: Client) -> None:

@@ -14,7 +14,8 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,12 +30,47 @@ DEFAULT_SECONDS = 30.0
 MAX_PROGRESS_LINE = 4096  # [byte]
 
 
+class Cancellation:
+    """Ends the workers that run under it, from another thread, and lets no further one start."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._running: set[subprocess.Popen[bytes]] = set()
+        self._cancelled = False
+
+    def cancel(self) -> None:
+        """End them now; whoever waits for one gets an InputError."""
+        with self._lock:
+            self._cancelled = True
+            for process in self._running:
+                process.kill()
+
+    def check(self) -> None:
+        """Raises InputError once it was cancelled."""
+        if self._cancelled:
+            raise errors.InputError("reading the file was stopped, since the planner ends.")
+
+    @contextmanager
+    def over(self, process: subprocess.Popen[bytes]) -> Iterator[None]:
+        """While a worker runs; one that comes too late is ended at once."""
+        with self._lock:
+            self._running.add(process)
+            if self._cancelled:
+                process.kill()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._running.discard(process)
+
+
 def run_isolated(
     function: Callable[..., Result],
     *args: Any,
     memory_bytes: int = DEFAULT_MEMORY_BYTES,
     seconds: float = DEFAULT_SECONDS,
     progress: Progress | None = None,
+    cancellation: Cancellation | None = None,
 ) -> Result:
     """The function's result, computed in a fresh process.
 
@@ -42,9 +78,13 @@ def run_isolated(
     args: of the kinds that `crossing` lists.
     memory_bytes: address space the worker may take; where the system cannot limit it, only the time limit holds.
     seconds: wall-clock limit.
+    cancellation: lets another thread end the worker.
 
-    Raises what the function raises when that is a VfixError, and InputError when the worker dies or is late.
+    Raises what the function raises when that is a VfixError, and InputError when the worker dies, is late or is
+    cancelled.
     """
+    cancellation = cancellation or Cancellation()
+    cancellation.check()
     with tempfile.TemporaryDirectory(prefix="vfix-worker-") as name:
         folder = Path(name)
         request = {
@@ -57,12 +97,12 @@ def run_isolated(
         }
         (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
         crossing.save(list(args), folder, "arguments")
-        _run_worker(folder, seconds, progress)
+        _run_worker(folder, seconds, progress, cancellation)
         result: Result = _answer(folder)
         return result
 
 
-def _run_worker(folder: Path, seconds: float, progress: Progress | None) -> None:
+def _run_worker(folder: Path, seconds: float, progress: Progress | None, cancellation: Cancellation) -> None:
     process = subprocess.Popen(
         [sys.executable, "-P", str(Path(__file__).with_name("worker.py")), str(folder)],
         stdin=subprocess.DEVNULL,
@@ -81,15 +121,17 @@ def _run_worker(folder: Path, seconds: float, progress: Progress | None) -> None
     timer.start()
     try:
         assert process.stdout is not None
-        for line in iter(lambda: process.stdout.readline(MAX_PROGRESS_LINE), b""):  # type: ignore[union-attr]
-            _forward(line, progress)
-        process.wait()
+        with cancellation.over(process):
+            for line in iter(lambda: process.stdout.readline(MAX_PROGRESS_LINE), b""):  # type: ignore[union-attr]
+                _forward(line, progress)
+            process.wait()
     finally:
         timer.cancel()
         process.kill()
         process.wait()
         if process.stdout is not None:
             process.stdout.close()
+    cancellation.check()
     if late.is_set():
         raise errors.InputError(f"reading the file took longer than {seconds:g} s and was stopped.")
     if process.returncode != 0:

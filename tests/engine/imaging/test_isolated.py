@@ -1,6 +1,7 @@
 """The worker process: what crosses, what a bad function does to it, and what the caller is told."""
 
 import os
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from vfix_engine.errors import FrameError, ImageError, InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.crossing import save
 from vfix_engine.imaging.frame_report import FrameReport
-from vfix_engine.imaging.isolated import Progress, run_isolated
+from vfix_engine.imaging.isolated import Cancellation, Progress, run_isolated
 from vfix_engine.imaging.readers import read_volume
 
 
@@ -104,6 +105,18 @@ def test_worker_that_is_late_is_stopped() -> None:
     with pytest.raises(InputError, match="longer than 1 s"):
         run_isolated(never_end, seconds=1.0)
     assert time.monotonic() - start < 5.0
+
+
+def test_worker_can_be_ended_from_another_thread() -> None:
+    cancellation = Cancellation()
+    timer = threading.Timer(0.5, cancellation.cancel)
+    timer.start()
+    start = time.monotonic()
+    for _ in range(2):  # the second is not even started
+        with pytest.raises(InputError, match="was stopped"):
+            run_isolated(never_end, cancellation=cancellation)
+    assert time.monotonic() - start < 5.0
+    timer.join()
 
 
 def test_error_of_ours_keeps_its_kind() -> None:

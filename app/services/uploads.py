@@ -1,0 +1,94 @@
+"""Uploads on their way into a case: in a folder of this planner's own, of which nothing outlives it.
+
+Several planners may share one home, so what another one left is removed only when its lock shows that it has ended.
+"""
+
+from __future__ import annotations
+
+import secrets
+import shutil
+import sys
+import threading
+from pathlib import Path
+from typing import BinaryIO
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+_LOCK = ".lock"
+
+
+class Uploads:
+    """The folder of uploads of one home; may be used from any thread."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._guard = threading.Lock()
+        self._own: Path | None = None
+        self._lock_file: BinaryIO | None = None
+
+    def open(self) -> Path:
+        """This planner's own folder; the first call removes what planners that ended have left."""
+        with self._guard:
+            if self._own is None:
+                self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+                with (self._folder / _LOCK).open("ab") as door:
+                    _lock(door, wait=True)  # between making a lock's file and locking it nobody may look
+                    self._remove_leftovers()
+                    own = self._folder / secrets.token_hex(8)
+                    self._lock_file = own.with_suffix(_LOCK).open("ab")
+                    _lock(self._lock_file, wait=False)
+                    own.mkdir(mode=0o700)
+                self._own = own
+            return self._own
+
+    def new_place(self) -> Path:
+        """A fresh folder for one upload."""
+        place = self.open() / secrets.token_hex(8)
+        place.mkdir(mode=0o700)
+        return place
+
+    def close(self) -> None:
+        """Remove every upload of this planner."""
+        with self._guard:
+            if self._own is None or self._lock_file is None:
+                return
+            shutil.rmtree(self._own, ignore_errors=True)
+            self._lock_file.close()
+            self._own.with_suffix(_LOCK).unlink(missing_ok=True)
+            self._own = self._lock_file = None
+
+    def _remove_leftovers(self) -> None:
+        for path in sorted(self._folder.iterdir(), key=lambda path: path.suffix == _LOCK):  # locks after folders
+            lock = path if path.suffix == _LOCK else path.with_name(path.name + _LOCK)
+            if path.name == _LOCK or _is_held(lock):
+                continue
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
+
+
+def _is_held(path: Path) -> bool:
+    """Whether a running planner holds the lock of this file."""
+    if not path.is_file():
+        return False
+    with path.open("ab") as file:
+        return not _lock(file, wait=False)
+
+
+def _lock(file: BinaryIO, *, wait: bool) -> bool:
+    """Take a lock that ends with the file's closing or its process; False where another has it and nobody waits."""
+    try:
+        if sys.platform == "win32":
+            file.seek(0)
+            msvcrt.locking(file.fileno(), msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        if wait:
+            raise
+        return False
+    return True
