@@ -1,7 +1,7 @@
 // The websocket to the planner: state comes in by sections, commands go out, and a lost line is said and mended.
 
 const RETRY_MS = [250, 500, 1000, 2000];
-const AWAKE_MS = 100;
+const AWAKE_MS = 50;
 
 /** What this tab had open, for a planner that was started anew. */
 function remembered() {

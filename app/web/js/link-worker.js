@@ -2,7 +2,7 @@
 // While something is held a heartbeat leaves every 40 ms, but only as long as the page itself still answers.
 
 const HEARTBEAT_MS = 40;
-const PAGE_SILENT_MS = 800; // a page that has not said a word for so long may have missed the release
+const PAGE_SILENT_MS = 250; // a page that has not said a word for so long may have missed the release
 
 let socket = null;
 let timer = null;
