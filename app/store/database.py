@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session
 
 from app.settings import Settings
 from app.store.files import FileStore, StorageError
+from app.store.private import private_file, private_folder, private_if_there
 
 _MIGRATIONS = Path(__file__).parent / "migrations"
 _BUSY_SECONDS = 30  # how long a writer waits for another process of the same home
@@ -26,7 +27,8 @@ class Store:
     """Database and files of one home folder; may be used from any thread and by several processes at once."""
 
     def __init__(self, settings: Settings) -> None:
-        settings.home.mkdir(parents=True, exist_ok=True, mode=0o700)
+        private_folder(settings.home)
+        _keep_private(settings.database_path)
         self.files = FileStore(settings.files_dir)
         self._engine = _open(settings.database_path)
         _migrate(self._engine)
@@ -59,6 +61,13 @@ class Store:
 def utc_now() -> str:
     """The time now, ISO 8601 in UTC."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def _keep_private(database: Path) -> None:
+    """The database and what SQLite keeps beside it; what it makes later has the rights of the database."""
+    private_file(database)
+    for ending in ("-wal", "-shm"):
+        private_if_there(database.with_name(database.name + ending))
 
 
 def _open(path: Path) -> Engine:

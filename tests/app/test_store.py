@@ -20,6 +20,7 @@ from app.store.files import StorageError
 from app.store.models import Base
 
 KILLS = 15
+posix = pytest.mark.skipif(os.name == "nt", reason="these are the rights of POSIX")
 
 
 def write_until_killed(home: Path, plan_id: str, acknowledge: Connection) -> None:
@@ -43,6 +44,42 @@ def test_opening_twice_migrates_once(settings: Settings) -> None:
         assert connection.execute("select version_num from alembic_version").fetchall() == [("0001",)]
         assert connection.execute("pragma journal_mode").fetchone() == ("wal",)
     connection.close()
+
+
+@posix
+@pytest.mark.parametrize("found", [False, True])
+def test_only_the_owner_can_read_the_home(settings: Settings, found: bool) -> None:
+    """HAZ-33: whether it is made or found, and whatever the umask."""
+    umask = os.umask(0)
+    try:
+        if found:
+            settings.home.mkdir()
+            for ending in ("", "-wal", "-shm"):
+                Path(f"{settings.database_path}{ending}").touch()
+        store = Store(settings)
+        with store.reading() as session:  # a WAL is there while a connection is open
+            session.connection().exec_driver_sql("select 1 from cases").all()
+            database = sorted(settings.home.glob("vfix.sqlite3*"))
+            rights = {path.name: path.stat().st_mode & 0o777 for path in (settings.home, *database)}
+        store.close()
+    finally:
+        os.umask(umask)
+    assert rights.pop("home") == 0o700
+    assert len(rights) == 3
+    assert set(rights.values()) == {0o600}
+
+
+@posix
+def test_rights_that_cannot_be_changed_are_told(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    settings.home.mkdir(mode=0o755)
+    monkeypatch.setattr(Path, "chmod", refuse)
+    Store(settings).close()
+    assert "other users" in caplog.text
 
 
 def test_every_connection_syncs_fully(store: Store) -> None:
