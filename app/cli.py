@@ -1,11 +1,14 @@
 """`vfix VERB ...`: finds the verb's module, runs it, and turns errors into one line and an exit status.
 
-Exit status: 0 done, 1 the verb ran and its answer is no, 2 the input was refused, 130 interrupted.
+Exit status: 0 done, 1 the verb ran and its answer is no, 2 the input was refused, 130 interrupted,
+141 nobody reads the output any more.
 """
 
 import argparse
 import importlib
 import json
+import os
+import select
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,6 +18,7 @@ from app import __version__
 from app.error_shape import error_body, error_code
 from vfix_engine.errors import VfixError
 
+_PIPE_CLOSED = 141  # as a shell has it: 128 and the number of SIGPIPE
 NOTICE = "Not for clinical use."
 
 
@@ -49,6 +53,18 @@ class Command(Protocol):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line; `argv` without the program's name. Returns the exit status."""
+    try:
+        try:
+            return _run(argv)
+        finally:
+            sys.stdout.flush()  # here and not at the interpreter's end, where nobody can answer for it
+    except BrokenPipeError:
+        if not _reader_is_gone():
+            raise
+        return _PIPE_CLOSED
+
+
+def _run(argv: Sequence[str] | None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     chosen = next((word for word in arguments if not word.startswith("-")), None)
     parser, command = _build_parser(chosen)
@@ -65,6 +81,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:
         return 130
+
+
+def _reader_is_gone() -> bool:
+    """Whether stdout or stderr leads nowhere, as into `head`; what is left for it is dropped then.
+
+    Asked of the system, since without a buffer a stream does not remember; Windows has another error for it.
+    """
+    if sys.platform == "win32":
+        return False
+    gone = False
+    for stream in (sys.stdout, sys.stderr):
+        poll = select.poll()
+        poll.register(stream, select.POLLOUT)
+        if any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0)):
+            gone = True
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
+    return gone
 
 
 def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, Command | None]:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -63,6 +64,50 @@ def test_a_refusal_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     error = json.loads(capsys.readouterr().out)["error"]
     assert error["code"] == "frame_error"
     assert "--frame LPS" in error["message"]
+
+
+LONG = """
+import sys
+from types import SimpleNamespace
+from app import cli
+def say(args):
+    for _ in range({lines}):
+        print("x" * 100)
+verb = SimpleNamespace(add_parser=lambda sub: sub.add_parser("doctor"), run=say)
+cli.importlib.import_module = lambda name: verb
+sys.exit(cli.main({words}))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a closed pipe has another error there")
+@pytest.mark.parametrize(
+    ("lines", "words", "unbuffered"),
+    [(1, ["doctor"], ""), (100_000, ["doctor"], ""), (0, ["--help"], ""), (1, ["doctor"], "1")],
+)
+def test_output_that_nobody_reads_ends_quietly(lines: int, words: list[str], unbuffered: str) -> None:
+    """Less than a buffer, more than one, the help, and without a buffer."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", LONG.format(lines=lines, words=words)],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    assert process.stderr.read() == b""
+    process.stderr.close()
+    assert process.wait() == 141
+
+
+def test_another_broken_pipe_is_not_hidden(refusing_verb: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def break_pipe(args: argparse.Namespace) -> int:
+        raise BrokenPipeError
+
+    monkeypatch.setattr(cli.importlib.import_module("any"), "run", break_pipe)
+    with pytest.raises(BrokenPipeError):
+        cli.main(["doctor"])
 
 
 def test_no_verb_shows_the_verbs(capsys: pytest.CaptureFixture[str]) -> None:
