@@ -72,8 +72,11 @@ class RehearsalDesk:
 
     def give_up(self) -> None:
         """Nobody is at this desk for now: the robot pauses where it is and the handle is free."""
-        if self.room is not None:
+        if self.room is None:
+            return
+        try:
             self.room.pause(self._tab)
+        finally:  # a process that has just ended cannot be paused; the handle is free all the same
             self.room.leave(self._tab)
 
     def away(self) -> None:

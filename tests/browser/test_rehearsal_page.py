@@ -73,6 +73,7 @@ def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest
     watcher.wait_for("its words", lambda: "holds the handle" in watcher.page.locator("#panel").inner_text())
     assert watcher.page.locator("#lease").is_disabled()
     assert watcher.page.locator("#start").is_disabled()
+    assert watcher.page.locator("[aria-label^='Safety margin']").is_disabled()
     watcher.page.keyboard.down("ArrowUp")
     watcher.page.wait_for_timeout(600)
     watcher.page.keyboard.up("ArrowUp")
@@ -149,6 +150,9 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     station.start()
     quick = {"values": {"gain_mm_per_s_per_n": 5.0}}
     station.page.evaluate("(quick) => vfix.request('rehearsal.settings', quick)", quick)
+    gain = station.page.locator("[aria-label^='Admittance gain']")
+    station.wait_for("the slider to show it", lambda: gain.input_value() == "5")
+    assert rest.plan(plan_id)["settings"]["gain_mm_per_s_per_n"] == 5.0
     station.page.keyboard.down("ArrowUp")
     station.wait_for("the end of the path", lambda: station.rehearsal()["path_done"], patience_s=120.0)
     station.page.keyboard.up("ArrowUp")
