@@ -22,5 +22,6 @@ export function holdButton(label, keys, onchange) {
     onkeyup: (event) => { if (event.key === " " || event.key === "Enter") release(); },
   }, label);
   window.addEventListener(LET_GO, release);
+  button.letGo = release; // for whoever disables the button: a disabled one may not hear the pointer come up
   return button;
 }

@@ -81,6 +81,7 @@ export class RehearsePanel {
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) button.disabled = !(driving && rehearsal.state === "running");
     this.forward.disabled ||= rehearsal.mode !== "path";
     this.back.disabled ||= rehearsal.mode !== "path";
+    for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) if (button.disabled) button.letGo();
   }
 
   renderProgress(rehearsal) {
