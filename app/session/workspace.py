@@ -149,7 +149,7 @@ class Workspace:
                 self._guarded(request)
                 self._guarded(self._publish)
             except queue.Empty:
-                pass
+                pass  # nobody asked for anything: only the tick is due
             if time.monotonic() >= due:
                 self._guarded(self._tick)
                 due = time.monotonic() + TICK_S

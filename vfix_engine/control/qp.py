@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import daqp
 import numpy as np
@@ -23,6 +24,8 @@ Array = NDArray[np.float64]
 _UNBOUNDED = 1e30
 _REGULARISATION = 1e-9  # keeps H positive definite where an objective says nothing, e.g. about λ
 PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
+# What a solver is asked for so that its answer stands the check: by default a first-order one stops too early.
+_ACCURACY: dict[str, dict[str, Any]] = {"osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20_000}}
 DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
 
 
@@ -134,7 +137,7 @@ def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array, Array] 
         lb=problem.low,
         ub=problem.high,
     )
-    solution = qpsolvers.solve_problem(stated, solver=solver)
+    solution = qpsolvers.solve_problem(stated, solver=solver, **_ACCURACY.get(solver, {}))
     if not solution.found or solution.x is None or solution.z is None or solution.z_box is None:
         return None
     return solution.x, solution.z, solution.z_box

@@ -24,7 +24,7 @@ class ControlSettings:
     """Settings of one rehearsal; immutable, checked on construction (InputError).
 
     Printed by Li 2007: k_d = 0.2, k_tau = 0, weights of joints 0.01.
-    The other numbers are ours; DESIGN-level reasons are in docs/concepts.md.
+    The other numbers are ours; docs/concepts.md gives the reasons.
     """
 
     dt_s: float = 1e-3

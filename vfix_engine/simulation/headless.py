@@ -70,11 +70,10 @@ class HeadlessRun:
     def __init__(self, rehearsal: Rehearsal, keep: Keep):
         self.rehearsal, self._keep, self.tally = rehearsal, keep, Tally()
 
-    def follow(self, operator: Operator | None = None, stop: Callable[[Snapshot], bool] | None = None) -> Snapshot:
-        """Along the path to its end, until ``stop`` says so, or until the hand gives up."""
-        operator = operator or ScriptedOperator()
+    def follow(self) -> Snapshot:
+        """Along the path to its end, or until the hand gives up."""
         state = self.rehearsal.start("path")
-        return self._drive(state, operator, lambda s: s.phase == "done" or (stop is not None and stop(s)))[1]
+        return self._drive(state, ScriptedOperator(), lambda s: s.phase == "done")[1]
 
     def push(self, steps: int, seed: int, free: bool) -> dict[str, Any]:
         """Along the path to its tightest place, then ``steps`` steps of full force into bone; what these came to."""

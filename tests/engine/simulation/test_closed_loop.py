@@ -15,6 +15,7 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.imaging.phantom import load_bone_surface, load_landmarks
+from vfix_engine.simulation.dry_run import dry_run
 from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.rehearsal import Command, Rehearsal
 from vfix_engine.simulation.scene import Scene
@@ -108,8 +109,6 @@ def test_between_the_steps_the_tool_keeps_its_distance_too(real_head: Scene) -> 
 
 def test_the_dry_run_takes_the_poses_of_the_rehearsal(real_head: Scene) -> None:
     """Clearance along the path as the plan shows it and as it is driven, both of the same controller."""
-    from vfix_engine.simulation.dry_run import dry_run
-
     dry = dry_run(real_head, SETTINGS)
     kept: list[Snapshot] = []
     HeadlessRun(Rehearsal(real_head, SETTINGS), kept.append).follow()
