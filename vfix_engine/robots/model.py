@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint: range and speed in mm, mm/s (prismatic) or rad, rad/s (revolute)."""
+    """One joint: range, speed and acceleration in mm, mm/s, mm/s² (prismatic) or rad, rad/s, rad/s² (revolute)."""
 
     name: str
     kind: str
@@ -28,6 +28,7 @@ class Joint:
     lower: float
     upper: float
     speed: float
+    acceleration: float
     range_source: str
 
     @property
@@ -70,8 +71,9 @@ class RobotModel:
         self.lower = np.array([j.lower for j in joints])
         self.upper = np.array([j.upper for j in joints])
         self.speed = np.array([j.speed for j in joints])
+        self.acceleration = np.array([j.acceleration for j in joints])
         self.revolute = np.array([j.kind == "revolute" for j in joints])
-        for array in (self.lower, self.upper, self.speed, self.revolute):
+        for array in (self.lower, self.upper, self.speed, self.acceleration, self.revolute):
             array.setflags(write=False)
 
     @classmethod
@@ -182,15 +184,18 @@ def _joint(number: int, entry: dict[str, Any]) -> Joint:
         float(entry["lower"]),
         float(entry["upper"]),
         float(entry["speed"]),
+        float(entry["acceleration"]),
         str(entry["range_source"]),
     )
     if joint.kind not in ("prismatic", "revolute"):
         raise RobotError(f"joint {number}: kind '{joint.kind}' is not prismatic or revolute")
-    numbers = (*joint.axis, joint.lower, joint.upper, joint.speed)
+    numbers = (*joint.axis, joint.lower, joint.upper, joint.speed, joint.acceleration)
     if not all(math.isfinite(v) for v in numbers) or abs(math.hypot(*joint.axis) - 1) > 1e-9:
         raise RobotError(f"joint {number}: axis must have length 1 and every number be finite")
-    if not joint.lower < joint.upper or joint.speed <= 0:
-        raise RobotError(f"joint {number}: range {joint.lower} … {joint.upper} or speed {joint.speed} is empty")
+    if not joint.lower < joint.upper:
+        raise RobotError(f"joint {number}: range {joint.lower} … {joint.upper} is empty")
+    if joint.speed <= 0 or joint.acceleration <= 0:
+        raise RobotError(f"joint {number}: speed {joint.speed} and acceleration {joint.acceleration} must be positive")
     return joint
 
 

@@ -28,6 +28,11 @@ def test_kinds_and_order_are_the_papers() -> None:
     assert all(j.range_source for j in ROBOT.joints)
 
 
+def test_every_joint_can_stop_a_slow_tool_at_once() -> None:
+    """HAZ-06: from its top speed to a stop within 50 ms."""
+    assert (ROBOT.speed / ROBOT.acceleration <= 0.05 + 1e-12).all()
+
+
 def test_jacobian_against_central_differences() -> None:
     """HAZ-07: 1000 states with a tip off the flange, relative error below 1e-5."""
     random = np.random.default_rng(0)
@@ -110,6 +115,7 @@ def changed(tmp_path: Path, change: Any) -> Path:
         (lambda d: d["joints"][0].update(axis=[0, 0, 0]), "joint 1"),
         (lambda d: d["joints"][1].update(upper=float("nan")), "joint 2"),
         (lambda d: d["joints"][4].update(speed=0), "joint 5"),
+        (lambda d: d["joints"][4].update(acceleration=-1), "joint 5"),
         (lambda d: d["joints"][4].update(kind="screw"), "screw"),
         (lambda d: d["joints"][0].pop("axis"), "axis"),
         (lambda d: d["visuals"][0].update(link=99), "99"),
