@@ -4,7 +4,7 @@ One step: the task gives rows, the boundary adds its own, the QP gives a joint s
 holds it, and the explanation names what held it.
 """
 
-from .certificate import ToolState
+from ..fixtures import ToolState
 from .controller import Controller, StepReport, Task
 from .explain import Blocker
 from .settings import Bound, ControlSettings

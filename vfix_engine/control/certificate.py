@@ -11,13 +11,13 @@ after ``MAX_HALVINGS`` is refused.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.capsules import Segments
-from ..robots import PlacedRobot, TipState, Tool
+from ..fixtures import ToolState
+from ..robots import PlacedRobot, Tool
 from .surroundings import Surroundings
 
 Array = NDArray[np.float64]
@@ -26,42 +26,34 @@ SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under
 MAX_HALVINGS = 5
 
 
-@dataclass(frozen=True)
-class ToolState:
-    """Where robot and tool are, and how far each segment is from the anatomy (S,), up to the boundary threshold."""
-
-    q: Array
-    tip: TipState
-    segments: Segments
-    distance: Array
-
-    @property
-    def clearance(self) -> float:
-        """Smallest distance of the whole tool in mm."""
-        return float(self.distance.min())
-
-
 class Certifier:
     """Judges predicted motions of one tool among its surroundings."""
 
-    def __init__(self, robot: PlacedRobot, tool: Tool, surroundings: Surroundings, margin_mm: float):
-        self._robot, self._tool, self._surroundings, self._margin = robot, tool, surroundings, margin_mm
+    def __init__(self, robot: PlacedRobot, tool: Tool, surroundings: Surroundings, dt_s: float):
+        self._robot, self._tool, self._surroundings, self._dt = robot, tool, surroundings, dt_s
 
     def measure(self, q: Array) -> ToolState:
-        """State at joints q (n,), distances exact up to the boundary threshold."""
+        """State at rest at joints q (n,), distances exact up to the boundary threshold."""
         q = np.array(q, dtype=float)
-        q.setflags(write=False)
+        velocity = np.zeros(len(q))
+        for array in (q, velocity):
+            array.setflags(write=False)
         tip = self._robot.tip(q)
         segments = self._tool.segments(tip.rotation, tip.position)
-        return ToolState(q, tip, segments, self._surroundings.distances(segments))
+        return ToolState(q, velocity, tip, segments, self._surroundings.distances(segments))
 
     def certify(self, state: ToolState, step: Array) -> ToolState | None:
-        """The state after ``step`` (n,) if all of the motion keeps the margin, else None.
+        """The state after ``step`` (n,) if all of the motion keeps every body's margin, else None.
 
-        From a state already inside the margin only motions that never deepen are accepted (HAZ-04).
+        From a state already inside a margin only motions that never deepen are accepted (HAZ-04).
         """
-        floor = np.minimum(state.distance, self._margin)
-        return self._accept(state, step, floor, MAX_HALVINGS)
+        floor = np.minimum(state.distance, self._surroundings.margins[:, None])
+        end = self._accept(state, step, floor, MAX_HALVINGS)
+        if end is None:
+            return None
+        velocity = step / self._dt
+        velocity.setflags(write=False)
+        return replace(end, velocity=velocity)
 
     def _accept(self, start: ToolState, step: Array, floor: Array, halvings: int) -> ToolState | None:
         end = self.measure(start.q + step)
@@ -75,7 +67,7 @@ class Certifier:
         return None if middle is None else self._accept(middle, end.q - middle.q, floor, halvings - 1)
 
     def _least_between(self, start: ToolState, end: ToolState, step: Array) -> Array:
-        """Lower bound (S,) of the distance of every segment anywhere between the two states."""
+        """Lower bound (B, S) of the distance of every body and segment anywhere between the two states."""
         chord = np.maximum(
             np.linalg.norm(end.segments.start - start.segments.start, axis=1),
             np.linalg.norm(end.segments.end - start.segments.end, axis=1),

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import StartRefused
-from ..fixtures import Constraint, Objective, boundary, joint_bounds, little_motion
+from ..fixtures import (
+    Constraint,
+    Fixture,
+    Objective,
+    Situation,
+    ToolState,
+    boundary,
+    joint_bounds,
+    little_motion,
+)
 from ..geometry.proximity import ProximityTree
 from ..robots import PlacedRobot, Tool
 from . import qp
-from .certificate import Certifier, ToolState
+from .certificate import Certifier
 from .explain import Blocker, blockers, bone_blocker
 from .settings import ControlSettings
 from .surroundings import Surroundings
@@ -47,6 +56,7 @@ class StepReport:
     """What became of one step.
 
     outcome: 'idle' (nothing wanted), 'moved', 'shrunk' or 'held'; share: part of the wanted motion that was made.
+    emergency: the step had to exceed a joint's acceleration limit.
     """
 
     state: ToolState
@@ -54,6 +64,7 @@ class StepReport:
     share: float
     blockers: tuple[Blocker, ...]
     rows: int
+    emergency: bool = False
 
     @property
     def held(self) -> bool:
@@ -70,10 +81,13 @@ class Controller:
         tree: ProximityTree,
         settings: ControlSettings,
         solver: str = "daqp",
+        fixtures: Sequence[Fixture] = (),
     ):
+        """The robot among its surroundings; ``fixtures`` stand there whatever the task is."""
+        self.fixtures = tuple(fixtures)
         self.robot, self.tool, self.settings, self._solver = robot, tool, settings, solver
         self._surroundings = Surroundings(tree, settings)
-        self._certifier = Certifier(robot, tool, self._surroundings, settings.margin_mm)
+        self._certifier = Certifier(robot, tool, self._surroundings, settings.dt_s)
         self._little_motion = little_motion(robot.robot)
 
     def start(self, q: Array) -> ToolState:
@@ -112,9 +126,12 @@ class Controller:
             return StepReport(state, "idle", 1.0, (), 0)
         pairs = self._surroundings.pairs(state.segments)
         wall = boundary(pairs, state.tip, self.settings.margin_mm + BUFFER_MM)
-        constraints = (*task.constraints, wall)
+        here = np.zeros(len(pairs), np.int32)
+        now = Situation(state, pairs, here, self.robot.robot, self.tool, self.settings.dt_s)
+        standing = [fixture.rows(now) for fixture in self.fixtures]
+        constraints = (*task.constraints, *(c for rows in standing for c in rows.constraints), wall)
         low, high = joint_bounds(self.robot.robot, state.q, self.settings.dt_s)
-        objectives = (*task.objectives, self._little_motion)
+        objectives = (*task.objectives, *(o for rows in standing for o in rows.objectives), self._little_motion)
         problem = qp.stack(objectives, constraints, low, high, task.scale)
         solution = qp.solve(problem, self._solver)
         if solution is None:
@@ -132,6 +149,8 @@ class Controller:
         for share in SHRINKS:
             after = self._certifier.certify(state, share * step)
             if after is None or (task.accepts is not None and not task.accepts(after)):
+                continue
+            if not all(fixture.keeps(state, after) for fixture in self.fixtures):
                 continue
             achieved = task.achieved(share * step)
             outcome = "held" if achieved < HELD_SHARE else "moved" if share == 1.0 else "shrunk"

@@ -40,6 +40,7 @@ class ControlSettings:
     capture_mm: float = 0.05
     view_distance_mm: float = 15.0
     target_tolerance_mm: float = 0.015
+    approach_deceleration_mm_per_s2: float = 300.0
 
     def __post_init__(self) -> None:
         for name, bound in self.bounds().items():
@@ -96,4 +97,5 @@ _BOUNDS = {
     "capture_mm": Bound(0.005, 5.0, "mm", "Offset of full correction"),
     "view_distance_mm": Bound(1.0, 60.0, "mm", "View distance r"),
     "target_tolerance_mm": Bound(0.002, 1.0, "mm", "Target tolerance ε_t"),
+    "approach_deceleration_mm_per_s2": Bound(10.0, 5000.0, "mm/s²", "Deceleration towards anatomy"),
 }

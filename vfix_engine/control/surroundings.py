@@ -25,6 +25,7 @@ class Surroundings:
 
     def __init__(self, tree: ProximityTree, settings: ControlSettings):
         self._tree, self._threshold = tree, settings.reach_mm
+        self._margins = np.array([settings.margin_mm])
         self._group_flat = settings.group_flat_mm if settings.group_flat_mm > 0.0 else None
         self._exact_within = settings.margin_mm + EXACT_BEYOND_MARGIN_MM
         self._candidates: CandidateList | None = None
@@ -36,8 +37,13 @@ class Surroundings:
         )
         return reduce_pairs(found)
 
+    @property
+    def margins(self) -> NDArray[np.float64]:
+        """Margin (B,) of every body in mm."""
+        return self._margins
+
     def distances(self, segments: Segments) -> NDArray[np.float64]:
-        """Smallest distance (S,) of every segment's surface to the anatomy; no more than the threshold is told."""
+        """Smallest distance (B, S) of every segment's surface to every body; no more than the threshold is told."""
         if self._candidates is None or not self._candidates.valid_for(segments, self._threshold):
             self._candidates = self._tree.candidates(segments, self._threshold + SLACK_MM)
-        return np.minimum(self._candidates.min_distance_per_segment(segments), self._threshold)
+        return np.minimum(self._candidates.min_distance_per_segment(segments), self._threshold)[None, :]

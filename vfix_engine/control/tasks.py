@@ -7,10 +7,18 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures import centre_target, free_motion, hold_target, path_following, reach_target, swing, view_jacobian
+from ..fixtures import (
+    ToolState,
+    centre_target,
+    free_motion,
+    hold_target,
+    path_following,
+    reach_target,
+    swing,
+    view_jacobian,
+)
 from ..robots import Tool
 from .admittance import approach_velocity, path_velocity
-from .certificate import ToolState
 from .controller import Task
 from .settings import ControlSettings
 

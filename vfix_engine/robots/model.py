@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
 from ..resources import assets_dir
+from .chain_kernel import Chain
 
 Array = NDArray[np.float64]
 
@@ -118,6 +119,15 @@ class PlacedRobot:
         offset = pin.SE3(np.eye(3), tip_in_flange)
         self._tip = model.addFrame(pin.Frame("tip", parent, 0, offset, pin.FrameType.OP_FRAME))
         self._model, self._data, self._last = model, model.createData(), parent
+        placements = [model.jointPlacements[i] for i in range(1, parent + 1)]
+        self.chain = Chain.of(
+            robot.revolute,
+            np.array([joint.axis for joint in robot.joints]),
+            np.stack([place.rotation for place in placements]),
+            np.stack([place.translation for place in placements]),
+            offset.rotation,
+            offset.translation,
+        )
 
     @property
     def dof(self) -> int:
