@@ -67,7 +67,7 @@ def test_every_picture_is_shown() -> None:
 
 def test_every_environment_variable_is_documented() -> None:
     used: set[str] = set()
-    for folder in ("app", "scripts", "tests", "vfix_engine"):
+    for folder in ("app", "benchmarks", "scripts", "tests", "vfix_engine"):
         for file in (ROOT / folder).rglob("*.py"):
             used |= set(re.findall(r"\bVFIX_[A-Z_]+\b", file.read_text(encoding="utf-8")))
     rows = {row[0].strip("`") for row in tables(section(page("docs/settings.md"), "Environment"))}

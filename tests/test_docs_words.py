@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-FOLDERS = (".ci", "app", "assets", "docs", "scripts", "tests", "vfix_engine")
+FOLDERS = (".ci", "app", "assets", "benchmarks", "docs", "scripts", "tests", "vfix_engine")
 TEXT = {"", ".cfg", ".css", ".csv", ".html", ".ini", ".js", ".json", ".lock", ".mako", ".md", ".py", ".svg", ".toml"}
 # Put together here, so that this file does not hold them.
 HOSTS = tuple(

@@ -36,7 +36,7 @@ APP_ROOMS = {
     "cli": 9,
 }
 NOT_IN_THE_ENGINE = {
-    "app", "alembic", "fastapi", "pydantic", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets",
+    "app", "benchmarks", "alembic", "fastapi", "pydantic", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets",
 }  # fmt: skip
 
 
@@ -85,3 +85,22 @@ def test_rooms_import_downwards(package: str, rooms: dict[str, int]) -> None:
             if other not in ("", own) and rooms[other] >= rooms[own or ""]:
                 wrong.append(f"{file.relative_to(ROOT)} imports {name}")
     assert not wrong, "\n".join(wrong)
+
+
+def test_only_the_command_knows_the_benchmarks() -> None:
+    """They compare with libraries that a user need not have, so nothing else may load them."""
+    knowing = {
+        str(file.relative_to(ROOT))
+        for file in modules("app")
+        if any(name.split(".")[0] == "benchmarks" for name in imported_names(file))
+    }
+    assert knowing == {str(Path("app", "commands", "bench.py"))}
+
+
+def test_no_benchmark_needs_coal_to_be_loaded() -> None:
+    """coal is asked for when a benchmark runs, so that it can say what to install."""
+    for file in modules("benchmarks"):
+        top = ast.parse(file.read_text(encoding="utf-8")).body
+        loaded = {alias.name for node in top if isinstance(node, ast.Import) for alias in node.names}
+        loaded |= {node.module or "" for node in top if isinstance(node, ast.ImportFrom)}
+        assert "coal" not in {name.split(".")[0] for name in loaded}, file.name

@@ -28,6 +28,8 @@ def test_it_carries_what_the_page_needs(wheel: Path) -> None:
     shipped = [f"vfix_engine/{path.relative_to(ROOT)}" for path in (ROOT / "assets").rglob("*") if path.is_file()]
     web = [str(path.relative_to(ROOT)) for path in (ROOT / "app" / "web").rglob("*") if path.is_file()]
     assert {name.replace(os.sep, "/") for name in (*shipped, *web)} <= names
+    benchmarks = [f"benchmarks/{path.name}" for path in (ROOT / "benchmarks").glob("*.py")]
+    assert set(benchmarks) <= names
     assert not [name for name in names if name.startswith("tests/")]
     assert wheel.stat().st_size < MAX_WHEEL_BYTES
 

@@ -1,0 +1,136 @@
+"""The heads that are measured on: the shipped phantom and, where its data are, a real head; or files of your own."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.services.exchange import read_plan
+from app.services.resolve import read_bytes
+from benchmarks.report import BenchmarkRefused
+from vfix_engine.control import ControlSettings
+from vfix_engine.geometry.capsules import Segments
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.imaging.mesh_files import read_mesh
+from vfix_engine.imaging.phantom import load_bone_surface, load_landmarks
+from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.simulation.dry_run import DryRun
+from vfix_engine.simulation.placing import place_robot
+from vfix_engine.simulation.scene import Scene
+
+DEFAULT_TRIAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+NAMES = ("phantom", "head")
+ROBOT, TOOL = "steady_hand", "bent_30"
+
+
+@dataclass(frozen=True, eq=False)
+class BenchCase:
+    """A surface and a corridor through it, LPS mm."""
+
+    name: str
+    mesh: TriangleMesh
+    path: SplinePath
+
+
+@dataclass(frozen=True)
+class Cases:
+    """What was found, and why the rest was not: a sentence by name."""
+
+    found: tuple[BenchCase, ...]
+    missing: dict[str, str]
+
+    def measure(self, one: Callable[[BenchCase], dict[str, Any]]) -> dict[str, Any]:
+        """`cases`: the result of each by name, None where its data are missing; `missing`: why."""
+        results: dict[str, Any] = {case.name: one(case) for case in self.found}
+        return {"cases": results | dict.fromkeys(self.missing), "missing": self.missing}
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """A case with the robot placed in it and the poses that the controller takes along the corridor."""
+
+    scene: Scene
+    run: DryRun
+
+    def joints(self, count: int) -> np.ndarray:
+        """``count`` poses (count, n) evenly along the way that was reached."""
+        picked = np.linspace(0, len(self.run.q) - 1, count).round().astype(int)
+        return np.asarray(self.run.q[picked])
+
+    def segments(self, count: int) -> list[Segments]:
+        """The tool in each of ``count`` poses evenly along the way."""
+        robot, tool = self.scene.placed_robot(), self.scene.tool
+        tips = [robot.tip(q) for q in self.joints(count)]
+        return [tool.segments(tip.rotation, tip.position) for tip in tips]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options that choose the cases."""
+    parser.add_argument("--case", choices=(*NAMES, "all"), default="all", help="the head to measure on")
+    parser.add_argument("--surface", type=Path, metavar="FILE", help="measure on this surface instead, with --path")
+    parser.add_argument("--path", type=Path, metavar="FILE", help="a plan or Markups file with the corridor")
+
+
+def find_cases(args: argparse.Namespace) -> Cases:
+    """The cases that the options ask for.
+
+    Raises:
+        BenchmarkRefused: only one of --surface and --path is given, or the one case that was asked for is missing.
+        InputError: a file cannot be used.
+    """
+    if (args.surface is None) != (args.path is None):
+        raise BenchmarkRefused("--surface and --path go together: the corridor must lie in the surface's head")
+    if args.surface is not None:
+        return Cases((_from_files(args.surface.name, args.surface, args.path),), {})
+    wanted = NAMES if args.case == "all" else (args.case,)
+    found, missing = [], {}
+    for name in wanted:
+        case = phantom() if name == "phantom" else real_head()
+        if isinstance(case, BenchCase):
+            found.append(case)
+        else:
+            missing[name] = case
+    if not found:
+        raise BenchmarkRefused("; ".join(missing.values()))
+    return Cases(tuple(found), missing)
+
+
+def phantom() -> BenchCase:
+    """The head that travels with vfix."""
+    corridor = np.array([point.position for point in load_landmarks().corridor])
+    return BenchCase("phantom", load_bone_surface(), SplinePath(corridor))
+
+
+def real_head() -> BenchCase | str:
+    """The real head, or why it is not there. Its data are no part of vfix; VFIX_TRIAL_DATA says where they are."""
+    folder = Path(os.environ.get("VFIX_TRIAL_DATA", DEFAULT_TRIAL_DATA)) / "head_ct"
+    surface, corridor = folder / "nose_sinus_bone_lps_mm.ply", folder / "corridor.mrk.json"
+    if not (surface.is_file() and corridor.is_file()):
+        return f"the real head is not at {folder}; VFIX_TRIAL_DATA names the folder of its data"
+    return _from_files("head", surface, corridor)
+
+
+def drive(case: BenchCase, settings: ControlSettings | None = None) -> Driven:
+    """Place the robot as the planner does and drive the corridor, so that the poses are those of a rehearsal.
+
+    Raises StartRefused when the tool does not fit at the entry.
+    """
+    settings = settings or ControlSettings()
+    tree, robot, tool = ProximityTree(case.mesh), RobotModel.load(ROBOT), Tool.load(TOOL)
+    placing = place_robot(tree, robot, tool, case.path, settings)
+    return Driven(Scene(tree, robot, tool, placing.base, placing.q_start, case.path), placing.run)
+
+
+def _from_files(name: str, surface: Path, corridor: Path) -> BenchCase:
+    points = [point.position for point in read_plan(corridor.name, read_bytes(corridor)).content.points]
+    if len(points) < 2:
+        raise BenchmarkRefused(f"{corridor.name} holds no path of at least two points")
+    return BenchCase(name, read_mesh(surface, assume=True)[0], SplinePath(np.array(points)))

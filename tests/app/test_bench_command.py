@@ -1,0 +1,136 @@
+"""`vfix bench`: what it prints, what it refuses, and its exit status."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app import cli
+from app.commands import bench
+from benchmarks import BENCHMARKS, cases, report
+from vfix_engine.errors import VfixError
+
+
+@pytest.fixture
+def module(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
+    """A benchmark of its own, which answers what its test lets it answer."""
+    made = types.ModuleType("benchmarks.sample")
+    made.SUMMARY = "a sample"  # type: ignore[attr-defined]
+    made.add_arguments = lambda parser: parser.add_argument("--size", type=int, default=3)  # type: ignore[attr-defined]
+    made.run = lambda args: {"size": args.size, "correct": True}  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "benchmarks.sample", made)
+    monkeypatch.setattr(bench, "BENCHMARKS", ("sample",))
+    return made
+
+
+def case_options(*words: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    cases.add_arguments(parser)
+    return parser.parse_args(words)
+
+
+def test_json_is_one_object(module: types.ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["bench", "sample", "--size", "5", "--json"]) == 0
+    out = capsys.readouterr().out
+    assert json.loads(out) == {"benchmark": "sample", "size": 5, "correct": True}
+    assert len(out.splitlines()) == 1
+
+
+def test_a_wrong_answer_is_status_1(module: types.ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+    module.run = lambda args: {"correct": False}  # type: ignore[attr-defined]
+    assert cli.main(["bench", "sample"]) == 1
+    assert "not correct" in capsys.readouterr().err
+
+
+def test_without_a_peer_it_says_what_to_install(
+    module: types.ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "coal", None)  # as if it were not installed
+    module.run = lambda args: {"coal": str(report.need_coal())}  # type: ignore[attr-defined]
+    assert cli.main(["bench", "sample", "--json"]) == 2
+    said = capsys.readouterr()
+    assert "pip install 'vfix[test]'" in said.err
+    assert json.loads(said.out)["error"]["code"] == "benchmark_refused"
+
+
+def test_people_read_a_table() -> None:
+    lines = list(
+        bench.table(
+            {
+                "ratios": {"all_pairs": 31.25, "memory": None},
+                "correct": True,
+                "scaling": [{"triangles": 10_000, "us": 16.25}, {"triangles": 2_000_000, "us": 1219.5}],
+                "missing": {},
+            }
+        )
+    )
+    assert lines[0] == "ratios"
+    assert lines[1].split() == ["all", "pairs", "31.25"]
+    assert lines[2].endswith("not measured")
+    assert lines[3].split() == ["correct", "yes"]
+    assert lines[5].split() == ["triangles", "us"]
+    assert [line.split() for line in lines[6:8]] == [["10,000", "16.25"], ["2,000,000", "1,220"]]
+    assert lines[5].index("us") + 2 == len(lines[6]) == len(lines[7])
+    assert lines[8].split() == ["missing", "none"]
+
+
+def test_every_benchmark_describes_itself() -> None:
+    for name in BENCHMARKS:
+        assert bench._module(name).SUMMARY
+    assert len(set(BENCHMARKS)) == len(BENCHMARKS)
+
+
+def test_the_machine_is_named() -> None:
+    here = report.machine().to_dict()
+    assert here["numpy"]
+    assert here["numba"]
+    assert here["coal"]
+    assert here["cpu"]
+    assert here["cores"] >= 1
+    json.dumps(here, allow_nan=False)
+
+
+def test_candidates_take_turns() -> None:
+    called: list[str] = []
+    seconds = report.interleaved({"a": lambda: called.append("a"), "b": lambda: called.append("b")}, 3)
+    assert called == ["a", "b"] * 4  # one round is not counted
+    assert {name: len(times) for name, times in seconds.items()} == {"a": 3, "b": 3}
+    assert report.spread_us([1e-6, 3e-6, 2e-6])["median_us"] == pytest.approx(2.0)
+
+
+def test_a_head_that_is_not_there_is_said_to_be_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("VFIX_TRIAL_DATA", str(tmp_path))
+    found = cases.find_cases(case_options())
+    assert [case.name for case in found.found] == ["phantom"]
+    measured = found.measure(lambda case: {"triangles": len(case.mesh.faces)})
+    assert measured["cases"]["phantom"]["triangles"] > 100_000
+    assert measured["cases"]["head"] is None
+    assert str(tmp_path) in measured["missing"]["head"]
+    with pytest.raises(VfixError, match="VFIX_TRIAL_DATA"):
+        cases.find_cases(case_options("--case", "head"))
+
+
+def test_the_real_head_and_files_of_ones_own(trial_data: Path) -> None:
+    folder = trial_data / "head_ct"
+    surface, corridor = folder / "nose_sinus_bone_lps_mm.ply", folder / "corridor.mrk.json"
+    (head,) = cases.find_cases(case_options("--case", "head")).found
+    (own,) = cases.find_cases(case_options("--surface", str(surface), "--path", str(corridor))).found
+    assert own.name == surface.name
+    assert own.mesh.content_hash == head.mesh.content_hash
+    assert own.path.length == head.path.length
+    with pytest.raises(VfixError, match="go together"):
+        cases.find_cases(case_options("--surface", str(surface)))
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(None, "not measured"), (True, "yes"), (False, "no"), (0.000123456, "0.0001235"), (12345.6, "12,346"), (7, "7")],
+)
+def test_figures_are_calm(value: Any, words: str) -> None:
+    assert bench.figure(value) == words
