@@ -42,6 +42,7 @@ class Task:
     scale: length L of the wanted step in mm; 0 means nothing is wanted.
     achieved: share of the wanted motion that a joint step (n,) makes.
     accepts: further verdict on the predicted state, or None.
+    compliance: in mm/N, see ``Situation``; None: gain · dt, where the objectives weigh the tip's motion with 1.
     """
 
     objectives: tuple[Objective, ...]
@@ -49,6 +50,7 @@ class Task:
     scale: float
     achieved: Callable[[Array], float]
     accepts: Callable[[ToolState], bool] | None = None
+    compliance: float | None = None
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,11 @@ class Controller:
         pairs = self._surroundings.pairs(state.segments)
         wall = boundary(pairs, state.tip, self.settings.margin_mm + BUFFER_MM)
         here = np.zeros(len(pairs), np.int32)
-        now = Situation(state, pairs, here, self.robot.robot, self.tool, self.settings.dt_s)
+        compliance = self.settings.gain_mm_per_s_per_n * self.settings.dt_s
+        if task.compliance is not None:
+            compliance = task.compliance
+        dt = self.settings.dt_s
+        now = Situation(state, pairs, here, self.robot.robot, self.tool, dt, task.scale, compliance)
         standing = [fixture.rows(now) for fixture in self.fixtures]
         constraints = (*task.constraints, *(c for rows in standing for c in rows.constraints), wall)
         low, high = joint_bounds(self.robot.robot, state.q, self.settings.dt_s)

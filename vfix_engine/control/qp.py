@@ -1,6 +1,6 @@
 """All objectives and constraints stacked to one QP, solved, and the answer checked (Li 2007, eq. 20-21).
 
-Problem: minimise ½ xᵀH x + fᵀx subject to G x ≤ h and low ≤ x ≤ high, x = (Δq, λ).
+Problem: minimise ½ xᵀH x + fᵀx subject to G x ≤ h and low ≤ x ≤ high, x = (Δq, λ, slacks of soft constraints).
 The step is scaled by its length L before solving, so that tolerances mean the same at every speed.
 """
 
@@ -41,7 +41,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Problem:
-    """One scaled QP; ``scale`` L in mm, rows over Δq / L and λ."""
+    """One scaled QP; ``scale`` L in mm, rows over Δq / L, λ and slacks / L; ``joints`` n and λ come first."""
 
     hessian: Array
     gradient: Array
@@ -50,11 +50,12 @@ class Problem:
     low: Array
     high: Array
     scale: float
+    joints: int
 
     @property
     def row_count(self) -> int:
         """Inequality rows the way the papers count them: constraints and both sides of every joint bound."""
-        return len(self.bound) + 2 * (len(self.low) - 1)
+        return len(self.bound) + 2 * self.joints
 
 
 def stack(
@@ -67,26 +68,48 @@ def stack(
         scale: L, the length of the wanted step in mm.
     """
     size = len(low) + 1
+    slacks = sum(_slack_count(c) for c in constraints)
     column = np.ones(size)
     column[-1] = 1.0 / scale
-    matrix = np.concatenate([o.matrix for o in objectives]) * column
-    target = np.concatenate([o.target for o in objectives]) / scale
-    hessian = matrix.T @ matrix
-    hessian.flat[:: size + 1] += _REGULARISATION
-    if constraints:
-        rows = np.concatenate([c.matrix for c in constraints]) * column
-        bound = np.concatenate([c.bound for c in constraints]) / scale
-    else:
-        rows, bound = np.zeros((0, size)), np.zeros(0)
+    weight = np.concatenate([np.full(len(o.target), np.sqrt(o.weight)) for o in objectives])
+    matrix = np.concatenate([o.matrix for o in objectives]) * column * weight[:, None]
+    target = np.concatenate([o.target for o in objectives]) / scale * weight
+    hessian, gradient = np.zeros((size + slacks, size + slacks)), np.zeros(size + slacks)
+    hessian[:size, :size] = matrix.T @ matrix
+    gradient[:size] = -(matrix.T @ target)
+    rows = np.zeros((sum(len(c.bound) for c in constraints), size + slacks))
+    bound = np.zeros(len(rows))
+    row, slack = 0, size
+    for c in constraints:
+        last = row + len(c.bound)
+        rows[row:last, :size] = c.matrix * column
+        bound[row:last] = c.bound / scale
+        if c.penalty is not None:
+            count = _slack_count(c)
+            columns = np.arange(slack, slack + count)
+            rows[np.arange(row, last), slack if c.shared else columns] = -1.0
+            hessian[columns, columns], gradient[columns] = c.penalty, c.price / scale
+            slack += count
+        row = last
+    hessian.flat[:: size + slacks + 1] += _REGULARISATION
+    none, endless = np.zeros(slacks), np.full(slacks, _UNBOUNDED)
     return Problem(
         hessian,
-        -(matrix.T @ target),
+        gradient,
         rows,
         bound,
-        np.append(low / scale, 0.0),
-        np.append(high / scale, 1.0),
+        np.concatenate([low / scale, [0.0], none]),
+        np.concatenate([high / scale, [1.0], endless]),
         scale,
+        len(low),
     )
+
+
+def _slack_count(constraint: Constraint) -> int:
+    """How many slacks the rows of a constraint share; a hard one has none."""
+    if constraint.penalty is None or len(constraint.bound) == 0:
+        return 0
+    return 1 if constraint.shared else len(constraint.bound)
 
 
 def holdable(problem: Problem) -> Problem:
@@ -109,7 +132,8 @@ def solve(problem: Problem, solver: str = "daqp") -> Solution | None:
     x, rows, bounds = answer
     if not (np.isfinite(x).all() and _is_optimal(problem, x, rows, bounds)):
         return None
-    return Solution(x[:-1] * problem.scale, float(x[-1]), rows, bounds)
+    n = problem.joints
+    return Solution(x[:n] * problem.scale, float(x[n]), rows, bounds[: n + 1])
 
 
 def _solve_natively(problem: Problem) -> tuple[Array, Array, Array] | None:
