@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import os
+import sys
 import time
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -12,60 +15,94 @@ import numpy as np
 
 from ..control import ControlSettings
 from ..errors import VfixError
-from .clock import FixedRateClock
+from .clock import SPIN_S, FixedRateClock
 from .events import Event
 from .handle import Handle
 from .mailbox import Mailbox
+from .priority import RealTimePriority
 from .rehearsal import Command, Rehearsal
 from .snapshot import Snapshot
 from .wire import HandInput, snapshot_to_bytes
 
 PUBLISH_S = 1 / 120  # snapshots are for the eye
 REST_S = 0.005  # nap of a loop that nobody drives
+STILL = 1e-9  # joint speed in mm/s and rad/s that is none
+GREEDY_SHARE = 0.7  # of the period: steps that take more leave too little to the rest of the machine
+LITTER = 20_000  # objects made and not freed while driving, after which the youngest are looked through
 
 
 class ControlLoop:
-    """One rehearsal at its fixed rate while a hand drives it, at rest otherwise."""
+    """One rehearsal at its fixed rate while a hand drives it, at rest otherwise.
 
-    def __init__(self, rehearsal: Rehearsal, out: Mailbox, into: Mailbox, pipe: Connection):
+    While it drives it has a real-time priority where it may, spins away the last part of every wait, and collects no
+    garbage: no tick pays for what can wait until the hand rests.
+    """
+
+    def __init__(self, rehearsal: Rehearsal, out: Mailbox, into: Mailbox, pipe: Connection, priority: RealTimePriority):
         self._rehearsal, self._out, self._in, self._pipe = rehearsal, out, into, pipe
+        self._priority = priority
         self._state = rehearsal.start("path" if rehearsal.scene.path is not None else "free")
-        self._clock = FixedRateClock(rehearsal.settings.dt_s)
+        self._clock = _clock(rehearsal.settings.dt_s)
         self._handle = Handle()
         self._input = HandInput()
         self._input_seen = 0
         self._keys_beat_at = -np.inf
         self._running = False
+        self._driving = False
         self._open = True
-        self._published_at = -np.inf
+        self._published_at = self._obeyed_at = -np.inf
         self._publish(rehearsal.snapshot(self._state), force=True)
 
     def run(self) -> None:
         """Until the pipe closes."""
-        resting = True
         while self._open:
-            self._obey()
             now = time.monotonic()
+            if not self._driving or now - self._obeyed_at >= PUBLISH_S:  # a look into the pipe costs 10 µs
+                self._obeyed_at = now
+                self._obey()
             self._read_hand(now)
-            if not (self._running and self._driven(now)):
-                if not resting:
-                    self._publish(self._rehearsal.snapshot(self._state), force=True)
-                resting = True
+            led = self._running and self._driven(now)
+            if led or self._moving():
+                self._drive()
+                self._clock.wait()
+                self._tick(time.monotonic(), led)
+                self._clock.worked()
+            else:
+                self._rest()
                 time.sleep(REST_S)
-                continue
-            if resting:
-                self._clock.restart()
-                resting = False
-            self._clock.wait()
-            self._tick(time.monotonic())
-            self._clock.worked()
+        self._rest()
 
-    def _tick(self, now: float) -> None:
-        settings, tool = self._rehearsal.settings, self._state.tool
-        grip = self._rehearsal.scene.tool.grip(tool.tip.rotation, tool.tip.position)
-        force = self._handle.force(grip, settings.stiffness_n_per_mm, settings.force_cap_n, now)
-        keys = self._keys_alive(now)
-        command = Command(force, self._input.drive if keys else 0, self._input.twist if keys else 0)
+    def _drive(self) -> None:
+        """Begin a stretch of ticks."""
+        if not self._driving:
+            self._driving = True
+            gc.disable()
+            self._priority.take()
+            self._clock.restart()
+
+    def _rest(self) -> None:
+        """The tool stands and nobody drives: time for all that had to wait."""
+        if self._driving:
+            self._driving = False
+            self._priority.give_back()
+            self._publish(self._rehearsal.snapshot(self._state), force=True)
+            gc.enable()
+            gc.collect()
+
+    def _moving(self) -> bool:
+        """The tool still has speed, which it loses within the joints' accelerations."""
+        return bool(np.abs(self._state.tool.velocity).max() > STILL)
+
+    def _tick(self, now: float, led: bool) -> None:
+        """One step: the hand's command, or none where the tool only comes to rest."""
+        if led:
+            settings, tool = self._rehearsal.settings, self._state.tool
+            grip = self._rehearsal.scene.tool.grip(tool.tip.rotation, tool.tip.position)
+            force = self._handle.force(grip, settings.stiffness_n_per_mm, settings.force_cap_n, now)
+            keys = self._keys_alive(now)
+            command = Command(force, self._input.drive if keys else 0, self._input.twist if keys else 0)
+        else:
+            command = Command(np.zeros(3))
         self._state, snapshot = self._rehearsal.step(self._state, command)
         self._publish(snapshot)
 
@@ -101,6 +138,8 @@ class ControlLoop:
                     self._pipe.send(Event("note", str(error)))
                 if verb == "settings":
                     self._pipe.send(Event("settings", json.dumps(self._rehearsal.settings.to_dict())))
+                elif verb == "record":
+                    self._pipe.send(Event("record", json.dumps(self._clock.record().to_dict())))
         except (EOFError, OSError):
             self._open = False
 
@@ -124,11 +163,24 @@ class ControlLoop:
         rehearsal = Rehearsal(self._rehearsal.scene, settings)
         tool = rehearsal.controller.start(self._state.tool.q)
         self._rehearsal, self._state = rehearsal, replace(self._state, tool=tool)
-        self._clock = FixedRateClock(settings.dt_s)
+        if settings.dt_s != self._clock.period:
+            self._clock = _clock(settings.dt_s)
 
     def _publish(self, snapshot: Snapshot, force: bool = False) -> None:
         now = time.monotonic()
-        if force or now - self._published_at >= PUBLISH_S:
-            self._published_at = now
-            told = replace(snapshot, running=self._running, timing=self._clock.timing())
-            self._out.write(snapshot_to_bytes(told))
+        if not force and now - self._published_at < PUBLISH_S:
+            return
+        self._published_at = now
+        timing = replace(self._clock.timing(force), real_time=self._priority.held, without_why=self._priority.words)
+        self._out.write(snapshot_to_bytes(replace(snapshot, running=self._running, timing=timing)))
+        if self._driving:
+            if self._clock.busy_share > GREEDY_SHARE:
+                self._priority.give_up()
+            if gc.get_count()[0] > LITTER:
+                gc.collect(0)
+
+
+def _clock(period: float) -> FixedRateClock:
+    """A clock that spins only where another core is left to everybody else."""
+    cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    return FixedRateClock(period, spin=SPIN_S if cores > 1 else 0.0)

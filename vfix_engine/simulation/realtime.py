@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import signal
 import threading
@@ -22,14 +23,15 @@ from ..robots import RobotModel, Tool
 from .control_loop import ControlLoop
 from .events import Event
 from .mailbox import Mailbox
-from .rehearsal import Rehearsal
+from .priority import RealTimePriority
+from .rehearsal import Command, Rehearsal
 from .scene import Scene
 from .snapshot import Snapshot
 from .wire import INPUT_BYTES, SNAPSHOT_BYTES, HandInput, snapshot_from_bytes
 
 Array = NDArray[np.float64]
 
-START_TIMEOUT_S = 60.0  # the first start after an installation compiles the kernels
+START_TIMEOUT_S = 120.0  # the first start after an installation compiles the kernels
 CLOSE_TIMEOUT_S = 2.0
 
 
@@ -58,15 +60,15 @@ class SceneSpec:
 class RehearsalProcess:
     """A rehearsal in a process of its own; every method may be called from any thread."""
 
-    def __init__(self, scene: SceneSpec, settings: ControlSettings):
-        self._scene, self._settings = scene, settings
+    def __init__(self, scene: SceneSpec, settings: ControlSettings, real_time: bool = True):
+        """real_time: take a real-time priority while somebody drives, where the system allows it."""
         self._lock = threading.Lock()
         self._out, self._in = Mailbox.create(SNAPSHOT_BYTES), Mailbox.create(INPUT_BYTES)
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(
             target=_main,
-            args=(scene, settings, self._out.name, self._in.name, theirs),
+            args=(scene, settings, self._out.name, self._in.name, theirs, real_time),
             name="vfix-control",
             daemon=True,
         )
@@ -144,6 +146,10 @@ class RehearsalProcess:
         """Takes effect at once; margin and rate included."""
         self._send("settings", settings)
 
+    def ask_record(self) -> None:
+        """Ask how the clock has kept its period since the start; the answer is an event of the kind 'record'."""
+        self._send("record")
+
     def snapshot(self) -> Snapshot | None:
         """The newest snapshot, or None before the first."""
         with self._lock:
@@ -201,14 +207,28 @@ def _sign(direction: int) -> int:
     return (direction > 0) - (direction < 0)
 
 
-def _main(scene: SceneSpec, settings: ControlSettings, out: str, into: str, pipe: Connection) -> None:
+def _main(scene: SceneSpec, settings: ControlSettings, out: str, into: str, pipe: Connection, real_time: bool) -> None:
     """The process's main: builds the scene, says so, and loops until its pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the planner, which closes this pipe
     try:
         rehearsal = Rehearsal(scene.build(), settings)
-        loop = ControlLoop(rehearsal, Mailbox.attach(out), Mailbox.attach(into), pipe)
+        _warm_up(rehearsal)
+        priority = RealTimePriority(real_time)
+        loop = ControlLoop(rehearsal, Mailbox.attach(out), Mailbox.attach(into), pipe, priority)
     except VfixError as error:
         pipe.send(Event("refused", str(error)))
         return
+    gc.collect()
+    gc.freeze()  # what is here stays: no later collection looks through it
     pipe.send(Event("ready"))
     loop.run()
+
+
+def _warm_up(rehearsal: Rehearsal) -> None:
+    """A few steps in every mode, which lead nowhere: kernels are loaded before the first tick needs them."""
+    scene = rehearsal.scene
+    modes = ["free"] + ["path"] * (scene.path is not None) + ["inspect"] * bool(len(scene.targets))
+    for mode in modes:
+        state = rehearsal.start(mode)
+        for force in (np.zeros(3), np.ones(3), -np.ones(3)):
+            state, _ = rehearsal.step(state, Command(force, drive=1))

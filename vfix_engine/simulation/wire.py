@@ -1,15 +1,14 @@
-"""Snapshots and hand inputs as bytes for the mailboxes."""
+"""Snapshots and hand inputs as bytes for the mailboxes: MessagePack, which costs a tick a few microseconds."""
 
 from __future__ import annotations
 
-import json
-import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 
-from .snapshot import Snapshot, Timing
+from .snapshot import Snapshot
 
 SNAPSHOT_BYTES = 16_384
 INPUT_BYTES = 512
@@ -27,51 +26,34 @@ class HandInput:
     twist: int = 0
 
     def to_bytes(self) -> bytes:
-        return json.dumps(asdict(self)).encode()
+        return _ENCODER.encode(self)
 
     @classmethod
     def from_bytes(cls, data: bytes) -> HandInput:
-        fields = json.loads(data)
-        grip = fields["grip"]
-        return cls(**{**fields, "grip": None if grip is None else tuple(grip)})
+        return _HAND.decode(data)
 
 
 def snapshot_to_bytes(snapshot: Snapshot) -> bytes:
-    """JSON of a snapshot; NaN travels as null."""
-    return json.dumps({name: _plain(value) for name, value in vars(snapshot).items()}).encode()
+    """Every field of a snapshot; arrays travel as nested lists, NaN as itself."""
+    return _ENCODER.encode(snapshot)
 
 
 def snapshot_from_bytes(data: bytes) -> Snapshot:
-    fields = json.loads(data)
-    for name in _ARRAYS:
-        fields[name] = np.array(fields[name], dtype=float)
-    point = fields["blocking_point"]
-    fields["blocking_point"] = None if point is None else np.array(point, dtype=float)
-    fields["active"] = tuple(fields["active"])
-    fields["timing"] = Timing(**fields["timing"])
-    if fields["target_error_mm"] is None:
-        fields["target_error_mm"] = math.nan
-    return Snapshot(**fields)
-
-
-_ARRAYS = (
-    "q",
-    "segments_start",
-    "segments_end",
-    "radius",
-    "tip",
-    "grip",
-    "virtual_point",
-    "force",
-    "torque",
-)
+    """The inverse, every field of its declared type."""
+    return _SNAPSHOT.decode(data)
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
+    if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
-    if isinstance(value, Timing):
-        return asdict(value)
-    if isinstance(value, float) and math.isnan(value):
-        return None
-    return value
+    raise NotImplementedError(f"a snapshot has no place for a {type(value).__name__}")
+
+
+def _array(kind: Any, value: Any) -> Any:
+    """The arrays of a snapshot are all of floats."""
+    return np.array(value, dtype=np.float64)
+
+
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=_plain)
+_HAND = msgspec.msgpack.Decoder(HandInput)
+_SNAPSHOT = msgspec.msgpack.Decoder(Snapshot, dec_hook=_array)
