@@ -17,6 +17,9 @@ from ..fixtures import (
     swing,
     view_jacobian,
 )
+from ..fixtures.path_following import PROGRESS_REWARD as PATH_REWARD
+from ..fixtures.rows import progress_weight
+from ..fixtures.target_inspection import PROGRESS_REWARD as VIEW_REWARD
 from ..robots import Tool
 from .admittance import approach_velocity, path_velocity
 from .controller import Task
@@ -54,21 +57,24 @@ def follow_path(
     along = float(desired @ tangent)
     desired = desired + tangent * (min(max(along, -room[0]), room[1]) - along)
     objective = path_following(state.tip, desired)
-    return Task((objective,), (), _length(desired), _share(state.tip.jacobian[:3], desired))
+    share = _share(state.tip.jacobian[:3], desired)
+    return Task((objective,), (), _length(desired), share, compliance=_compliance(settings, PATH_REWARD))
 
 
 def approach_path(state: ToolState, force: Array, towards: Array, settings: ControlSettings) -> Task:
     """The approach phase: the tip is guided onto the path at the hand's speed; ``towards`` (3,) leads to it."""
     desired = _guided(force, towards, settings)
     objective = path_following(state.tip, desired)
-    return Task((objective,), (), _length(desired), _share(state.tip.jacobian[:3], desired))
+    share = _share(state.tip.jacobian[:3], desired)
+    return Task((objective,), (), _length(desired), share, compliance=_compliance(settings, PATH_REWARD))
 
 
 def approach_target(state: ToolState, tool: Tool, force: Array, target: Array, settings: ControlSettings) -> Task:
     """Approach of target inspection: the virtual point P_v is guided onto the target (3,) at the hand's speed."""
     jacobian, point = _view(state, tool, settings)
     desired = _guided(force, target - point, settings)
-    return Task((reach_target(jacobian, desired),), (), _length(desired), _share(jacobian, desired))
+    objective, share = reach_target(jacobian, desired), _share(jacobian, desired)
+    return Task((objective,), (), _length(desired), share, compliance=_compliance(settings, VIEW_REWARD))
 
 
 def inspect_target(state: ToolState, tool: Tool, torque: Array, target: Array, settings: ControlSettings) -> Task:
@@ -89,6 +95,7 @@ def inspect_target(state: ToolState, tool: Tool, torque: Array, target: Array, s
         lever * _length(turn),
         _share(state.tip.jacobian[3:], turn),
         stays,
+        lever**2 * settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * progress_weight(VIEW_REWARD),
     )
 
 
@@ -118,6 +125,11 @@ def _guided(force: Array, towards: Array, settings: ControlSettings) -> Array:
     """Step (3,) towards a goal that does not overshoot it."""
     step = approach_velocity(force, towards, gain=settings.gain_mm_per_s_per_n) * settings.dt_s
     return towards if step @ step > towards @ towards else step
+
+
+def _compliance(settings: ControlSettings, reward: float) -> float:
+    """What a newton is worth to objectives with a progress variable, in mm/N; see ``Situation``."""
+    return settings.gain_mm_per_s_per_n * settings.dt_s * progress_weight(reward)
 
 
 def _length(vector: Array) -> float:
