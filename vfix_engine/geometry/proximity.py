@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from .candidate_kernels import Candidates, pack
 from .candidates import CandidateList
 from .capsules import Segments
 from .mesh import TriangleMesh
@@ -94,13 +95,12 @@ class ProximityTree:
             )
             for s in range(len(segments))
         ]  # fmt: skip
-        offset = np.zeros(len(lists) + 1, np.int32)
-        offset[1:] = np.cumsum([len(places) for places in lists])
         places = np.concatenate(lists) if lists else np.empty(0, np.int32)
-        return CandidateList(
-            segments, reach, offset, self.nodes.order[places],
-            self._corners[places], self._spheres[places], self._normals[places],
-        )  # fmt: skip
+        low, high = self.mesh.bounds
+        frame = np.array([*(0.5 * (low + high)), np.abs(high - low).max()])
+        count = np.array([len(each) for each in lists], np.int32)
+        arrays = Candidates(*pack(self._corners[places], self.nodes.order[places], count, frame))
+        return CandidateList(segments, reach, arrays, len(places))
 
     def _nearest(self, segments: Segments, upper: float) -> tuple[float, int, int]:
         """Smallest distance, its segment, its place in the leaves' order; (upper, −1, −1) when none is nearer."""

@@ -33,7 +33,7 @@ def widened(rows: Array, labels: Index) -> tuple[Array, Index]:
 
 
 @compiled
-def _own_normal(d: Array, normal: Array, row: Array) -> None:
+def own_normal(d: Array, normal: Array, row: Array) -> None:
     """The triangle's normal as the row's; for a triangle without area any direction across the segment."""
     if normal[0] != 0.0 or normal[1] != 0.0 or normal[2] != 0.0:
         row[1], row[2], row[3] = normal[0], normal[1], normal[2]
@@ -64,7 +64,7 @@ def write_row(p: Array, d: Array, radius: float, limit: float, c: Array, normal:
     row[7], row[8], row[9] = x, y, z
     if crosses or distance < _COINCIDENT:
         row[0] = -radius if crosses else distance - radius
-        _own_normal(d, normal, row)
+        own_normal(d, normal, row)
     else:
         row[0] = distance - radius
         gx, gy, gz = row[4] - x, row[5] - y, row[6] - z

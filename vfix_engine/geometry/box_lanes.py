@@ -1,0 +1,59 @@
+"""Lower bounds of the distances from one segment to 16 boxes at once, in single precision and never too large.
+
+The boxes lie as a node: 6 × 16 float32, all x of the centres, y, z, then half extents; relative to a frame's origin.
+The direction from the segment's nearest point to the box's centre separates the two at least as far as the support of
+the box along it leaves room; what rounding may have added is taken off again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import compiled, vectorised
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+NODE = 96  # numbers in a node
+PROBE = 12  # numbers that describe a segment: p from the origin, d, d / d·d, slack
+
+_ZERO = np.float32(0.0)
+_ONE = np.float32(1.0)
+# Of the largest coordinate: more than all roundings of the bound together (about 40 of 2⁻²⁴ each).
+_ROUNDING = 1e-5
+_FARTHEST = 1e15
+
+
+@compiled
+def describe_single(p: Array, d: Array, frame: Array, probe: Single) -> None:
+    """The numbers of the segment p + t·d for ``box_gaps``; frame (4,): the boxes' origin, their largest coordinate."""
+    dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+    share = 1.0 / dd if dd > 1e-30 else 0.0
+    far = frame[3]
+    for k in range(3):
+        probe[k] = p[k] - frame[k]
+        probe[3 + k] = d[k]
+        probe[6 + k] = d[k] * share
+        far += abs(p[k] - frame[k]) + abs(d[k])
+    # Beyond the range in which float32 can square a coordinate nothing is told apart and nothing left out.
+    probe[9] = _ROUNDING * far if far < _FARTHEST else np.inf
+
+
+@vectorised
+def box_gaps(node: Single, probe: Single, gaps: Single) -> None:
+    """Lower bounds (16,) in mm of the distance from the segment's axis to each box; negative where they touch.
+
+    A bound may be NaN where nothing can be said: leave a box out only if its bound is greater than something.
+    """
+    px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
+    hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
+    for j in range(16):
+        gx, gy, gz = node[j] - px, node[16 + j] - py, node[32 + j] - pz
+        t = gx * hx + gy * hy + gz * hz
+        t = min(max(t, _ZERO), _ONE)
+        gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
+        size = np.sqrt(gx * gx + gy * gy + gz * gz)
+        support = abs(gx) * node[48 + j] + abs(gy) * node[64 + j] + abs(gz) * node[80 + j]
+        gap = size - support / (size if size > _ZERO else _ONE)
+        gaps[j] = (gap if gap > _ZERO else _ZERO) - slack

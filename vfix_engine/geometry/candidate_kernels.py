@@ -1,0 +1,229 @@
+"""Exact pairs and distances among the triangles kept near a tool: plain arrays in, for use in other compiled code too.
+
+Triangles lie in blocks of 16 (``block_kernels``), boxes of 16 blocks in nodes (``box_lanes``).
+Lanes of a last block that no triangle fills repeat its last one under the label −1; boxes of blocks that are not there
+lie infinitely far away.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps, describe, finish
+from .box_lanes import NODE, PROBE, box_gaps, describe_single
+from .compiled import compiled
+from .rows_kernel import own_normal
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+Index = NDArray[np.int32]
+
+_COINCIDENT = 1e-9  # mm under which the direction between the two points is rounding only
+_FAR = np.float32(1e30)
+
+
+class Candidates(NamedTuple):
+    """Triangles near each segment of a tool, N nodes of 16 boxes of 16 triangles; lengths in mm.
+
+    boxes: (96 N,) float32, see ``box_lanes``; relative to the frame's origin.
+    corners: (2304 N,) the blocks, see ``block_kernels``; patient frame.
+    label: (256 N,) face of the mesh in each lane, −1 where there is none.
+    frame: (4,) origin of the boxes and the largest coordinate relative to it.
+    offset: (S + 1,) segment s owns the nodes offset[s] to offset[s + 1].
+    """
+
+    boxes: Single
+    corners: Array
+    label: Index
+    frame: Array
+    offset: Index
+
+
+@compiled
+def box_of_block(corners: Array, frame: Array, lane: int, node: Single) -> None:
+    """The box around the 16 triangles of one block as lane ``lane`` of a node, rounded outwards."""
+    for k in range(3):
+        low, high = np.inf, -np.inf
+        for j in range(LANES):
+            for c in range(3):
+                low = min(low, corners[LANES * (3 * c + k) + j])
+                high = max(high, corners[LANES * (3 * c + k) + j])
+        put_box(low - frame[k], high - frame[k], frame[3], k, lane, node)
+
+
+@compiled
+def put_box(low: float, high: float, far: float, k: int, lane: int, node: Single) -> None:
+    """Extent k of a box, centre and half, into a lane of a node; grown by what float32 may lose."""
+    centre = np.float32(0.5 * (low + high))
+    node[LANES * k + lane] = centre
+    node[LANES * (3 + k) + lane] = np.float32((max(high - centre, centre - low) + 1e-7 * far) * 1.000001)
+
+
+@compiled
+def empty_boxes(first: int, node: Single) -> None:
+    """Lanes from ``first`` on get boxes that are infinitely far away."""
+    for lane in range(first, LANES):
+        for k in range(3):
+            node[LANES * k + lane] = _FAR
+            node[LANES * (3 + k) + lane] = np.float32(0.0)
+
+
+@compiled
+def fill_lane(corner: Array, block: Array, lane: int) -> None:
+    """One triangle (9,) into a lane of a block."""
+    for k in range(9):
+        block[LANES * k + lane] = corner[k]
+
+
+@compiled
+def pack(
+    corners: Array, triangle: Index, count: Index, frame: Array
+) -> tuple[Single, Array, Index, Array, Index]:  # fmt: skip
+    """Candidates from triangles (n, 9) with numbers (n,), the first count[0] for segment 0, then count[1] and so on."""
+    offset = np.zeros(len(count) + 1, np.int32)
+    for s in range(len(count)):
+        offset[s + 1] = offset[s] + (count[s] + LANES * LANES - 1) // (LANES * LANES)
+    nodes = offset[len(count)]
+    boxes, blocks = np.empty(NODE * nodes, np.float32), np.empty(CORNERS * LANES * nodes)
+    label = np.full(LANES * LANES * nodes, -1, np.int32)
+    place = 0
+    for s in range(len(count)):
+        slot = LANES * LANES * offset[s]
+        end = place + count[s]
+        for node in range(offset[s], offset[s + 1]):
+            box = boxes[NODE * node : NODE * (node + 1)]
+            empty_boxes(0, box)
+            for lane in range(LANES):
+                if place < end:
+                    block = blocks[CORNERS * (LANES * node + lane) : CORNERS * (LANES * node + lane + 1)]
+                    for j in range(LANES):
+                        fill_lane(corners[min(place, end - 1)], block, j)
+                        if place < end:
+                            label[slot] = triangle[place]
+                            place += 1
+                        slot += 1
+                    box_of_block(block, frame, lane, box)
+    return boxes, blocks, label, frame, offset
+
+
+@compiled
+def _face_normal(block: Array, j: int) -> Array:
+    """Unit normal of the triangle in lane j; zero for one without area."""
+    ux, uy, uz = block[48 + j] - block[j], block[64 + j] - block[16 + j], block[80 + j] - block[32 + j]
+    vx, vy, vz = block[96 + j] - block[j], block[112 + j] - block[16 + j], block[128 + j] - block[32 + j]
+    normal = np.array([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx])
+    size = np.sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2])
+    return normal / size if size > 0.0 else normal
+
+
+@compiled
+def append_block(
+    corners: Array, label: Index, query: Array, radius: float, limit: float, segment: int,
+    work: Array, rows: Array, labels: Index, found: int, best: float,
+) -> tuple[int, float]:  # fmt: skip
+    """The rows of a block's pairs within ``limit`` of the axis: (rows found so far, least squared distance so far)."""
+    block_gaps(corners, query, limit, work)
+    square, passing = limit * limit, 0
+    for j in range(LANES):
+        passing += int(work[j] <= square)
+        if not work[j] >= best:
+            best = work[j]
+    if passing == 0:
+        return found, best
+    finish(query, radius, work)
+    for j in range(LANES):
+        if work[j] <= square and label[j] >= 0:
+            if found < len(rows):
+                row = rows[found]
+                for k in range(10):
+                    row[k] = work[96 + LANES * k + j]
+                if work[j] < _COINCIDENT * _COINCIDENT:
+                    own_normal(query[3:6], _face_normal(corners, j), row)
+                labels[found, 0], labels[found, 1] = segment, label[j]
+            found += 1
+    return found, best
+
+
+@compiled
+def segment_rows(
+    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
+    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
+) -> tuple[int, float]:  # fmt: skip
+    """Append the exact pairs of one segment p + t·d whose distance is at most ``threshold`` mm.
+
+    Args:
+        boxes, corners, label, frame: of ``Candidates``; the segment's nodes are first … last − 1.
+        p, d: (3,) mm; radius: of the capsule, mm; segment: its number, for the labels.
+        rows: (R, 10) distance, normal, on the axis, on the surface; labels: (R, 2) int32 segment, triangle.
+        found: how many rows are there already.
+
+    Returns:
+        How many rows there are now, and the exact least distance (mm) to the candidates, ∞ where there is none.
+        Of more than R rows the first R are written and all are counted.
+    """
+    limit = threshold + radius
+    best = np.inf
+    if limit >= 0.0:
+        query, work = np.empty(QUERY), np.empty(WORK)
+        probe, gaps = np.empty(PROBE, np.float32), np.empty(LANES, np.float32)
+        describe(p, d, query)
+        describe_single(p, d, frame, probe)
+        for node in range(first, last):
+            box_gaps(boxes[NODE * node : NODE * (node + 1)], probe, gaps)
+            for lane in range(LANES):
+                k = LANES * node + lane
+                if not gaps[lane] > limit and label[LANES * k] >= 0:
+                    found, best = append_block(
+                        corners[CORNERS * k : CORNERS * (k + 1)], label[LANES * k : LANES * (k + 1)],
+                        query, radius, limit, segment, work, rows, labels, found, best,
+                    )  # fmt: skip
+    if not best <= limit * limit or limit < 0.0:
+        return found, segment_least(boxes, corners, label, frame, first, last, p, d, np.inf) - radius
+    return found, np.sqrt(best) - radius
+
+
+@compiled
+def segment_least(
+    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
+    p: Array, d: Array, bound: float,
+) -> float:  # fmt: skip
+    """Exact distance (mm) of the axis p + t·d to the nodes first … last − 1, or ``bound`` if nothing is nearer.
+
+    The block with the nearest box goes first: its distance rejects most of the others unseen.
+    """
+    query, work, probe = np.empty(QUERY), np.empty(WORK), np.empty(PROBE, np.float32)
+    gaps = np.empty(LANES * max(last - first, 0), np.float32)
+    describe(p, d, query)
+    describe_single(p, d, frame, probe)
+    seed, least = -1, np.float32(np.inf)
+    for node in range(first, last):
+        box_gaps(
+            boxes[NODE * node : NODE * (node + 1)], probe, gaps[LANES * (node - first) : LANES * (node - first + 1)]
+        )
+        for lane in range(LANES * (node - first), LANES * (node - first + 1)):
+            if gaps[lane] < least:
+                seed, least = lane, gaps[lane]
+    best = bound
+    for turn in range(-1, len(gaps)):
+        lane = seed if turn < 0 else turn
+        if lane < 0 or turn == seed or gaps[lane] > best:
+            continue
+        k = LANES * first + lane
+        if label[LANES * k] < 0:
+            continue
+        best = nearest_of_block(corners[CORNERS * k : CORNERS * (k + 1)], query, best, work)[0]
+    return best
+
+
+@compiled
+def nearest_of_block(corners: Array, query: Array, best: float, work: Array) -> tuple[float, int]:
+    """Least of ``best`` (mm from the axis) and the 16 distances, and the lane it comes from, −1 if none is less."""
+    block_gaps(corners, query, best, work)
+    square, where = best * best, -1
+    for j in range(LANES):
+        if work[j] < square:
+            square, where = work[j], j
+    return (best, -1) if where < 0 else (np.sqrt(square), where)
