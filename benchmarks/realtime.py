@@ -1,0 +1,106 @@
+"""The control process of a rehearsal, driven along the corridor and back: how it keeps its kilohertz (HAZ-10)."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from typing import Any
+
+from benchmarks import cases, report
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import ControlError
+from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
+
+SUMMARY = "the rate and lateness of a driven control process"
+BEAT_S = 0.02  # between two heartbeats of the hand
+ANSWER_S = 5.0
+MOST_OVERRUNS = 0.01  # of all ticks, in a quiet minute
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which head, how long, and whether a real-time priority is asked for."""
+    cases.add_arguments(parser)
+    parser.set_defaults(case="phantom")
+    parser.add_argument("--seconds", type=float, default=60.0, help="how long the tool is driven (default 60)")
+    parser.add_argument("--no-priority", action="store_true", help="ask for no real-time priority, to compare")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Rate, lateness and step time of every tick; `overruns_share` counts those that began a period late or more."""
+    if not 0.5 <= args.seconds <= 86_400:
+        raise report.BenchmarkRefused(f"--seconds {args.seconds:g} is not between 0.5 and 86400")
+    found = cases.find_cases(args)
+    machine = report.machine().to_dict()
+    measured = found.measure(lambda case: _measure(case, args.seconds, not args.no_priority))
+    shares = [one["overruns_share"] for one in measured["cases"].values() if one is not None]
+    return {
+        "machine": machine,
+        **measured,
+        "overruns_share": max(shares),
+        "overruns_within_1_percent": max(shares) <= MOST_OVERRUNS,
+    }
+
+
+def _measure(case: cases.BenchCase, seconds: float, real_time: bool) -> dict[str, Any]:
+    driven, settings = cases.drive(case), ControlSettings()
+    scene = driven.scene
+    spec = SceneSpec(
+        vertices=case.mesh.vertices,
+        faces=case.mesh.faces,
+        robot=cases.ROBOT,
+        tool=cases.TOOL,
+        base=scene.base,
+        q_start=scene.q_start,
+        path_points=case.path.points,
+        targets=scene.targets,
+        target_names=scene.target_names,
+    )
+    process = RehearsalProcess(spec, settings, real_time)
+    try:
+        process.start()
+        process.wait_ready()
+        process.run()
+        priority = _drive(process, seconds)
+        return _told(process, settings.dt_s) | priority
+    finally:
+        process.close()
+
+
+def _drive(process: RehearsalProcess, seconds: float) -> dict[str, Any]:
+    """Forwards to the end of the path, back to its entry, and so on; whether the priority was held meanwhile."""
+    direction, held, watched, why = 1, 0, 0, ""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        process.drive(direction)
+        time.sleep(BEAT_S)
+        snapshot = process.snapshot()
+        if snapshot is None or not process.alive:
+            raise ControlError("the control process ended while it was driven")
+        if snapshot.progress_mm > snapshot.length_mm - 1:
+            direction = -1
+        elif snapshot.progress_mm < 1:
+            direction = 1
+        watched, held, why = watched + 1, held + snapshot.timing.real_time, snapshot.timing.without_why or why
+    process.release()
+    return {"real_time_priority": held > 0.9 * watched, "without_priority_because": why}
+
+
+def _told(process: RehearsalProcess, period: float) -> dict[str, Any]:
+    """The clock's own record of every tick."""
+    process.ask_record()
+    deadline = time.monotonic() + ANSWER_S
+    while time.monotonic() < deadline:
+        for event in process.events():
+            if event.kind == "record":
+                record = json.loads(event.text)
+                ticks, seconds = record["ticks"], record.pop("seconds")
+                return {
+                    "period_us": 1e6 * period,
+                    "rate_hz": (ticks - 1) / max(seconds, 1e-9),
+                    "seconds": seconds,
+                    **record,
+                    "overruns_share": record["overruns"] / max(ticks, 1),
+                }
+        time.sleep(0.01)
+    raise ControlError("the control process did not tell its record")
