@@ -88,6 +88,7 @@ class Controller:
         """The robot among its surroundings; ``fixtures`` stand there whatever the task is."""
         self.fixtures = tuple(fixtures)
         self.robot, self.tool, self.settings, self._solver = robot, tool, settings, solver
+        self._tree = tree
         self._surroundings = Surroundings(tree, settings)
         self._certifier = Certifier(robot, tool, self._surroundings, settings.dt_s)
         self._little_motion = little_motion(robot.robot)
@@ -133,7 +134,7 @@ class Controller:
         if task.compliance is not None:
             compliance = task.compliance
         dt = self.settings.dt_s
-        now = Situation(state, pairs, here, self.robot.robot, self.tool, dt, task.scale, compliance)
+        now = Situation(state, pairs, here, self.robot.robot, self.tool, self._tree, dt, task.scale, compliance)
         standing = [fixture.rows(now) for fixture in self.fixtures]
         constraints = (*task.constraints, *(c for rows in standing for c in rows.constraints), wall)
         low, high = joint_bounds(self.robot.robot, state.q, self.settings.dt_s)
