@@ -134,7 +134,7 @@ class Controller:
         if task.compliance is not None:
             compliance = task.compliance
         dt = self.settings.dt_s
-        now = Situation(state, pairs, here, self.robot.robot, self.tool, self._tree, dt, task.scale, compliance)
+        now = Situation(state, pairs, here, self.robot.robot, self.tool, dt, task.scale, compliance, self._tree)
         standing = [fixture.rows(now) for fixture in self.fixtures]
         constraints = (*task.constraints, *(c for rows in standing for c in rows.constraints), wall)
         low, high = joint_bounds(self.robot.robot, state.q, self.settings.dt_s)

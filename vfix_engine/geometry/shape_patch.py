@@ -31,8 +31,8 @@ def patch_around(mesh: TriangleMesh, centre: ArrayLike, radius_mm: float) -> Tri
     near = gap <= radius_mm
     if not near.any():
         raise InputError(
-            f"no part of the surface is within {radius_mm:g} mm of the patch's centre; the nearest is {gap.min():.1f} mm "
-            "away"
+            f"no part of the surface is within {radius_mm:g} mm of the patch's centre, "
+            f"the nearest is {gap.min():.1f} mm away"
         )
     return patch_of(mesh, near)
 
