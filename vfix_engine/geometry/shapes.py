@@ -142,12 +142,20 @@ def _numbers(shape: Shape) -> tuple[int, Array]:
     raise InputError(f"a shape is a Sphere, CapsuleShape, Box or HalfSpace, not {type(shape).__name__}")
 
 
+def _numeric(words: str, value: ArrayLike) -> Array:
+    """A copy of something that is made of numbers, not of text that looks like some."""
+    try:
+        array = np.array(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(words) from error
+    if array.dtype.kind not in "iuf":
+        raise InputError(words)
+    return array.astype(np.float64)
+
+
 def _vector(what: str, value: ArrayLike) -> Array:
     """A read-only copy (3,) of finite numbers of a sensible size."""
-    try:
-        vector = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{what} must be three numbers in mm") from error
+    vector = _numeric(f"{what} must be three numbers in mm", value)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError(f"{what} must be three finite numbers in mm, not {vector.tolist()}")
     if np.abs(vector).max() > _FAR_MM:
@@ -157,20 +165,17 @@ def _vector(what: str, value: ArrayLike) -> Array:
 
 
 def _length(what: str, value: float) -> float:
-    try:
-        length = float(value)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{what} must be a number of mm") from error
+    number = _numeric(f"{what} must be a number of mm", value)
+    if number.shape != ():
+        raise InputError(f"{what} must be one number of mm")
+    length = float(number)
     if not 0.0 < length <= _FAR_MM:  # NaN fails as well
         raise InputError(f"{what} is {length:g} mm; it must be positive, {_FAR_MM:g} mm at most")
     return length
 
 
 def _rigid(transform: ArrayLike) -> Array:
-    try:
-        matrix = np.array(transform, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("a box needs a rigid transform of 4 x 4 numbers") from error
+    matrix = _numeric("a box needs a rigid transform of 4 x 4 numbers", transform)
     rigid = (
         matrix.shape == (4, 4)
         and bool(np.isfinite(matrix).all())
