@@ -1,0 +1,85 @@
+"""Ways past the hand: joint steps that ask the certificate alone, and programs that no task would state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.control import Task
+from vfix_engine.fixtures import Constraint, Objective
+from vfix_engine.simulation.rehearsal import Rehearsal, RehearsalState
+from vfix_engine.simulation.snapshot import Snapshot
+
+from .hands import HANDS, Hand, Memory
+
+Array = NDArray[np.float64]
+Stepped = tuple[RehearsalState, Snapshot]
+Assault = Callable[[Memory, Rehearsal, RehearsalState], Stepped]
+
+NONSENSE = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320, 0.0, 1.0)
+
+
+def by_hand(hand: Hand) -> Assault:
+    """The hand's command goes the way of every command."""
+
+    def act(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
+        return rehearsal.step(state, hand(memory, rehearsal, state))
+
+    return act
+
+
+def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
+    """Joint steps as a solver that lies would give them, from far too small to through the whole anatomy at once.
+
+    No row, no bound, no residual stands before the certificate here: it alone has to keep the margin.
+    """
+    random, robot = memory.random, rehearsal.scene.robot
+    kind = random.integers(5)
+    box = robot.speed * rehearsal.settings.dt_s
+    size = len(state.tool.q)
+    if kind == 0:
+        step = box * random.uniform(-1, 1, size)
+    elif kind == 1:
+        step = box * random.normal(size=size) * 10.0 ** random.uniform(-3, 3)
+    elif kind == 2:
+        step = random.uniform(robot.lower, robot.upper) - state.tool.q
+    elif kind == 3:  # one joint far, or back by half as much
+        step = np.zeros(size)
+        joint = int(random.integers(size))
+        step[joint] = (1.0 if robot.revolute[joint] else 40.0) * random.normal()
+    else:
+        step = np.where(random.random(size) < 0.3, random.choice(NONSENSE, size=size), box * random.normal(size=size))
+    within = np.clip(step, robot.lower - state.tool.q, robot.upper - state.tool.q) if kind != 4 else step
+    tool = rehearsal.controller._certifier.certify(state.tool, within)
+    after = state if tool is None else replace(state, tool=tool)
+    return after, rehearsal.snapshot(after)
+
+
+def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
+    """Rows that contradict each other, of any size, some of them no numbers (HAZ-03, HAZ-05)."""
+    random = memory.random
+    size = len(state.tool.q) + 1
+    scale = 10.0 ** random.uniform(-6, 3)
+    target = scale * random.normal(size=4)
+    matrix = random.normal(size=(4, size)) * 10.0 ** random.uniform(-3, 3)
+    rows = random.normal(size=(4, size))
+    bound = scale * random.uniform(-1, 1, 4)
+    if random.random() < 0.5:  # infeasible for certain: a row and its contrary
+        rows[1], bound[:2] = -rows[0], -scale
+    if random.random() < 0.3:
+        spoilt = (target, matrix, rows, bound)[int(random.integers(4))]
+        spoilt.flat[int(random.integers(spoilt.size))] = random.choice(NONSENSE)
+    constraint = Constraint("target", rows, bound, np.arange(4))
+    task = Task((Objective(matrix, target),), (constraint,), scale, lambda step: float(step.sum()))
+    report = rehearsal.controller.step(state.tool, task)
+    after = replace(state, tool=report.state, steps=state.steps + 1)
+    return after, rehearsal.snapshot(after, report)
+
+
+ASSAULTS: dict[str, Assault] = {f"hand: {name}": by_hand(hand) for name, hand in HANDS.items()} | {
+    "past the program": past_the_program,
+    "rows": with_rows,
+}

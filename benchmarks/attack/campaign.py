@@ -1,0 +1,182 @@
+"""One scene under attack: episodes of changing settings, modes, solvers and hands."""
+
+from __future__ import annotations
+
+import time
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.control import Controller, ControlSettings
+from vfix_engine.errors import ControlError, StartRefused
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.simulation.rehearsal import Rehearsal, RehearsalState
+from vfix_engine.simulation.scene import Scene
+
+from .arenas import BUILDERS
+from .assaults import ASSAULTS
+from .hands import Memory
+from .watch import Judges, Ledger, Tally, Watch
+
+Array = NDArray[np.float64]
+
+EPISODE = (60, 240)  # steps
+PLACES_TRIED = 60
+RUSHED = 1  # episodes at first
+RUSH = {"dt_s": 5e-3, "gain_mm_per_s_per_n": 10.0, "force_cap_n": 20.0}
+SOLVERS = ("daqp",) * 19 + ("osqp",)
+
+
+class Campaign:
+    """Attacks one scene for a number of steps; a function of scene, seed and steps alone (HAZ-13)."""
+
+    def __init__(
+        self,
+        name: str,
+        seed: int,
+        steps: int,
+        coal: ModuleType | None,
+        share: float = 0.1,
+        replays: int = 40,
+        sabotage: Callable[[Controller], None] | None = None,
+    ):
+        """``share``: of the steps whose pose coal measures again; ``replays``: finer replays that it looks at;
+        ``sabotage``: what is done to every controller, for the proof that the judges see it."""
+        self._name, self._steps, self._coal = name, steps, coal
+        self._sabotage = sabotage
+        self._random = np.random.default_rng([seed, zlib.crc32(name.encode())])
+        self.tally = Tally()
+        self._ledger = Ledger(self.tally, share, replays)
+
+    def run(self) -> dict[str, Any]:
+        """The figures of this scene; ``skipped`` says why where there are none."""
+        begin = time.perf_counter()
+        arena = BUILDERS[self._name](self._random)
+        if isinstance(arena, str):
+            return {"name": self._name, "skipped": arena}
+        self._arena, self._judges = arena, Judges(arena.scene, self._coal)
+        q = np.array(arena.scene.q_start)
+        while self.tally.steps < self._steps:
+            q = self._episode(q)
+        return {
+            "name": self._name,
+            "triangles": len(arena.scene.tree.mesh.faces),
+            **self.tally.counts(),
+            "deepest_mm": self.tally.deepest_mm,
+            "least_room_mm": self.tally.least_room_mm if np.isfinite(self.tally.least_room_mm) else None,
+            "used": dict(sorted(self.tally.used.items())),
+            "failures": self.tally.failures,
+            "hash": self._ledger.digest.hexdigest(),
+            "seconds": time.perf_counter() - begin,
+        }
+
+    def _settings(self) -> ControlSettings:
+        """Any corner of what may be set, the usual values most often."""
+        pick = self._random.choice
+        fast = self._random.random() < 0.3
+        return ControlSettings(
+            dt_s=float(pick((1e-4, 1e-3, 1e-3, 1e-3, 5e-3, 2e-2))),
+            margin_mm=float(pick(self._arena.margins)),
+            threshold_mm=float(pick((0.5, 1.0, 3.0, 3.0, 5.0))),
+            group_flat_mm=float(pick((0.0, 2.0, 2.0, 10.0))),
+            gain_mm_per_s_per_n=10.0 if fast else 2.0,
+            force_cap_n=20.0 if fast else 5.0,
+            rotation_gain_rad_per_s_per_nmm=float(pick((4e-4, 4e-4, 5e-3))),
+            k_tau=float(pick((0.0, 0.0, 1.0))),
+            k_d=float(pick((0.2, 0.0, 0.9))),
+            target_tolerance_mm=float(pick((0.015, 0.2))),
+        )
+
+    def _episode(self, q: Array) -> Array:
+        """One stretch of one assault; joints at its end."""
+        tally = self.tally
+        # First of all into contact, and fast: there the other assaults begin.
+        rushing = tally.episodes < RUSHED
+        settings = replace(self._settings(), **RUSH) if rushing else self._settings()
+        begun = self._begin(q, settings)
+        if begun is None:
+            tally.refused_starts += 1
+            return np.array(self._arena.scene.q_start)
+        rehearsal, state = begun
+        name = "hand: to the nearest bone" if rushing else str(self._random.choice(list(ASSAULTS)))
+        if not rushing:
+            state = self._in_some_mode(rehearsal, state)
+        tally.used.update((name, f"mode: {state.mode}"))
+        tally.episodes += 1
+        memory = Memory(np.random.default_rng(self._random.integers(2**63)))
+        limits = name != "past the program"
+        watch = Watch(self._ledger, self._judges, settings, rehearsal.scene.robot, state, limits)
+        for _ in range(min(int(self._random.integers(*EPISODE)), self._steps - tally.steps)):
+            try:
+                after, snapshot = ASSAULTS[name](memory, rehearsal, state)
+            except Exception as error:  # anything at all: a step never raises
+                tally.exceptions += 1
+                tally.fail("exception", assault=name, error=repr(error))
+                tally.steps += 1
+                break
+            watch.judge(state, after, snapshot)
+            memory.held, memory.count = snapshot.held, memory.count + 1
+            state = after
+        return state.tool.q
+
+    def _begin(self, q: Array, settings: ControlSettings) -> tuple[Rehearsal, RehearsalState] | None:
+        """A rehearsal that goes on at q, or from the start, or from somewhere near it."""
+        scene = self._arena.scene
+        if self._arena.moves > 0.0 and self.tally.episodes:
+            return self._after_a_move(q, settings)
+        robot = scene.robot
+        for attempt in range(PLACES_TRIED):
+            if attempt == 1 or (attempt == 0 and self._random.random() < 0.3):
+                q = np.array(scene.q_start)
+            elif attempt > 1:
+                spread = np.where(robot.revolute, 0.1, 8.0) * self._random.uniform(-1, 1, len(q))
+                q = np.clip(scene.q_start + spread, robot.lower, robot.upper)
+            rehearsal = self._rehearsal(replace(scene, q_start=q), settings)
+            try:
+                return rehearsal, rehearsal.start("free")
+            except StartRefused:
+                continue
+        return None
+
+    def _after_a_move(self, q: Array, settings: ControlSettings) -> tuple[Rehearsal, RehearsalState]:
+        """The anatomy is elsewhere, the tool where it was: perhaps inside the margin (HAZ-04)."""
+        scene = self._arena.scene
+        shift = self._random.normal(size=3) * self._arena.moves
+        mesh = TriangleMesh(np.asarray(self._judges.anatomy.mesh.vertices) + shift, scene.tree.mesh.faces)
+        moved = replace(scene, tree=ProximityTree(mesh))
+        self._arena = replace(self._arena, scene=moved)
+        self._judges = Judges(moved, self._coal)
+        rehearsal = self._rehearsal(moved, settings)
+        tool = rehearsal.controller.measure(q)
+        blank = self._rehearsal(replace(moved, tree=_nothing()), settings).start("free")
+        if tool.clearance < settings.margin_mm:
+            self.tally.inside_starts += 1
+        return rehearsal, replace(blank, tool=tool)
+
+    def _rehearsal(self, scene: Scene, settings: ControlSettings) -> Rehearsal:
+        rehearsal = Rehearsal(scene, settings)
+        solver = str(self._random.choice(SOLVERS))
+        if solver != "daqp":
+            rehearsal.controller = Controller(scene.placed_robot(), scene.tool, scene.tree, settings, solver=solver)
+        if self._sabotage is not None:
+            self._sabotage(rehearsal.controller)
+        return rehearsal
+
+    def _in_some_mode(self, rehearsal: Rehearsal, state: RehearsalState) -> RehearsalState:
+        mode = str(self._random.choice(self._arena.modes))
+        target = int(self._random.integers(max(len(self._arena.scene.targets), 1)))
+        try:
+            return rehearsal.with_mode(state, mode, target)
+        except ControlError:
+            return state
+
+
+def _nothing() -> ProximityTree:
+    """Anatomy a hundred metres away."""
+    return ProximityTree(TriangleMesh(np.eye(3) + 1e5, [[0, 1, 2]]))

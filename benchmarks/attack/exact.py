@@ -1,0 +1,211 @@
+"""Distances and kinematics of the attack's own judge, compiled; written apart from the engine on purpose.
+
+Every distance is that of two points which really lie on segment and triangle, so that an inaccurate case near a
+degeneracy can only be too large for one proposal, never too small; the least of all proposals is the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def fast(function: Function) -> Function:
+    """Compiled, IEEE arithmetic."""
+    return cast(Function, numba.njit(cache=True, error_model="numpy")(function))
+
+
+@fast
+def _share(px: float, py: float, pz: float, dx: float, dy: float, dz: float, x: float, y: float, z: float) -> float:
+    """Where on the segment p + t·d the point x is nearest."""
+    dd = dx * dx + dy * dy + dz * dz
+    if dd == 0.0:
+        return 0.0
+    share: float = min(max(((x - px) * dx + (y - py) * dy + (z - pz) * dz) / dd, 0.0), 1.0)
+    return share
+
+
+@fast
+def _to_point(px: float, py: float, pz: float, dx: float, dy: float, dz: float, x: float, y: float, z: float) -> float:
+    """Squared distance of the segment p + t·d and the point x."""
+    t = _share(px, py, pz, dx, dy, dz, x, y, z)
+    gx, gy, gz = px + t * dx - x, py + t * dy - y, pz + t * dz - z
+    return gx * gx + gy * gy + gz * gz
+
+
+@fast
+def _to_edge(
+    px: float, py: float, pz: float, dx: float, dy: float, dz: float,
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float,
+) -> float:  # fmt: skip
+    """Squared distance of the segments p + t·d and a … b: an end of one of them, or between the inner points."""
+    ex, ey, ez = bx - ax, by - ay, bz - az
+    best = _to_point(px, py, pz, dx, dy, dz, ax, ay, az)
+    best = min(best, _to_point(px, py, pz, dx, dy, dz, bx, by, bz))
+    best = min(best, _to_point(ax, ay, az, ex, ey, ez, px, py, pz))
+    best = min(best, _to_point(ax, ay, az, ex, ey, ez, px + dx, py + dy, pz + dz))
+    dd, ee, de = dx * dx + dy * dy + dz * dz, ex * ex + ey * ey + ez * ez, dx * ex + dy * ey + dz * ez
+    whole = dd * ee - de * de
+    if whole > 0.0:
+        wx, wy, wz = px - ax, py - ay, pz - az
+        dw, ew = dx * wx + dy * wy + dz * wz, ex * wx + ey * wy + ez * wz
+        t = min(max((de * ew - ee * dw) / whole, 0.0), 1.0)
+        # From wherever that is: the nearest point of the other one, a pair of real points whatever rounding did to t.
+        best = min(best, _to_point(ax, ay, az, ex, ey, ez, px + t * dx, py + t * dy, pz + t * dz))
+    return best
+
+
+@fast
+def _to_face(x: float, y: float, z: float, c: Array) -> float:
+    """Squared distance of a point and its foot on the triangle's plane where that lies inside, else infinity."""
+    ux, uy, uz = c[3] - c[0], c[4] - c[1], c[5] - c[2]
+    vx, vy, vz = c[6] - c[0], c[7] - c[1], c[8] - c[2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    nn = nx * nx + ny * ny + nz * nz
+    if nn == 0.0:
+        return np.inf
+    wx, wy, wz = x - c[0], y - c[1], z - c[2]
+    beta = ((wy * vz - wz * vy) * nx + (wz * vx - wx * vz) * ny + (wx * vy - wy * vx) * nz) / nn
+    gamma = ((uy * wz - uz * wy) * nx + (uz * wx - ux * wz) * ny + (ux * wy - uy * wx) * nz) / nn
+    if not (beta >= 0.0 and gamma >= 0.0 and beta + gamma <= 1.0):
+        return np.inf
+    gx, gy, gz = wx - beta * ux - gamma * vx, wy - beta * uy - gamma * vy, wz - beta * uz - gamma * vz
+    squared: float = gx * gx + gy * gy + gz * gz
+    return squared
+
+
+@fast
+def squared_distance(p: Array, d: Array, c: Array) -> float:
+    """Squared distance of the axis p + t·d, t in [0, 1], and the triangle with the corners c (9,)."""
+    px, py, pz, dx, dy, dz = p[0], p[1], p[2], d[0], d[1], d[2]
+    best = _to_edge(px, py, pz, dx, dy, dz, c[0], c[1], c[2], c[3], c[4], c[5])
+    best = min(best, _to_edge(px, py, pz, dx, dy, dz, c[3], c[4], c[5], c[6], c[7], c[8]))
+    best = min(best, _to_edge(px, py, pz, dx, dy, dz, c[6], c[7], c[8], c[0], c[1], c[2]))
+    best = min(best, _to_face(px, py, pz, c))
+    best = min(best, _to_face(px + dx, py + dy, pz + dz, c))
+    nx = (c[4] - c[1]) * (c[8] - c[2]) - (c[5] - c[2]) * (c[7] - c[1])
+    ny = (c[5] - c[2]) * (c[6] - c[0]) - (c[3] - c[0]) * (c[8] - c[2])
+    nz = (c[3] - c[0]) * (c[7] - c[1]) - (c[4] - c[1]) * (c[6] - c[0])
+    climb = dx * nx + dy * ny + dz * nz
+    if climb != 0.0:  # where the axis goes through the face
+        t = ((c[0] - px) * nx + (c[1] - py) * ny + (c[2] - pz) * nz) / climb
+        if 0.0 <= t <= 1.0:
+            best = min(best, _to_face(px + t * dx, py + t * dy, pz + t * dz, c))
+    return best
+
+
+@fast
+def gather(corners: Array, spheres: Array, among: Index, places: Array, radius: Array, reach: float) -> Index:
+    """Those of the triangles ``among`` whose bounding sphere comes within ``reach`` of a capsule's surface.
+
+    places: (2 S, 3) start and end of every axis in turn.
+    """
+    found = np.empty(len(among), np.int64)
+    count = 0
+    for i in among:
+        for s in range(len(radius)):
+            p, e = places[2 * s], places[2 * s + 1]
+            far = reach + radius[s] + spheres[i, 3]
+            near = _to_point(
+                p[0], p[1], p[2], e[0] - p[0], e[1] - p[1], e[2] - p[2], spheres[i, 0], spheres[i, 1], spheres[i, 2]
+            )
+            if near <= far * far:
+                found[count] = i
+                count += 1
+                break
+    return found[:count].copy()
+
+
+@fast
+def least_distance(
+    corners: Array, spheres: Array, places: Array, radius: Array, cap: float, least: Array, nearest: Index
+) -> None:
+    """Least distance (S,) of every capsule to these triangles, no more than ``cap``, and the triangle that gives it.
+
+    Brute force: a triangle is passed over only where its bounding sphere is further away than the best so far.
+    """
+    d = np.empty(3)
+    for s in range(len(radius)):
+        p = places[2 * s]
+        for k in range(3):
+            d[k] = places[2 * s + 1, k] - p[k]
+        best = cap + radius[s]
+        nearest[s] = -1
+        for i in range(len(corners)):
+            far = best + spheres[i, 3]
+            near = _to_point(p[0], p[1], p[2], d[0], d[1], d[2], spheres[i, 0], spheres[i, 1], spheres[i, 2])
+            if near <= far * far:
+                gap = np.sqrt(squared_distance(p, d, corners[i]))
+                if gap < best:
+                    best, nearest[s] = gap, i
+        least[s] = best - radius[s]
+
+
+@fast
+def place(revolute: Array, axis: Array, point: Array, home: Array, q: Array, places: Array) -> None:
+    """Ends of the axes (2 S, 3) at joints q: a product of exponentials of screws (Brockett), outermost joint first.
+
+    axis: (n, 3) unit vectors, point: (n, 3) on the axis of a revolute joint, home: the ends at q = 0; patient frame.
+    """
+    places[:] = home
+    for j in range(len(q) - 1, -1, -1):
+        x, y, z = axis[j, 0], axis[j, 1], axis[j, 2]
+        if revolute[j] == 0.0:
+            for i in range(len(places)):
+                places[i, 0] += q[j] * x
+                places[i, 1] += q[j] * y
+                places[i, 2] += q[j] * z
+            continue
+        sine, versed = np.sin(q[j]), 2.0 * np.sin(0.5 * q[j]) ** 2
+        for i in range(len(places)):
+            rx, ry, rz = places[i, 0] - point[j, 0], places[i, 1] - point[j, 1], places[i, 2] - point[j, 2]
+            cx, cy, cz = y * rz - z * ry, z * rx - x * rz, x * ry - y * rx
+            places[i, 0] += sine * cx + versed * (y * cz - z * cy)
+            places[i, 1] += sine * cy + versed * (z * cx - x * cz)
+            places[i, 2] += sine * cz + versed * (x * cy - y * cx)
+
+
+@fast
+def furthest(one: Array, two: Array) -> float:
+    """The longest way from a point of ``one`` (n, 3) to its counterpart in ``two``; not finite where one is not."""
+    most = 0.0
+    for i in range(len(one)):
+        x, y, z = two[i, 0] - one[i, 0], two[i, 1] - one[i, 1], two[i, 2] - one[i, 2]
+        way = float(np.sqrt(x * x + y * y + z * z))
+        if not np.isfinite(way):
+            return way
+        most = max(most, way)
+    return most
+
+
+@fast
+def replay(
+    revolute: Array, axis: Array, point: Array, home: Array, before: Array, after: Array, parts: int,
+    corners: Array, spheres: Array, radius: Array, anchor: Array, reach: float, cap: float,
+    first: int, least: Array, nearest: Index, worst: Array,
+) -> int:  # fmt: skip
+    """The poses between two joint states, ``parts`` times finer: least distance (S,) of each capsule into ``worst``.
+
+    The triangles are all that come within ``reach`` of the tool at ``anchor`` (2 S, 3).
+    Returns ``parts`` when done, or the part at which the tool has left what the triangles are good for.
+    """
+    places, q = np.empty_like(home), np.empty(len(before))
+    for part in range(first, parts):
+        share = part / parts
+        for j in range(len(q)):
+            q[j] = before[j] + share * (after[j] - before[j])
+        place(revolute, axis, point, home, q, places)
+        if not furthest(anchor, places) + cap <= reach - 1e-6:
+            return part
+        least_distance(corners, spheres, places, radius, cap, least, nearest)
+        for s in range(len(radius)):
+            worst[s] = min(worst[s], least[s])
+    return parts

@@ -1,0 +1,134 @@
+"""Hands that mean harm: each answers the state of a rehearsal with the command that may break it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
+
+Array = NDArray[np.float64]
+Random = np.random.Generator
+
+LOOK_AGAIN = 8  # steps after which the nearest bone is looked for again
+NONSENSE = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320, 0.0, 5.0)
+
+
+@dataclass
+class Memory:
+    """What a hand remembers within an episode."""
+
+    random: Random
+    count: int = 0
+    held: bool = False
+    direction: Array | None = None
+    until: int = 0
+
+
+Hand = Callable[[Memory, Rehearsal, RehearsalState], Command]
+
+
+def _direction(random: Random) -> Array:
+    vector = random.normal(size=3)
+    return vector / float(np.linalg.norm(vector))
+
+
+def _kept(memory: Memory, longest: int) -> Array:
+    """A random direction that stays for a random while."""
+    if memory.direction is None or memory.count >= memory.until:
+        memory.direction = _direction(memory.random)
+        memory.until = memory.count + int(memory.random.integers(1, longest))
+    return memory.direction
+
+
+def _to_bone(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Array:
+    """The direction to the nearest bone, looked up every few steps."""
+    if memory.direction is None or memory.count >= memory.until:
+        normal = rehearsal.scene.tree.closest(state.tool.segments).normal
+        memory.direction = -np.array(normal)
+        memory.until = memory.count + LOOK_AGAIN
+    return memory.direction
+
+
+def at_random(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """Another force each step."""
+    force = memory.random.normal(size=3) * 4.0
+    return Command(force, int(memory.random.integers(-1, 2)), int(memory.random.integers(-1, 2)))
+
+
+def jumping(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """A constant force that jumps now and then."""
+    return Command(_kept(memory, 60) * 30.0, twist=int(memory.count // 40 % 3) - 1)
+
+
+def saturated(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """A million newtons one way."""
+    return Command(_kept(memory, 150) * 1e6, drive=1)
+
+
+def nonsense(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """No numbers, no finite ones, no small ones, and honest ones in between."""
+    force = memory.random.choice(NONSENSE, size=3)
+    return Command(np.asarray(force, dtype=float), int(memory.random.choice((-1, 0, 1))), 1)
+
+
+def towards_bone(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """Full force into the nearest bone."""
+    return Command(_to_bone(memory, rehearsal, state) * 50.0)
+
+
+def alternating(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """Into bone and back out, every step."""
+    sign = -1.0 if memory.count % 2 else 1.0
+    return Command(sign * _to_bone(memory, rehearsal, state) * 50.0, drive=int(sign), twist=int(-sign))
+
+
+def resonant(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """Slips sideways as soon as it is held, pushes in as soon as it is not."""
+    inward = _to_bone(memory, rehearsal, state)
+    if not memory.held:
+        return Command(inward * 20.0)
+    aside = np.cross(inward, _direction(memory.random))
+    return Command(inward * 8.0 + aside * 12.0, twist=int(memory.random.integers(-1, 2)))
+
+
+def into_corners(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """Along the nearest bone and a little into it, until something else stops it."""
+    inward = _to_bone(memory, rehearsal, state)
+    aside = np.cross(inward, np.roll(inward, 1 + memory.count // 200 % 2) + 0.1)
+    size = float(np.linalg.norm(aside))
+    return Command(inward * 3.0 + (aside / size if size > 1e-9 else aside) * 20.0)
+
+
+def twisting(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """Turns about the shaft, this way and that, leaning into bone."""
+    return Command(_to_bone(memory, rehearsal, state) * 2.0, twist=1 if memory.count // 25 % 2 else -1)
+
+
+def flooding(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """Everything at once, everything different each step."""
+    size = 10.0 ** memory.random.uniform(-9, 9)
+    return Command(_direction(memory.random) * size, *(int(v) for v in memory.random.integers(-1, 2, size=2)))
+
+
+def driving(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """Along the path with all force, sideways at the same time, back now and then."""
+    return Command(_kept(memory, 200) * 4.0, drive=-1 if memory.count // 120 % 4 == 3 else 1)
+
+
+HANDS: dict[str, Hand] = {
+    "random": at_random,
+    "jumps": jumping,
+    "saturated": saturated,
+    "nonsense": nonsense,
+    "to the nearest bone": towards_bone,
+    "alternating": alternating,
+    "resonant": resonant,
+    "into corners": into_corners,
+    "twists": twisting,
+    "flood": flooding,
+    "along the path": driving,
+}

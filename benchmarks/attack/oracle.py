@@ -1,0 +1,166 @@
+"""The judge of the attack: brute force over every triangle that can matter, and coal beside it.
+
+No line is shared with the engine: triangles are read from the mesh, kinematics are a product of exponentials, and the
+closest points are found by kernels of our own (``exact.py``). The engine only says what the robot is: its Jacobian
+at q = 0, from which the screws are read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.geometry.capsules import Segments
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.robots import PlacedRobot, Tool
+
+from .exact import furthest, gather, least_distance, place, replay
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+WIDE_MM = 2.0  # how far the tool may move before all triangles are looked at again
+CLOSE_MM = 0.3  # and before those near it are
+
+
+@dataclass(frozen=True, eq=False)
+class Screws:
+    """A serial robot with its tool as screws at q = 0 in the patient frame; ``home``: ends of the axes (2 S, 3)."""
+
+    revolute: Array
+    axis: Array
+    point: Array
+    home: Array
+    radius: Array
+
+    @classmethod
+    def of(cls, robot: PlacedRobot, tool: Tool) -> Screws:
+        """Read off the engine's Jacobian at q = 0."""
+        tip = robot.tip(np.zeros(robot.dof))
+        revolute = np.array(robot.robot.revolute, dtype=float)
+        turn, shift = tip.jacobian[3:].T, tip.jacobian[:3].T
+        axis = np.where(revolute[:, None] > 0.0, turn, shift)
+        # v = ω × (tip − o), hence o = tip + ω × v for the point of the axis that is nearest to the tip
+        point = np.where(revolute[:, None] > 0.0, tip.position + np.cross(turn, shift), 0.0)
+        home = ends(tool.segments(tip.rotation, tip.position))
+        radius = np.array(tool.radius, dtype=float)
+        return cls(revolute, np.ascontiguousarray(axis), np.ascontiguousarray(point), home, radius)
+
+    def places(self, q: Array) -> Array:
+        """Ends of the axes (2 S, 3) at joints q (n,)."""
+        out = np.empty_like(self.home)
+        place(self.revolute, self.axis, self.point, self.home, np.asarray(q, dtype=float), out)
+        return out
+
+
+class Anatomy:
+    """All triangles of one mesh, each with a ball around its corners' mean."""
+
+    def __init__(self, mesh: TriangleMesh):
+        corners = np.asarray(mesh.vertices)[np.asarray(mesh.faces)]
+        centre = corners.mean(axis=1)
+        reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+        size = 1.0 + np.abs(corners).max()
+        self.mesh = mesh
+        self.corners = np.ascontiguousarray(corners.reshape(-1, 9))
+        self.spheres = np.ascontiguousarray(np.column_stack([centre, reach + 1e-12 * size]))
+        self.all = np.arange(len(corners), dtype=np.int64)
+
+
+class Local:
+    """The triangles near a moving tool, in two shells; every answer is that of brute force over all of them.
+
+    A shell holds each triangle whose ball comes within its reach of the tool at its anchor. The tool's surface comes
+    no nearer to anything than the furthest way of an end of its axes, so a shell is good for ``cap`` as long as that
+    way and ``cap`` together are no more than its reach.
+    """
+
+    def __init__(self, anatomy: Anatomy, radius: Array):
+        self.anatomy, self.radius = anatomy, radius
+        self._outer: Index = anatomy.all[:0]
+        self._outer_reach = self._reach = -1.0
+        self._outer_anchor = self._anchor = np.zeros((2 * len(radius), 3))
+        self._corners, self._spheres = anatomy.corners[:0], anatomy.spheres[:0]
+        self._least, self._nearest = np.empty(len(radius)), np.empty(len(radius), np.int64)
+
+    def clearance(self, places: Array, cap: float) -> Array:
+        """Least distance (S,) of each capsule to the mesh, no more than ``cap``."""
+        self._see(places, cap)
+        least_distance(self._corners, self._spheres, places, self.radius, cap, self._least, self._nearest)
+        return self._least.copy()
+
+    def between(self, screws: Screws, before: Array, after: Array, parts: int, cap: float) -> Array:
+        """Least distance (S,) of each capsule over the ``parts`` − 1 poses between two joint states, at most cap."""
+        worst = np.full(len(self.radius), cap)
+        part = 1
+        while True:
+            part = replay(
+                screws.revolute, screws.axis, screws.point, screws.home, before, after, parts,
+                self._corners, self._spheres, self.radius, self._anchor, self._reach, cap,
+                part, self._least, self._nearest, worst,
+            )  # fmt: skip
+            if part == parts:
+                return worst
+            self._see(screws.places(before + part / parts * (after - before)), cap)
+
+    def _see(self, places: Array, cap: float) -> None:
+        if furthest(self._anchor, places) + cap <= self._reach - 1e-6:
+            return
+        anatomy, reach = self.anatomy, cap + CLOSE_MM
+        if not furthest(self._outer_anchor, places) + reach <= self._outer_reach - 1e-6:
+            self._outer_reach, self._outer_anchor = reach + WIDE_MM, places.copy()
+            self._outer = gather(anatomy.corners, anatomy.spheres, anatomy.all, places, self.radius, self._outer_reach)
+        near = gather(anatomy.corners, anatomy.spheres, self._outer, places, self.radius, reach)
+        self._reach, self._anchor = reach, places.copy()
+        self._corners, self._spheres = anatomy.corners[near], anatomy.spheres[near]
+
+
+class Peer:
+    """Clearance by coal: another library, another tree, other arithmetic."""
+
+    def __init__(self, coal: ModuleType, mesh: TriangleMesh):
+        self._coal = coal
+        self._model: Any = coal.BVHModelOBBRSS()
+        self._model.beginModel(len(mesh.faces), len(mesh.vertices))
+        points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+        for vertex in mesh.vertices:
+            points.append(vertex)
+        for a, b, c in mesh.faces:
+            triangles.append(coal.Triangle(int(a), int(b), int(c)))
+        self._model.addSubModel(points, triangles)
+        self._model.endModel()
+        self._still = coal.Transform3s.Identity()
+
+    def clearance(self, places: Array, radius: Array) -> float:
+        """Smallest distance of the whole tool; not positive means contact, and is then not the depth."""
+        coal, least = self._coal, np.inf
+        for s in range(len(radius)):
+            start, end = places[2 * s], places[2 * s + 1]
+            length = float(np.linalg.norm(end - start))
+            if length > 0.0:
+                body = coal.Capsule(float(radius[s]), length)
+                where = coal.Transform3s(_turning_z_to((end - start) / length), (start + end) / 2)
+            else:
+                body, where = coal.Sphere(float(radius[s])), coal.Transform3s(np.eye(3), start)
+            request, result = coal.DistanceRequest(), coal.DistanceResult()
+            least = min(least, coal.distance(self._model, self._still, body, where, request, result))
+        return float(least)
+
+
+def ends(segments: Segments) -> Array:
+    """Start and end of every axis in turn (2 S, 3)."""
+    out = np.empty((2 * len(segments), 3))
+    out[0::2], out[1::2] = segments.start, segments.end
+    return out
+
+
+def _turning_z_to(direction: Array) -> Array:
+    """A rotation (3, 3) whose third column is ``direction``."""
+    helper = np.eye(3)[int(np.abs(direction).argmin())]
+    x = np.cross(helper, direction)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(direction, x), direction])

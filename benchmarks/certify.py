@@ -1,0 +1,82 @@
+"""`vfix bench certify`: tries to break the certificate, and measures every accepted motion again (HAZ-01 to HAZ-06)."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import Any
+
+from benchmarks.attack.arenas import BUILDERS
+from benchmarks.attack.campaign import Campaign
+from benchmarks.report import BenchmarkRefused, machine, need_coal
+
+SUMMARY = "attack the certificate: adversarial steps, every accepted motion measured again"
+
+DEFAULT_STEPS = 100_000
+COAL_SHARE = 0.12  # of all steps: their poses are measured by coal as well
+COAL_REPLAYS = 1000  # finer replays that coal looks at, at a million steps
+SUMMED = (
+    "steps", "violations", "held", "moved", "nan", "remeasured", "replayed", "replay_hits", "replay_remeasured",
+    "emergencies", "limit_violations", "disagreements", "exceptions", "episodes", "refused_starts", "inside_starts",
+)  # fmt: skip
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of the attack."""
+    parser.add_argument("--steps", type=int, default=DEFAULT_STEPS, metavar="N", help="control steps over all scenes")
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="same seed, same trajectories")
+    parser.add_argument("--jobs", type=int, default=2, metavar="J", help="processes; the result is the same")
+    parser.add_argument("--scene", action="append", metavar="NAME", help="only this scene; may be repeated")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """The attack's figures.
+
+    Raises:
+        BenchmarkRefused: coal is not installed, or an option makes no sense.
+    """
+    need_coal()
+    names = list(args.scene or BUILDERS)
+    unknown = sorted(set(names) - set(BUILDERS))
+    if unknown:
+        raise BenchmarkRefused(f"no scene is called {', '.join(unknown)}; there are {', '.join(BUILDERS)}")
+    if args.steps < len(names) or args.jobs < 1:
+        raise BenchmarkRefused(f"at least one step for each of {len(names)} scenes, and one job")
+    begin = time.perf_counter()
+    share, more = divmod(args.steps, len(names))
+    replays = max(2, -(-COAL_REPLAYS * args.steps // (1_000_000 * len(names))))
+    jobs = [(name, args.seed, share + (i < more), replays) for i, name in enumerate(names)]
+    scenes = [_attack(job) for job in jobs] if args.jobs == 1 else _in_processes(jobs, args.jobs)
+    return summary(scenes, time.perf_counter() - begin) | {"seed": args.seed, "machine": machine().to_dict()}
+
+
+def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
+    """All scenes together; steps of a scene whose data are missing are not made up elsewhere."""
+    fought = [scene for scene in scenes if "skipped" not in scene]
+    total: dict[str, Any] = {name: sum(scene[name] for scene in fought) for name in SUMMED}
+    digest = hashlib.sha256("".join(scene["hash"] for scene in fought).encode())
+    wrong = ("violations", "nan", "limit_violations", "disagreements", "exceptions", "replay_hits")
+    total |= {
+        "scenes": len(fought),
+        "deepest_mm": max((scene["deepest_mm"] for scene in fought), default=0.0),
+        "correct": bool(fought) and not any(total[name] for name in wrong),
+        "hash": digest.hexdigest(),
+        "seconds": seconds,
+        "per_scene": fought,
+        "missing": {scene["name"]: scene["skipped"] for scene in scenes if "skipped" in scene},
+    }
+    return total
+
+
+def _attack(job: tuple[str, int, int, int]) -> dict[str, Any]:
+    name, seed, steps, replays = job
+    return Campaign(name, seed, steps, need_coal(), COAL_SHARE, replays).run()
+
+
+def _in_processes(jobs: list[tuple[str, int, int, int]], count: int) -> list[dict[str, Any]]:
+    """Each scene in one of ``count`` processes; the order of the results is that of the jobs."""
+    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+        return list(pool.map(_attack, jobs))
