@@ -46,15 +46,29 @@ def path_velocity(
     return velocity
 
 
-def approach_velocity(force: Array, towards: Array, *, gain: float) -> Array:
+def approach_velocity(force: Array, towards: Array, *, gain: float, fastest: float = np.inf) -> Array:
     """Velocity (3,) that brings a point straight to its goal while a hand is on the grip.
 
     The speed is the hand's, ``gain`` × its force; the direction is the guide's: no force, no motion.
 
     Args:
         towards: from the point to its goal (3,) in mm.
+        fastest: speed in mm/s from which it can still stop at the goal.
     """
     distance = float(np.linalg.norm(towards))
     if distance == 0.0:
         return np.zeros(3)
-    return towards * (gain * float(np.linalg.norm(force)) / distance)
+    return towards * (min(gain * float(np.linalg.norm(force)), fastest) / distance)
+
+
+def eased(now: Array, wanted: Array, change: float) -> tuple[Array, float]:
+    """The velocity one step nearer to the wanted one, and the share s of the way from one to the other.
+
+    A tool has inertia: v = v_now + s (v_wanted − v_now), so that ‖v − v_now‖ ≤ change, an acceleration × dt.
+    A hand that is gone wants 0: the same line brings the tool to rest, along its fixture.
+    """
+    way = wanted - now
+    length = float(np.linalg.norm(way))
+    if length <= change:
+        return wanted, 1.0
+    return now + way * (change / length), change / length

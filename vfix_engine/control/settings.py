@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from ..errors import InputError
+from ..fixtures import stoppable_step
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,10 @@ class ControlSettings:
     view_distance_mm: float = 15.0
     target_tolerance_mm: float = 0.015
     approach_deceleration_mm_per_s2: float = 300.0
+    acceleration_mm_per_s2: float = 300.0
+    turn_acceleration_rad_per_s2: float = 5.0
+    master_scale: float = 0.5
+    master_stiffness_n_per_mm: float = 5.0
 
     def __post_init__(self) -> None:
         for name, bound in self.bounds().items():
@@ -53,6 +58,12 @@ class ControlSettings:
     def reach_mm(self) -> float:
         """How far the boundary looks: the threshold, and beyond the margin whatever that is."""
         return max(self.threshold_mm, self.margin_mm + 1.0)
+
+    @property
+    def sight_speed_mm_per_s(self) -> float:
+        """The speed that no part of the tool is asked to exceed: from it, it can stop before anatomy not seen yet."""
+        change = self.approach_deceleration_mm_per_s2 * self.dt_s**2
+        return stoppable_step(self.reach_mm - self.margin_mm, change) / self.dt_s
 
     @staticmethod
     def bounds() -> dict[str, Bound]:
@@ -98,4 +109,8 @@ _BOUNDS = {
     "view_distance_mm": Bound(1.0, 60.0, "mm", "View distance r"),
     "target_tolerance_mm": Bound(0.002, 1.0, "mm", "Target tolerance ε_t"),
     "approach_deceleration_mm_per_s2": Bound(10.0, 5000.0, "mm/s²", "Deceleration towards anatomy"),
+    "acceleration_mm_per_s2": Bound(10.0, 5000.0, "mm/s²", "Acceleration of the wanted motion"),
+    "turn_acceleration_rad_per_s2": Bound(0.1, 100.0, "rad/s²", "Acceleration of the wanted turn"),
+    "master_scale": Bound(0.01, 5.0, "", "Scale from master to tool"),
+    "master_stiffness_n_per_mm": Bound(0.1, 50.0, "N/mm", "Spring between master and tool"),
 }

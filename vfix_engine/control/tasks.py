@@ -1,4 +1,10 @@
-"""The tasks of Li 2007, section IV, each for one step: follow the path, inspect a target, move freely."""
+"""The tasks of Li 2007, section IV, each for one step: follow the path, inspect a target, move freely.
+
+Every task asks for a velocity that differs from the present one by no more than an acceleration allows (``eased``),
+that can still stop where the task ends, and that the boundary can stop in sight of anatomy.
+``force`` may be a hand's on the grip, or the spring's of a master in teleoperation; then ``reach`` is how far the
+master is ahead, where the motion has to end.
+"""
 
 from __future__ import annotations
 
@@ -8,20 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixtures import (
+    FreeMotion,
+    PathFollowing,
+    ReachTarget,
+    TargetInspection,
     ToolState,
-    centre_target,
-    free_motion,
-    hold_target,
-    path_following,
-    reach_target,
-    swing,
+    stoppable_step,
     view_jacobian,
 )
 from ..fixtures.path_following import PROGRESS_REWARD as PATH_REWARD
 from ..fixtures.rows import progress_weight
 from ..fixtures.target_inspection import PROGRESS_REWARD as VIEW_REWARD
 from ..robots import Tool
-from .admittance import approach_velocity, path_velocity
+from .admittance import approach_velocity, eased, path_velocity, saturate
 from .controller import Task
 from .settings import ControlSettings
 
@@ -37,14 +42,16 @@ def follow_path(
     offset: Array,
     room: tuple[float, float],
     settings: ControlSettings,
+    reach: float = np.inf,
 ) -> Task:
     """Path following (eq. 9-15).
 
     Args:
         force: (3,) in N, already capped; tangent, offset: of the path at the point closest to the tip.
         room: arc length behind and ahead of the tip in mm, so that no step leaves the path at its ends.
+        reach: longest motion in mm.
     """
-    velocity = path_velocity(
+    wanted = path_velocity(
         force,
         tangent,
         offset,
@@ -53,60 +60,84 @@ def follow_path(
         k_tau=settings.k_tau,
         capture=settings.capture_mm,
     )
-    desired = velocity * settings.dt_s  # eq. 12
-    along = float(desired @ tangent)
-    desired = desired + tangent * (min(max(along, -room[0]), room[1]) - along)
-    objective = path_following(state.tip, desired)
-    share = _share(state.tip.jacobian[:3], desired)
-    return Task((objective,), (), _length(desired), share, compliance=_compliance(settings, PATH_REWARD))
+    wanted = saturate(wanted, min(settings.sight_speed_mm_per_s, _stoppable(reach, settings)))
+    velocity, ease = eased(state.tip.jacobian[:3] @ state.velocity, wanted, _change(settings))
+    along = float(velocity @ tangent)
+    kept = min(max(along, -_stoppable(room[0], settings)), _stoppable(room[1], settings))
+    return _tip_task(state, (velocity + tangent * (kept - along)) * settings.dt_s, ease, settings)  # eq. 12
 
 
-def approach_path(state: ToolState, force: Array, towards: Array, settings: ControlSettings) -> Task:
+def approach_path(
+    state: ToolState, force: Array, towards: Array, settings: ControlSettings, reach: float = np.inf
+) -> Task:
     """The approach phase: the tip is guided onto the path at the hand's speed; ``towards`` (3,) leads to it."""
-    desired = _guided(force, towards, settings)
-    objective = path_following(state.tip, desired)
-    share = _share(state.tip.jacobian[:3], desired)
-    return Task((objective,), (), _length(desired), share, compliance=_compliance(settings, PATH_REWARD))
+    desired, ease = _guided(state.tip.jacobian[:3] @ state.velocity, force, towards, settings, reach)
+    return _tip_task(state, desired, ease, settings)
 
 
-def approach_target(state: ToolState, tool: Tool, force: Array, target: Array, settings: ControlSettings) -> Task:
+def approach_target(
+    state: ToolState, tool: Tool, force: Array, target: Array, settings: ControlSettings, reach: float = np.inf
+) -> Task:
     """Approach of target inspection: the virtual point P_v is guided onto the target (3,) at the hand's speed."""
     jacobian, point = _view(state, tool, settings)
-    desired = _guided(force, target - point, settings)
-    objective, share = reach_target(jacobian, desired), _share(jacobian, desired)
-    return Task((objective,), (), _length(desired), share, compliance=_compliance(settings, VIEW_REWARD))
+    desired, ease = _guided(jacobian @ state.velocity, force, target - point, settings, reach)
+    rows = ReachTarget(desired, settings.view_distance_mm, tool.direction(np.eye(3))).at(state)
+    share = _share(jacobian, desired)
+    return Task(rows.objectives, (), _length(desired), share, compliance=_compliance(settings, ease, VIEW_REWARD))
 
 
-def inspect_target(state: ToolState, tool: Tool, torque: Array, target: Array, settings: ControlSettings) -> Task:
-    """Target inspection (eq. 22-25): the torque (3,) in N·mm swings the tool while P_v stays on the target."""
-    jacobian, point = _view(state, tool, settings)
-    lever = settings.view_distance_mm
-    turn = settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * torque
-    tolerance = settings.target_tolerance_mm
-    offset = point - target
+def inspect_target(
+    state: ToolState, tool: Tool, torque: Array, target: Array, settings: ControlSettings, reach: float = np.inf
+) -> Task:
+    """Target inspection (eq. 22-25): the torque (3,) in N·mm swings the tool while P_v stays on the target.
 
-    def stays(after: ToolState) -> bool:
-        end = view_point(after, tool, lever)
-        return float(np.linalg.norm(end - target)) <= max(tolerance, float(np.linalg.norm(offset)))
-
+    ``reach`` is the largest turn in rad.
+    """
+    wanted = settings.rotation_gain_rad_per_s_per_nmm * torque
+    wanted = saturate(wanted, min(_sight_turn(state, settings), _stoppable_turn(reach, settings)))
+    spin, ease = eased(state.tip.jacobian[3:] @ state.velocity, wanted, _turn_change(settings))
+    turn, lever = spin * settings.dt_s, settings.view_distance_mm
+    fixture = TargetInspection(
+        target,
+        turn,
+        settings.target_tolerance_mm,
+        lever,
+        tool.direction(np.eye(3)),
+        settings.approach_deceleration_mm_per_s2,
+    )
+    rows = fixture.at(state, settings.dt_s)
     return Task(
-        (swing(state.tip, turn, lever), centre_target(jacobian, offset)),
-        (hold_target(jacobian, offset, tolerance),),
+        rows.objectives,
+        rows.constraints,
         lever * _length(turn),
         _share(state.tip.jacobian[3:], turn),
-        stays,
-        lever**2 * settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * progress_weight(VIEW_REWARD),
+        lambda after: fixture.keeps(state, after),
+        lever**2 * settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * ease * progress_weight(VIEW_REWARD),
     )
 
 
-def move_freely(state: ToolState, force: Array, torque: Array, settings: ControlSettings) -> Task:
+def move_freely(
+    state: ToolState, force: Array, torque: Array, settings: ControlSettings, reach: float = np.inf
+) -> Task:
     """Free cooperative motion: no path, the tool yields to the hand in every direction (k_τ = 1)."""
-    desired = settings.gain_mm_per_s_per_n * settings.dt_s * force
-    turn = settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * torque
-    lever = settings.view_distance_mm
-    wanted = np.concatenate([desired, lever * turn])
-    rows = np.vstack([state.tip.jacobian[:3], lever * state.tip.jacobian[3:]])
-    return Task((free_motion(state.tip, desired, turn, lever),), (), _length(wanted), _share(rows, wanted))
+    jacobian, lever = state.tip.jacobian, settings.view_distance_mm
+    wanted = np.concatenate([settings.gain_mm_per_s_per_n * force, settings.rotation_gain_rad_per_s_per_nmm * torque])
+    wanted[:3] = saturate(wanted[:3], min(settings.sight_speed_mm_per_s, _stoppable(reach, settings)))
+    wanted[3:] = saturate(wanted[3:], _sight_turn(state, settings))
+    # One share for both: an angle counts as much of the change that is allowed as a displacement.
+    size = np.repeat([1.0 / _change(settings), 1.0 / _turn_change(settings)], 3)
+    now = jacobian @ state.velocity
+    eased_velocity, ease = eased(size * now, size * wanted, 1.0)
+    desired = eased_velocity / size * settings.dt_s
+    rows = FreeMotion(desired[:3], desired[3:], lever).at(state)
+    scale = np.repeat([1.0, lever], 3)
+    return Task(
+        rows.objectives,
+        (),
+        _length(scale * desired),
+        _share(scale[:, None] * jacobian, scale * desired),
+        compliance=settings.gain_mm_per_s_per_n * settings.dt_s * ease,
+    )
 
 
 def view_point(state: ToolState, tool: Tool, distance: float) -> Array:
@@ -115,21 +146,55 @@ def view_point(state: ToolState, tool: Tool, distance: float) -> Array:
     return point
 
 
+def _tip_task(state: ToolState, desired: Array, ease: float, settings: ControlSettings) -> Task:
+    """The tip makes the step ``desired`` (3,) in mm."""
+    share = _share(state.tip.jacobian[:3], desired)
+    rows = PathFollowing(desired).at(state)
+    return Task(rows.objectives, (), _length(desired), share, compliance=_compliance(settings, ease, PATH_REWARD))
+
+
 def _view(state: ToolState, tool: Tool, settings: ControlSettings) -> tuple[Array, Array]:
     axis = tool.direction(state.tip.rotation)
     jacobian = view_jacobian(state.tip, settings.view_distance_mm, axis)
     return jacobian, view_point(state, tool, settings.view_distance_mm)
 
 
-def _guided(force: Array, towards: Array, settings: ControlSettings) -> Array:
-    """Step (3,) towards a goal that does not overshoot it."""
-    step = approach_velocity(force, towards, gain=settings.gain_mm_per_s_per_n) * settings.dt_s
-    return towards if step @ step > towards @ towards else step
+def _guided(now: Array, force: Array, towards: Array, settings: ControlSettings, reach: float) -> tuple[Array, float]:
+    """Step (3,) towards a goal that stops there, and the share of the change that the hand wants."""
+    room = min(float(np.linalg.norm(towards)), reach)
+    fastest = min(settings.sight_speed_mm_per_s, _stoppable(room, settings))
+    wanted = approach_velocity(force, towards, gain=settings.gain_mm_per_s_per_n, fastest=fastest)
+    velocity, ease = eased(now, wanted, _change(settings))
+    return velocity * settings.dt_s, ease
 
 
-def _compliance(settings: ControlSettings, reward: float) -> float:
+def _change(settings: ControlSettings) -> float:
+    """By how much the wanted velocity may change in one step, in mm/s."""
+    return settings.acceleration_mm_per_s2 * settings.dt_s
+
+
+def _turn_change(settings: ControlSettings) -> float:
+    return settings.turn_acceleration_rad_per_s2 * settings.dt_s
+
+
+def _stoppable(room: float, settings: ControlSettings) -> float:
+    """The speed in mm/s from which the wanted motion can come to rest within ``room`` mm."""
+    return stoppable_step(room, _change(settings) * settings.dt_s) / settings.dt_s if room < np.inf else np.inf
+
+
+def _stoppable_turn(room: float, settings: ControlSettings) -> float:
+    return stoppable_step(room, _turn_change(settings) * settings.dt_s) / settings.dt_s if room < np.inf else np.inf
+
+
+def _sight_turn(state: ToolState, settings: ControlSettings) -> float:
+    """Turning speed in rad/s about the tip at which no end of the tool is faster than can be stopped in sight."""
+    ends = np.concatenate([state.segments.start, state.segments.end]) - state.tip.position
+    return settings.sight_speed_mm_per_s / max(float(np.sqrt((ends * ends).sum(axis=1).max())), 1.0)
+
+
+def _compliance(settings: ControlSettings, ease: float, reward: float) -> float:
     """What a newton is worth to objectives with a progress variable, in mm/N; see ``Situation``."""
-    return settings.gain_mm_per_s_per_n * settings.dt_s * progress_weight(reward)
+    return settings.gain_mm_per_s_per_n * settings.dt_s * ease * progress_weight(reward)
 
 
 def _length(vector: Array) -> float:
