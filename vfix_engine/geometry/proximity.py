@@ -1,10 +1,12 @@
-"""Proximity between tool and anatomy: the covariance tree of Li 2007, section III.D.
+"""Proximity between tool and anatomy: one protocol, two structures that give the same answers.
 
 Distances are from the surface of the tool's capsules to the triangles, in mm; they are exact.
-Only grouped pairs lie on the inflated boxes of flat nodes: nearer than the bone, they may add rows but never judge.
+Only grouped pairs lie on the boxes of flat patches: nearer than the bone, they may add rows but never judge.
 """
 
 from __future__ import annotations
+
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,105 +15,141 @@ from ..errors import InputError
 from .candidate_kernels import Candidates, pack
 from .candidates import CandidateList
 from .capsules import Segments
+from .covariance_tree import CovarianceTree
 from .mesh import TriangleMesh
 from .pairs import Pair, Pairs, pairs_from_rows, reduce_pairs
+from .points import checked_points
 from .rows_kernel import write_row
-from .spheres import enclosing_spheres
-from .tree_build import Nodes, build
-from .tree_query import tree_nearest, tree_pairs, tree_places, tree_points
+from .wide_build import build_wide
+from .wide_query import corners_at, wide_clearance, wide_pairs, wide_places, wide_points
 
-__all__ = ["CandidateList", "Pair", "Pairs", "ProximityTree", "reduce_pairs"]
+__all__ = [
+    "CandidateList", "CovarianceTree", "Pair", "Pairs", "Proximity", "ProximityTree", "reduce_pairs",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
 
-class ProximityTree:
-    """Covariance tree over the triangles of one mesh.
+class Proximity(Protocol):
+    """What is near a tool, or a point, among the triangles of one mesh."""
 
-    Args:
-        mesh: the anatomy; triangles without area are allowed and count as the segment or point that they are.
-        leaf_size: triangles at most in a leaf.
-    """
-
-    def __init__(self, mesh: TriangleMesh, leaf_size: int = 8):
-        if leaf_size < 1:
-            raise InputError(f"a leaf holds at least one triangle, not {leaf_size}")
-        self.mesh = mesh
-        centres, radii = enclosing_spheres(mesh.triangles)
-        self.nodes = Nodes(*build(centres, radii, leaf_size))
-        order = self.nodes.order
-        # In the order of the leaves: neighbours in space are neighbours in memory.
-        self._corners = np.ascontiguousarray(mesh.triangles[order].reshape(-1, 9))
-        self._spheres = np.ascontiguousarray(np.column_stack([centres, radii])[order])
-        self._normals = np.ascontiguousarray(mesh.face_normals[order])
+    @property
+    def mesh(self) -> TriangleMesh:
+        """The anatomy; triangles without area count as the segment or point that they are."""
+        ...
 
     def pairs_within(
         self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
     ) -> Pairs:
         """All pairs of a segment and a triangle whose distance is at most ``threshold`` mm.
 
-        With ``group_flat``, a node whose box is no thicker than that (mm), is not entered by the segment and lies
+        With ``group_flat``, a patch whose box is no thicker than that (mm), is not entered by the segment and lies
         farther than ``exact_within`` (mm) gives one pair on its box instead of one per triangle.
         """
-        flat = -1.0 if group_flat is None else group_flat
-        rows, labels = tree_pairs(
-            *self.nodes, self._corners, self._spheres, self._normals,
-            segments.start, segments.end, segments.radius, threshold, flat, exact_within,
-        )  # fmt: skip
-        return pairs_from_rows(rows, labels)
+        ...
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """Smallest distance from the whole tool's surface to the mesh, or ``upper`` when nothing is nearer than that.
 
         Where an axis touches the mesh this is minus that segment's radius, however deep the tool is.
         """
-        return self._nearest(segments, upper)[0]
+        ...
 
     def closest(self, segments: Segments) -> Pair:
         """The pair of the smallest distance."""
-        _, segment, place = self._nearest(segments, np.inf)
-        row = np.empty(10)
-        start = segments.start[segment]
-        along = segments.end[segment] - start
-        radius = float(segments.radius[segment])
-        write_row(start, along, radius, np.inf, self._corners[place], self._normals[place], row)
-        row.setflags(write=False)
-        return Pair(float(row[0]), row[1:4], row[4:7], row[7:10], segment, int(self.nodes.order[place]))
+        ...
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
-        """Distance (n,), closest point (n, 3) and its triangle (n,) for points (n, 3)."""
-        places = np.array(points, dtype=np.float64, order="C")
-        if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
-            raise InputError(f"points must be finite and of the shape (n, 3), not {places.shape}")
-        return tree_points(*self.nodes, self._corners, self._spheres, places)
+        """Distance (n,), closest point (n, 3) and its triangle (n,) for points (n, 3).
+
+        Raises:
+            InputError: points that are not finite or not of that shape.
+        """
+        ...
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """The triangles within ``reach`` mm of each segment's surface, for exact queries around this pose."""
+        ...
+
+
+class ProximityTree:
+    """The default: a tree of boxes, 16 at a time, over blocks of 16 triangles, 16 at a time.
+
+    Args:
+        mesh: the anatomy; triangles without area are allowed and count as the segment or point that they are.
+    """
+
+    def __init__(self, mesh: TriangleMesh):
+        self._place(mesh, None)
+
+    def _place(self, mesh: TriangleMesh, order: Index | None) -> None:
+        self.mesh = mesh
+        self.arrays, self._order = build_wide(mesh.vertices, mesh.faces, order)
+        self._search = self.arrays[:5]
+
+    def moved(self, mesh: TriangleMesh) -> ProximityTree:
+        """The tree over the same faces with other vertices: no sorting, so about half the time of a new one.
+
+        Answers are exact whatever the motion; they stay fast while neighbours stay neighbours.
+
+        Raises:
+            InputError: another number of faces.
+        """
+        if len(mesh.faces) != len(self._order):
+            raise InputError(f"the tree has {len(self._order)} faces and the moved mesh {len(mesh.faces)}")
+        tree = object.__new__(ProximityTree)
+        tree._place(mesh, self._order)
+        return tree
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the tree itself in bytes."""
+        return sum(each.nbytes for each in self.arrays) + self._order.nbytes
+
+    def pairs_within(
+        self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
+    ) -> Pairs:
+        """See ``Proximity.pairs_within``."""
+        flat = -1.0 if group_flat is None else group_flat
+        rows, labels = wide_pairs(
+            *self.arrays, segments.start, segments.end, segments.radius, threshold, flat, exact_within
+        )
+        return pairs_from_rows(rows, labels)
+
+    def clearance(self, segments: Segments, upper: float = np.inf) -> float:
+        """See ``Proximity.clearance``."""
+        return wide_clearance(*self._search, segments.start, segments.end, segments.radius, upper)[0]
+
+    def closest(self, segments: Segments) -> Pair:
+        """The pair of the smallest distance."""
+        _, segment, place = wide_clearance(*self._search, segments.start, segments.end, segments.radius, np.inf)
+        row, triangle = np.empty(10), int(self.arrays.label[place])
+        start = segments.start[segment]
+        corners = self.mesh.vertices[self.mesh.faces[triangle]]
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        size = float(np.linalg.norm(normal))
+        write_row(
+            start, segments.end[segment] - start, float(segments.radius[segment]), np.inf,
+            corners.ravel(), normal / size if size > 0.0 else normal, row,
+        )  # fmt: skip
+        row.setflags(write=False)
+        return Pair(float(row[0]), row[1:4], row[4:7], row[7:10], segment, triangle)
+
+    def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
+        """See ``Proximity.point_distance``."""
+        return wide_points(*self._search, checked_points(points))
+
+    def candidates(self, segments: Segments, reach: float) -> CandidateList:
+        """See ``Proximity.candidates``."""
         lists = [
-            tree_places(
-                *self.nodes[:5], self._corners, self._spheres,
-                segments.start[s], segments.end[s] - segments.start[s], max(reach + float(segments.radius[s]), 0.0),
+            wide_places(
+                *self._search, segments.start[s], segments.end[s] - segments.start[s],
+                max(reach + float(segments.radius[s]), 0.0),
             )
             for s in range(len(segments))
         ]  # fmt: skip
         places = np.concatenate(lists) if lists else np.empty(0, np.int32)
-        low, high = self.mesh.bounds
-        frame = np.array([*(0.5 * (low + high)), np.abs(high - low).max()])
         count = np.array([len(each) for each in lists], np.int32)
-        arrays = Candidates(*pack(self._corners[places], self.nodes.order[places], count, frame))
-        return CandidateList(segments, reach, arrays, len(places))
-
-    def _nearest(self, segments: Segments, upper: float) -> tuple[float, int, int]:
-        """Smallest distance, its segment, its place in the leaves' order; (upper, −1, −1) when none is nearer."""
-        least, segment, place = upper, -1, -1
-        for s in range(len(segments)):
-            start, radius = segments.start[s], float(segments.radius[s])
-            if least + radius <= 0.0:
-                continue
-            gap, found = tree_nearest(
-                *self.nodes[:5], self._corners, self._spheres, start, segments.end[s] - start, least + radius
-            )
-            if found >= 0:
-                least, segment, place = float(np.sqrt(gap)) - radius, s, found
-        return least, segment, place
+        arrays = pack(corners_at(self.arrays.corners, places), self.arrays.label[places], count, self.arrays.frame)
+        return CandidateList(segments, reach, Candidates(*arrays), len(places))

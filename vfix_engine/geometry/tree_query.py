@@ -16,7 +16,7 @@ Index = NDArray[np.int32]
 
 
 @compiled
-def _node_gap(frame: Array, box: Array, p: Array, d: Array, lp: Array, ld: Array) -> tuple[float, float]:
+def node_gap(frame: Array, box: Array, p: Array, d: Array, lp: Array, ld: Array) -> tuple[float, float]:
     """Squared distance from the segment to the node's box and where on the segment; lp, ld get it in local terms."""
     for k in range(3):  # eq. 8
         lp[k] = (
@@ -27,7 +27,7 @@ def _node_gap(frame: Array, box: Array, p: Array, d: Array, lp: Array, ld: Array
 
 
 @compiled
-def _group_row(
+def group_row(
     frame: Array, box: Array, lp: Array, ld: Array, t: float, gap: float, segment: int, p: Array, d: Array,
     radius: float, row: Array, label: Index,
 ) -> None:  # fmt: skip
@@ -70,7 +70,7 @@ def tree_pairs(
         while top > 0:
             top -= 1
             node = stack[top]
-            gap, t = _node_gap(frame[node], box[node], p, d, lp, ld)
+            gap, t = node_gap(frame[node], box[node], p, d, lp, ld)
             if gap > limit * limit:
                 continue
             if child[node] >= 0:
@@ -78,7 +78,7 @@ def tree_pairs(
                 if thick <= flat and gap > 0.0 and np.sqrt(gap) - radius[segment] > exact_within:
                     if found == len(rows):
                         rows, labels = widened(rows, labels)
-                    _group_row(
+                    group_row(
                         frame[node], box[node], lp, ld, t, gap, segment, p, d, radius[segment],
                         rows[found], labels[found],
                     )  # fmt: skip
@@ -112,7 +112,7 @@ def tree_places(
     while top > 0:
         top -= 1
         node = stack[top]
-        gap, _ = _node_gap(frame[node], box[node], p, d, lp, ld)
+        gap, _ = node_gap(frame[node], box[node], p, d, lp, ld)
         if gap > limit * limit:
             continue
         if child[node] >= 0:
@@ -154,8 +154,8 @@ def tree_nearest(
             continue
         if child[node] >= 0:
             one = child[node]
-            gap, _ = _node_gap(frame[one], box[one], p, d, lp, ld)
-            other_gap, _ = _node_gap(frame[one + 1], box[one + 1], p, d, lp, ld)
+            gap, _ = node_gap(frame[one], box[one], p, d, lp, ld)
+            other_gap, _ = node_gap(frame[one + 1], box[one + 1], p, d, lp, ld)
             nearer = gap <= other_gap
             # The nearer child is on top and searched first, so that the bound shrinks early.
             stack[top], gaps[top] = (one + 1, other_gap) if nearer else (one, gap)

@@ -10,7 +10,7 @@ from geometry_oracle import every_distance
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.pairs import Pairs, reduce_pairs
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.geometry.proximity import CovarianceTree, ProximityTree
 from vfix_engine.geometry.spheres import enclosing_spheres
 
 MESHES = all_meshes()
@@ -38,11 +38,14 @@ def check_pairs(pairs: Pairs, distances: np.ndarray, tool: Segments, threshold: 
 
 
 @pytest.mark.parametrize("name", MESHES)
-@pytest.mark.parametrize("leaf_size", [1, 8])
+@pytest.mark.parametrize("leaf_size", [0, 8])
 def test_every_query_matches_brute_force(name: str, leaf_size: int) -> None:
     """HAZ-08, HAZ-09: pairs, clearance, closest pair, candidates, on friendly and degenerate meshes."""
     mesh, random = MESHES[name], np.random.default_rng(3)
-    tree, scale = ProximityTree(mesh, leaf_size), 1.0 + np.abs(mesh.vertices).max()
+    tree, scale = (
+        (CovarianceTree(mesh, leaf_size) if leaf_size else ProximityTree(mesh)),
+        1.0 + np.abs(mesh.vertices).max(),
+    )
     for _ in range(_ROUNDS):
         tool = random_tool(random, mesh)
         distances = brute_force(mesh, tool)
@@ -101,7 +104,7 @@ def test_valid_candidates_miss_nothing(name: str) -> None:
 def test_grouped_pairs_only_come_nearer() -> None:
     """HAZ-08: each triangle is told exactly or a grouped pair of its segment is at most as far."""
     mesh, random = ball(4), np.random.default_rng(6)
-    tree, grouped = ProximityTree(mesh, 2), 0
+    tree, grouped = CovarianceTree(mesh, 2), 0
     for _ in range(15):
         tool = random_tool(random, mesh)
         distances = brute_force(mesh, tool)
@@ -130,7 +133,7 @@ def test_spheres_contain_their_triangles_and_are_small() -> None:
 def test_leaves_hold_every_triangle_once_inside_their_boxes() -> None:
     """HAZ-08: the tree's leaves partition the mesh and each box (eq. 7) holds its triangles."""
     for mesh in MESHES.values():
-        nodes = ProximityTree(mesh, 4).nodes
+        nodes = CovarianceTree(mesh, 4).nodes
         assert sorted(nodes.order.tolist()) == list(range(len(mesh.faces)))
         for n in range(len(nodes.child)):
             inside = mesh.triangles[nodes.order[nodes.first[n] : nodes.last[n]]].reshape(-1, 3)

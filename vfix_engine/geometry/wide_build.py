@@ -1,0 +1,281 @@
+"""Building the wide box tree: 16 triangles to a block, 16 boxes to a node, no pointers.
+
+Triangles are sorted so that every run of 16, of 16 · 16, and so on, is compact: ranges are split at their median along
+their longest extent, always at a multiple of a power of two of blocks.
+So the children of node i of a level are 16 i … 16 i + 15 of the level below, and a tree without gaps needs no links.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .block_kernels import CORNERS, LANES
+from .box_lanes import NODE
+from .candidate_kernels import box_of_block, empty_boxes, put_box
+from .compiled import compiled
+from .tree_build import principal_axes
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+Index = NDArray[np.int32]
+
+
+class Wide(NamedTuple):
+    """The tree as arrays; B blocks, N nodes, lengths in mm.
+
+    boxes: (96 N,) float32, see ``box_lanes``: first the nodes over the blocks, last the root.
+    corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
+    label: (16 B,) face of the mesh in each lane, −1 where there is none.
+    frame: (4,) origin of the boxes and the largest coordinate relative to it.
+    level: (L + 2,) blocks first: level l's entries are numbers level[l] … level[l + 1] − 1 of ``axes`` and ``slab``.
+    axes: (B + N, 4, 3) local frame of each block and node: rows 0-2 its principal axes, row 3 its origin.
+    slab: (B + N, 2, 3) lowest and highest corner in that frame.
+    """
+
+    boxes: Single
+    corners: Array
+    label: Index
+    frame: Array
+    level: Index
+    axes: Array
+    slab: Array
+
+
+@compiled
+def centres_of(vertices: Array, faces: Index, frame: Array) -> Single:
+    """Middles (F, 3) of the triangles' boxes relative to the frame's origin; frame (4,) is written."""
+    count = len(faces)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for f in range(count):
+        for c in range(3):
+            for k in range(3):
+                x = vertices[faces[f, c], k]
+                low[k], high[k] = min(low[k], x), max(high[k], x)
+    for k in range(3):
+        frame[k] = 0.5 * (low[k] + high[k])
+    frame[3] = max(high[0] - low[0], max(high[1] - low[1], high[2] - low[2])) + 1e-9 * np.abs(frame[:3]).max()
+    centres = np.empty((count, 3), np.float32)
+    for f in range(count):
+        i, j, h = faces[f, 0], faces[f, 1], faces[f, 2]
+        for k in range(3):
+            x, y, z = vertices[i, k], vertices[j, k], vertices[h, k]
+            centres[f, k] = 0.5 * (min(x, min(y, z)) + max(x, max(y, z))) - frame[k]
+    return centres
+
+
+@compiled
+def _swap(centres: Single, order: Index, i: int, j: int) -> None:
+    order[i], order[j] = order[j], order[i]
+    for k in range(3):
+        centres[i, k], centres[j, k] = centres[j, k], centres[i, k]
+
+
+@compiled
+def _select(centres: Single, order: Index, first: int, last: int, middle: int, k: int) -> None:
+    """Reorder first … last − 1 so that those before ``middle`` are not larger along axis k than those after it."""
+    low, high = first, last - 1
+    while low < high:
+        one, two, three = centres[low, k], centres[(low + high) // 2, k], centres[high, k]
+        pivot = max(min(one, two), min(max(one, two), three))
+        i, j = low, high
+        while i <= j:
+            while centres[i, k] < pivot:
+                i += 1
+            while centres[j, k] > pivot:
+                j -= 1
+            if i <= j:
+                _swap(centres, order, i, j)
+                i += 1
+                j -= 1
+        if middle <= j:
+            high = j
+        elif middle >= i:
+            low = i
+        else:
+            return
+
+
+@compiled
+def sort_triangles(centres: Single) -> Index:
+    """Order (F,) of the triangles in the tree; the centres are reordered with it."""
+    count = len(centres)
+    order = np.arange(count).astype(np.int32)
+    begin, stop = np.empty(64, np.int64), np.empty(64, np.int64)
+    low, high = np.empty(3, np.float32), np.empty(3, np.float32)
+    begin[0], stop[0] = 0, count
+    top = 1
+    while top > 0:
+        top -= 1
+        first, last = begin[top], stop[top]
+        half = LANES
+        while 2 * half < last - first:
+            half *= 2
+        if half >= last - first:
+            continue
+        low[:], high[:] = np.float32(np.inf), np.float32(-np.inf)
+        for i in range(first, last):
+            for k in range(3):
+                low[k], high[k] = min(low[k], centres[i, k]), max(high[k], centres[i, k])
+        axis = 0
+        for k in range(1, 3):
+            if high[k] - low[k] > high[axis] - low[axis]:
+                axis = k
+        _select(centres, order, first, last, first + half, axis)
+        begin[top], stop[top] = first, first + half
+        begin[top + 1], stop[top + 1] = first + half, last
+        top += 2
+    return order
+
+
+@compiled
+def levels_of(count: int) -> Index:
+    """Where each level begins among blocks and nodes, and where the last one ends; the blocks are level 0."""
+    level = np.zeros(12, np.int32)
+    width, top = (count + LANES - 1) // LANES, 1
+    level[1] = width
+    while width > 1 or top == 1:
+        width = (width + LANES - 1) // LANES
+        level[top + 1] = level[top] + width
+        top += 1
+    return level[: top + 1].copy()
+
+
+@compiled
+def fill_blocks(vertices: Array, faces: Index, order: Index, corners: Array, label: Index) -> None:
+    """The triangles in their order into blocks."""
+    count = len(order)
+    for place in range(len(label)):
+        face = order[min(place, count - 1)]
+        at = CORNERS * (place // LANES) + place % LANES
+        for c in range(3):
+            vertex = faces[face, c]
+            for k in range(3):
+                corners[at + LANES * (3 * c + k)] = vertices[vertex, k]
+        label[place] = face if place < count else -1
+
+
+@compiled
+def fill_boxes(corners: Array, frame: Array, level: Index, boxes: Single) -> None:
+    """Boxes of all nodes from the blocks upwards."""
+    blocks = level[1]
+    for i in range(level[2] - level[1]):
+        node = boxes[NODE * i : NODE * (i + 1)]
+        empty_boxes(0, node)
+        for lane in range(min(LANES, blocks - LANES * i)):
+            b = LANES * i + lane
+            box_of_block(corners[CORNERS * b : CORNERS * (b + 1)], frame, lane, node)
+    for deep in range(2, len(level) - 1):
+        below, here = level[deep - 1] - blocks, level[deep] - blocks
+        for i in range(level[deep + 1] - level[deep]):
+            node = boxes[NODE * (here + i) : NODE * (here + i + 1)]
+            empty_boxes(0, node)
+            for lane in range(min(LANES, level[deep] - level[deep - 1] - LANES * i)):
+                child = boxes[NODE * (below + LANES * i + lane) : NODE * (below + LANES * i + lane + 1)]
+                _box_of_node(child, frame, lane, node)
+
+
+@compiled
+def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
+    for k in range(3):
+        low, high = np.inf, -np.inf
+        for j in range(LANES):
+            centre, half = np.float64(child[LANES * k + j]), np.float64(child[LANES * (3 + k) + j])
+            if centre < 1e29:
+                low, high = min(low, centre - half), max(high, centre + half)
+        put_box(low, high, frame[3], k, lane, node)
+
+
+@compiled
+def _moments(corners: Array, frame: Array, sums: Array) -> None:
+    """Sums of a block's corners: how many, x, y, z, xx, xy, xz, yy, yz, zz about the frame's origin."""
+    sums[:] = 0.0
+    sums[0] = 3.0 * LANES
+    for j in range(LANES):
+        for c in range(3):
+            x = corners[LANES * 3 * c + j] - frame[0]
+            y = corners[LANES * (3 * c + 1) + j] - frame[1]
+            z = corners[LANES * (3 * c + 2) + j] - frame[2]
+            sums[1] += x
+            sums[2] += y
+            sums[3] += z
+            sums[4] += x * x
+            sums[5] += x * y
+            sums[6] += x * z
+            sums[7] += y * y
+            sums[8] += y * z
+            sums[9] += z * z
+
+
+@compiled
+def _axes_of(sums: Array, frame: Array, spread: Array, axes: Array) -> None:
+    """Centroid and principal axes (Li 2007, eq. 6) of what was summed."""
+    x, y, z = sums[1] / sums[0], sums[2] / sums[0], sums[3] / sums[0]
+    axes[3, 0], axes[3, 1], axes[3, 2] = frame[0] + x, frame[1] + y, frame[2] + z
+    spread[0, 0], spread[1, 1], spread[2, 2] = sums[4] - x * sums[1], sums[7] - y * sums[2], sums[9] - z * sums[3]
+    spread[0, 1] = spread[1, 0] = sums[5] - x * sums[2]
+    spread[0, 2] = spread[2, 0] = sums[6] - x * sums[3]
+    spread[1, 2] = spread[2, 1] = sums[8] - y * sums[3]
+    principal_axes(spread, axes)
+
+
+@compiled
+def _extents(corners: Array, axes: Array, slab: Array) -> None:
+    """Box of some blocks in a local frame (Li 2007, eq. 7, of the corners themselves)."""
+    for k in range(3):
+        ex, ey, ez = axes[k, 0], axes[k, 1], axes[k, 2]
+        low, high = np.inf, -np.inf
+        for b in range(len(corners) // CORNERS):
+            for c in range(3):
+                at = CORNERS * b + LANES * 3 * c
+                for j in range(at, at + LANES):
+                    x = corners[j] - axes[3, 0]
+                    y = corners[j + LANES] - axes[3, 1]
+                    z = corners[j + 2 * LANES] - axes[3, 2]
+                    local = ex * x + ey * y + ez * z
+                    low, high = min(low, local), max(high, local)
+        slab[0, k], slab[1, k] = low, high
+
+
+@compiled
+def fill_slabs(corners: Array, frame: Array, level: Index, axes: Array, slab: Array) -> None:
+    """Local frames and boxes of all blocks and nodes."""
+    count = level[len(level) - 1]
+    sums, spread = np.zeros((count, 10)), np.empty((3, 3))
+    for b in range(level[1]):
+        _moments(corners[CORNERS * b : CORNERS * (b + 1)], frame, sums[b])
+    width = 1  # blocks under an entry
+    for deep in range(len(level) - 1):
+        for i in range(level[deep + 1] - level[deep]):
+            here = level[deep] + i
+            if deep > 0:
+                for child in range(level[deep - 1] + LANES * i, min(level[deep - 1] + LANES * (i + 1), level[deep])):
+                    for k in range(10):
+                        sums[here, k] += sums[child, k]
+            _axes_of(sums[here], frame, spread, axes[here])
+            last = min(width * (i + 1), level[1])
+            _extents(corners[CORNERS * width * i : CORNERS * last], axes[here], slab[here])
+            # Rounding of the coordinates and of the frame must leave no triangle outside its box.
+            far = frame[3] + max(abs(frame[0]), max(abs(frame[1]), abs(frame[2])))
+            for k in range(3):
+                slab[here, 0, k] -= 1e-12 * far
+                slab[here, 1, k] += 1e-12 * far
+        width *= LANES
+
+
+def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> tuple[Wide, Index]:
+    """The tree over vertices (V, 3) mm and faces (F, 3), and its order (F,); sorted anew unless one is given."""
+    frame = np.empty(4)
+    centres = centres_of(vertices, faces, frame)
+    if order is None:
+        order = sort_triangles(centres)
+    level = levels_of(len(faces))
+    corners, label = np.empty(CORNERS * level[1]), np.empty(LANES * level[1], np.int32)
+    boxes = np.empty(NODE * (level[-1] - level[1]), np.float32)
+    axes, slab = np.empty((level[-1], 4, 3)), np.empty((level[-1], 2, 3))
+    fill_blocks(vertices, faces, order, corners, label)
+    fill_boxes(corners, frame, level, boxes)
+    fill_slabs(corners, frame, level, axes, slab)
+    return Wide(boxes, corners, label, frame, level, axes, slab), order
