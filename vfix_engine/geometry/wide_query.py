@@ -1,4 +1,4 @@
-"""Searching the wide box tree, compiled: every query goes down 16 boxes at a time and ends at blocks of 16 triangles."""
+"""Searching the wide box tree, compiled: down 16 boxes at a time to blocks of 16 triangles."""
 
 from __future__ import annotations
 
