@@ -14,23 +14,21 @@ from vfix_engine.robots import Visual
 
 Floats = npt.NDArray[np.float64]
 
-# trimesh makes a cylinder along z, a visual's runs along y
-_Z_TO_Y = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
-
 
 class RobotNodes:
-    """Boxes and cylinders that follow the links."""
+    """Boxes, cylinders and balls that follow the links; what a robot draws by a mesh file is left out."""
 
     def __init__(self, scene: viser.SceneApi, visuals: Sequence[Visual]) -> None:
-        self._visuals = tuple(visuals)
+        self._visuals = tuple(visual for visual in visuals if visual.kind != "mesh")
         self._nodes = [self._add(scene, index, visual) for index, visual in enumerate(self._visuals)]
 
     def _add(self, scene: viser.SceneApi, index: int, visual: Visual) -> viser.MeshHandle:
         if visual.kind == "box":
             mesh = trimesh.creation.box(extents=visual.size)
+        elif visual.kind == "sphere":
+            mesh = trimesh.creation.icosphere(subdivisions=3, radius=visual.size[0])
         else:
             mesh = trimesh.creation.cylinder(radius=visual.size[0], height=visual.size[1], sections=32)
-            mesh.apply_transform(_Z_TO_Y)
         return scene.add_mesh_simple(
             f"/robot/part_{index}",
             np.asarray(mesh.vertices),
@@ -46,7 +44,7 @@ class RobotNodes:
         for visual, node in zip(self._visuals, self._nodes, strict=True):
             placement = link_placements[visual.link]
             node.position = placement[:3, :3] @ np.array(visual.position) + placement[:3, 3]
-            node.wxyz = shapes.quaternion(placement[:3, :3])
+            node.wxyz = shapes.quaternion(placement[:3, :3] @ visual.rotation)
 
     def remove(self) -> None:
         for node in self._nodes:

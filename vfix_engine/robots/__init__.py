@@ -4,7 +4,8 @@ A robot file names its joints in order, each with axis, range, speed and the sou
 A placed robot has its base somewhere in the patient frame: its kinematics and Jacobian are in LPS mm.
 """
 
-from .model import Joint, PlacedRobot, RobotModel, TipState, Visual
-from .tool import Tool
+from .model import Joint, Mount, RobotModel, Visual
+from .placed import PlacedRobot, TipState
+from .tool import Camera, Part, Tool
 
-__all__ = ["Joint", "PlacedRobot", "RobotModel", "TipState", "Tool", "Visual"]
+__all__ = ["Camera", "Joint", "Mount", "Part", "PlacedRobot", "RobotModel", "TipState", "Tool", "Visual"]

@@ -1,27 +1,34 @@
-"""A serial robot read from its data file, and the same robot placed in the patient frame."""
+"""A serial robot as data: joints with fixed placements between them, and the frame that holds a tool."""
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
-from ..resources import assets_dir
-from .chain_kernel import Chain
+from .description import check_transform
+from .lever import levers
+from .placed import PlacedRobot
+from .tool import HOLDS, Tool
 
 Array = NDArray[np.float64]
 
 
+def _identity() -> Array:
+    return np.eye(4)
+
+
 @dataclass(frozen=True)
 class Joint:
-    """One joint: range, speed and acceleration in mm, mm/s, mm/s² (prismatic) or rad, rad/s, rad/s² (revolute)."""
+    """One joint: range, speed and acceleration in mm, mm/s, mm/s² (prismatic) or rad, rad/s, rad/s² (revolute).
+
+    axis: unit vector in the joint's own frame; placement: transform_joint_to_parent (4, 4) at q = 0, the parent being
+    the frame of the joint before, or the base.
+    """
 
     name: str
     kind: str
@@ -31,6 +38,22 @@ class Joint:
     speed: float
     acceleration: float
     range_source: str
+    placement: Array = field(default_factory=_identity, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("prismatic", "revolute"):
+            raise RobotError(f"joint '{self.name}': kind '{self.kind}' is not prismatic or revolute")
+        numbers = (*self.axis, self.lower, self.upper, self.speed, self.acceleration)
+        if not all(math.isfinite(v) for v in numbers) or abs(math.hypot(*self.axis) - 1) > 1e-9:
+            raise RobotError(f"joint '{self.name}': axis must have length 1 and every number be finite")
+        if not self.lower <= self.upper:
+            raise RobotError(f"joint '{self.name}': range {self.lower:g} … {self.upper:g} is empty")
+        if self.speed <= 0 or self.acceleration <= 0:
+            raise RobotError(
+                f"joint '{self.name}': speed {self.speed:g} and acceleration {self.acceleration:g} must be positive"
+            )
+        placement = check_transform(self.placement, f"the placement of joint '{self.name}'")
+        object.__setattr__(self, "placement", placement)
 
     @property
     def unit(self) -> str:
@@ -39,184 +62,136 @@ class Joint:
 
 @dataclass(frozen=True)
 class Visual:
-    """A box or cylinder that rides on a link; size in mm: box (x, y, z), cylinder (radius, length along y, 0)."""
+    """A shape that rides on a link; lengths in mm.
+
+    kind and size: 'box' (x, y, z), 'cylinder' (radius, length along z, 0), 'sphere' (radius, 0, 0), 'mesh' (scale along
+    x, y, z from the file's unit to mm).
+    link: 0 is the base, k moves with joint k; position (3,) and rotation (3, 3) in that link's frame.
+    file: of a mesh, inside the folder of its robot (HAZ-19); nothing here opens it.
+    """
 
     link: int
     kind: str
     size: tuple[float, float, float]
     position: tuple[float, float, float]
     colour: tuple[int, int, int]
+    rotation: Array = field(default_factory=lambda: np.eye(3), repr=False, compare=False)
+    file: Path | None = None
 
 
 @dataclass(frozen=True)
-class TipState:
-    """Tip pose and Jacobian at one configuration, in the patient frame.
+class Mount:
+    """Where and how a robot holds its tool.
 
-    rotation (3, 3), position (3,) in mm, jacobian (6, n): rows 0-2 tip velocity, rows 3-5 angular velocity.
+    transform_flange_to_link: (4, 4) in mm, the frame that holds the tool in the last joint's moving frame; the tool's
+    shaft runs along its y axis.
+    hold: see ``Tool.transform_tip_to_flange``.
     """
 
-    rotation: Array
-    position: Array
-    jacobian: Array
+    transform_flange_to_link: Array = field(default_factory=_identity, repr=False, compare=False)
+    hold: str = "tip"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(
+            self, "transform_flange_to_link", check_transform(self.transform_flange_to_link, "the tool's mount")
+        )
+        if self.hold not in HOLDS:
+            raise RobotError(f"a tool is held by its {' or its '.join(HOLDS)}, not by '{self.hold}'")
 
 
 class RobotModel:
-    """A robot as data: joints from the base outwards; the last link's frame is the flange that holds the tool.
+    """A robot as data: joints from the base outwards, and the flange that holds the tool.
 
-    The shaft runs along the flange's y axis.
-    At q = 0 the flange frame is the base frame; at zero insertion the remote-centre rotations cross in its origin.
+    lower, upper, speed, acceleration, home (n,): in mm and rad; revolute (n,): bool.
+    home: the configuration from which a placing starts.
+    stands: the base stands upright; else it is held as the tool's pose asks.
+    notes: what was assumed or left out when the description was read, in words.
+
+    Raises:
+        RobotError: no joint, or a home outside the joints' ranges.
     """
 
-    def __init__(self, name: str, title: str, source: str, joints: tuple[Joint, ...], visuals: tuple[Visual, ...]):
+    def __init__(
+        self,
+        name: str,
+        title: str,
+        source: str,
+        joints: tuple[Joint, ...],
+        visuals: tuple[Visual, ...] = (),
+        mount: Mount | None = None,
+        home: ArrayLike | None = None,
+        stands: bool = False,
+        notes: tuple[str, ...] = (),
+    ):
+        if not joints:
+            raise RobotError(f"robot '{name}' has no joint between its base and its tool frame")
         self.name, self.title, self.source, self.joints, self.visuals = name, title, source, joints, visuals
+        self.mount, self.stands, self.notes = mount or Mount(), stands, notes
         self.lower = np.array([j.lower for j in joints])
         self.upper = np.array([j.upper for j in joints])
         self.speed = np.array([j.speed for j in joints])
         self.acceleration = np.array([j.acceleration for j in joints])
         self.revolute = np.array([j.kind == "revolute" for j in joints])
-        for array in (self.lower, self.upper, self.speed, self.acceleration, self.revolute):
+        self.home = np.clip(np.zeros(len(joints)), self.lower, self.upper) if home is None else np.array(home, float)
+        if self.home.shape != self.lower.shape or not np.isfinite(self.home).all():
+            raise RobotError(f"robot '{name}': home needs {len(joints)} finite joint values")
+        for joint, value in zip(joints, self.home, strict=True):
+            if not joint.lower <= value <= joint.upper:
+                raise RobotError(
+                    f"joint '{joint.name}': home {value:g} {joint.unit} is outside {joint.lower:g} … {joint.upper:g}"
+                )
+        for array in (self.lower, self.upper, self.speed, self.acceleration, self.revolute, self.home):
             array.setflags(write=False)
 
     @classmethod
-    def load(cls, name_or_path: str | Path) -> RobotModel:
-        """Read a robot file, or a shipped robot by its name.
+    def load(cls, name_or_path: str | Path, tool_frame: str | None = None) -> RobotModel:
+        """Read a shipped robot by its name, a configuration (``vfix-robot/2``, .json) or a plain URDF (.urdf).
+
+        Args:
+            tool_frame: link that holds the tool, instead of the configuration's, or of a URDF with several ends; its z
+                axis is the shaft's where a configuration does not say otherwise.
 
         Raises:
-            RobotError: the file is missing, is no robot file, or a joint makes no sense.
+            RobotError: the file is missing, is no robot, or makes no sense (HAZ-19, HAZ-20, HAZ-23).
         """
-        data = read_description(name_or_path, "robots", "vfix-robot/1")
-        try:
-            joints = tuple(_joint(i, entry) for i, entry in enumerate(data["joints"], 1))
-            visuals = tuple(_visual(entry, len(joints)) for entry in data.get("visuals", []))
-            return cls(str(data["name"]), str(data["title"]), str(data["source"]), joints, visuals)
-        except (KeyError, TypeError, ValueError) as error:
-            raise RobotError(f"robot file {Path(name_or_path).name}: {error!r} is missing or not usable") from error
+        from .config import load_robot  # reads files into a RobotModel
+
+        return load_robot(name_or_path, tool_frame)
 
     @property
     def travel(self) -> float:
-        """Longest lever in mm that prismatic joints can put between a revolute joint and the tip (a bound)."""
-        extent = np.maximum(np.abs(self.lower), np.abs(self.upper))
-        return float(extent[~self.revolute].sum())
+        """Longest lever in mm that links, slides and mount can put between a revolute joint and the flange (a bound)."""
+        slides = np.maximum(np.abs(self.lower), np.abs(self.upper))[~self.revolute].sum()
+        offsets = [*(joint.placement[:3, 3] for joint in self.joints[1:]), self.mount.transform_flange_to_link[:3, 3]]
+        return float(slides + sum(np.linalg.norm(offset) for offset in offsets))
 
-    def placed(self, base: ArrayLike, tip_in_flange: ArrayLike = (0.0, 0.0, 0.0)) -> PlacedRobot:
-        """The robot with its base at transform_base_to_patient (4, 4) in mm and a tool's tip (3,) off its flange."""
-        return PlacedRobot(self, np.asarray(base, dtype=float), np.asarray(tip_in_flange, dtype=float))
+    def transform_tip_to_link(self, tool: Tool) -> Array:
+        """The tip of a tool in this robot's hold (4, 4), in the last joint's moving frame."""
+        transform: Array = self.mount.transform_flange_to_link @ tool.transform_tip_to_flange(self.mount.hold)
+        return transform
 
+    def lever(self, tool: Tool) -> float:
+        """Upper bound in mm of the distance from any revolute axis to any point of the tool's axis, for all q in range.
 
-class PlacedRobot:
-    """Forward kinematics and Jacobian of a robot whose base stands in the patient frame."""
+        This is the L of the certificate's bound of a swept motion (see ``lever.levers``).
+        """
+        tip = self.transform_tip_to_link(tool)
+        segments = tool.segments(tip[:3, :3], tip[:3, 3])
+        return float(levers(self.joints, np.concatenate([segments.start, segments.end])).max())
 
-    def __init__(self, robot: RobotModel, base: Array, tip_in_flange: Array):
-        self.robot, self.base = robot, check_transform(base)
-        model = pin.Model()
-        placement = pin.SE3(base[:3, :3], base[:3, 3])
-        parent = 0
-        for joint in robot.joints:
-            axis = np.array(joint.axis)
-            kind = pin.JointModelPrismaticUnaligned if joint.kind == "prismatic" else pin.JointModelRevoluteUnaligned
-            parent = model.addJoint(parent, kind(axis), placement, joint.name)
-            placement = pin.SE3.Identity()
-        offset = pin.SE3(np.eye(3), tip_in_flange)
-        self._tip = model.addFrame(pin.Frame("tip", parent, 0, offset, pin.FrameType.OP_FRAME))
-        self._model, self._data, self._last = model, model.createData(), parent
-        placements = [model.jointPlacements[i] for i in range(1, parent + 1)]
-        self.chain = Chain.of(
-            robot.revolute,
-            np.array([joint.axis for joint in robot.joints]),
-            np.stack([place.rotation for place in placements]),
-            np.stack([place.translation for place in placements]),
-            offset.rotation,
-            offset.translation,
-        )
+    def placed(self, base: ArrayLike, tip: Tool | ArrayLike | None = None) -> PlacedRobot:
+        """The robot with its base at transform_base_to_patient (4, 4) in mm.
 
-    @property
-    def dof(self) -> int:
-        return len(self.robot.joints)
-
-    def tip(self, q: Array) -> TipState:
-        """Tip pose and Jacobian at q (n,)."""
-        pin.computeJointJacobians(self._model, self._data, q)
-        placement = pin.updateFramePlacement(self._model, self._data, self._tip)
-        jacobian = pin.getFrameJacobian(self._model, self._data, self._tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-        return TipState(placement.rotation.copy(), placement.translation.copy(), jacobian)
-
-    def tip_pose(self, q: Array) -> tuple[Array, Array]:
-        """Rotation (3, 3) and position (3,) of the tip at q, without the Jacobian."""
-        pin.forwardKinematics(self._model, self._data, q)
-        placement = pin.updateFramePlacement(self._model, self._data, self._tip)
-        return placement.rotation.copy(), placement.translation.copy()
-
-    def link_placements(self, q: ArrayLike) -> Array:
-        """Placements (n + 1, 4, 4) of the base and of every link in the patient frame, for drawing."""
-        pin.forwardKinematics(self._model, self._data, np.asarray(q, dtype=float))
-        return np.stack([self.base, *(self._data.oMi[i].homogeneous for i in range(1, self._last + 1))])
-
-
-def read_description(name_or_path: str | Path, folder: str, schema: str) -> dict[str, Any]:
-    """A JSON description from a path, or from the assets by its name; checks the schema's name and version."""
-    text = str(name_or_path)
-    shipped = text.replace("_", "").replace("-", "").isalnum()
-    path = assets_dir() / folder / f"{text}.json" if shipped else Path(text)
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        known = ", ".join(sorted(p.stem for p in (assets_dir() / folder).glob("*.json")))
-        raise RobotError(f"no {folder[:-1]} '{text}'; shipped are: {known}") from error
-    except (OSError, ValueError) as error:
-        raise RobotError(f"{path.name} cannot be read as JSON: {error}") from error
-    if not isinstance(data, dict) or data.get("schema") != schema:
-        raise RobotError(f"{path.name} is not a {schema} file")
-    return data
-
-
-def check_transform(transform: Array) -> Array:
-    """A copy of a rigid transform (4, 4), refused when it is not one."""
-    matrix = np.array(transform, dtype=float)
-    rigid = (
-        matrix.shape == (4, 4)
-        and bool(np.isfinite(matrix).all())
-        and np.allclose(matrix[3], [0, 0, 0, 1])
-        and np.allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3), atol=1e-6)
-        and np.linalg.det(matrix[:3, :3]) > 0
-    )
-    if not rigid:
-        raise RobotError("the robot's base is not a rigid transform (4 x 4, orthonormal, right-handed)")
-    matrix.setflags(write=False)
-    return matrix
-
-
-def _joint(number: int, entry: dict[str, Any]) -> Joint:
-    axis = tuple(float(v) for v in entry["axis"])
-    joint = Joint(
-        str(entry["name"]),
-        str(entry["kind"]),
-        (axis[0], axis[1], axis[2]),
-        float(entry["lower"]),
-        float(entry["upper"]),
-        float(entry["speed"]),
-        float(entry["acceleration"]),
-        str(entry["range_source"]),
-    )
-    if joint.kind not in ("prismatic", "revolute"):
-        raise RobotError(f"joint {number}: kind '{joint.kind}' is not prismatic or revolute")
-    numbers = (*joint.axis, joint.lower, joint.upper, joint.speed, joint.acceleration)
-    if not all(math.isfinite(v) for v in numbers) or abs(math.hypot(*joint.axis) - 1) > 1e-9:
-        raise RobotError(f"joint {number}: axis must have length 1 and every number be finite")
-    if not joint.lower < joint.upper:
-        raise RobotError(f"joint {number}: range {joint.lower} … {joint.upper} is empty")
-    if joint.speed <= 0 or joint.acceleration <= 0:
-        raise RobotError(f"joint {number}: speed {joint.speed} and acceleration {joint.acceleration} must be positive")
-    return joint
-
-
-def _visual(entry: dict[str, Any], joints: int) -> Visual:
-    if not 0 <= int(entry["link"]) <= joints or entry["kind"] not in ("box", "cylinder"):
-        raise RobotError(f"visual on link {entry['link']}: unknown link or kind '{entry['kind']}'")
-    size, position, colour = entry["size"], entry["position"], entry["colour"]
-    return Visual(
-        int(entry["link"]),
-        str(entry["kind"]),
-        (float(size[0]), float(size[1]), float(size[2])),
-        (float(position[0]), float(position[1]), float(position[2])),
-        (int(colour[0]), int(colour[1]), int(colour[2])),
-    )
+        Args:
+            tip: the tool whose tip is meant, or any tip frame in the flange: transform (4, 4) or offset (3,) in mm.
+        """
+        if isinstance(tip, Tool):
+            return PlacedRobot(self, base, self.transform_tip_to_link(tip))
+        transform = np.eye(4)
+        if tip is not None:
+            given = np.asarray(tip, dtype=float)
+            if given.shape == (3,):
+                transform[:3, 3] = given
+            else:
+                transform = check_transform(given, "the tip's placement")
+        return PlacedRobot(self, base, self.mount.transform_flange_to_link @ transform)

@@ -1,76 +1,187 @@
-"""A bent tool: a straight shaft and a tip portion, each a capsule around its axis."""
+"""Rigid tools: capsules one behind the other from the tip to the end of the shaft, and the camera of an endoscope."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RobotError
 from ..geometry.capsules import Segments
-from .model import read_description
+from .description import check_keys, check_transform, read_description
 
 Array = NDArray[np.float64]
 
+TOOL_SCHEMA = "vfix-tool/2"
+UNITS = {"length": "mm", "angle": "deg"}
+MAX_PARTS = 8
+HOLDS = ("tip", "tail")
+_KEYS = {"schema", "name", "title", "source", "units", "parts", "grip_from_bend", "camera"}
+
 
 @dataclass(frozen=True)
-class Tool:
-    """Lengths and radii in mm, the bend in rad.
+class Part:
+    """One capsule: length and radius in mm, and the angle in rad between its axis and the shaft's."""
 
-    In the tip frame the shaft runs along +y and the tip portion along (0, cos bend, sin bend), ending at the origin.
-    Segment 0 is the tip portion, segment 1 the shaft.
+    name: str
+    length: float
+    radius: float
+    bend: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """An endoscope's eye.
+
+    transform_camera_to_tip: (4, 4) in mm; the camera looks along its z, x is to the right and y down in its picture.
+    field_of_view: full angle of the cone it sees, in rad.
+    """
+
+    transform_camera_to_tip: Array
+    field_of_view: float
+
+    def __post_init__(self) -> None:
+        transform = check_transform(self.transform_camera_to_tip, "the camera's placement")
+        object.__setattr__(self, "transform_camera_to_tip", transform)
+        if not 0.0 < self.field_of_view < math.pi:
+            raise RobotError(f"a field of view of {math.degrees(self.field_of_view):g}° is not between 0 and 180°")
+
+    @classmethod
+    def looking(cls, tilt: float, field_of_view: float, position: Array, up: Array) -> Camera:
+        """A camera whose view is tilted by ``tilt`` rad from the shaft (+y) towards +z of the tip frame.
+
+        Args:
+            position: (3,) in the tip frame, mm; up: (3,) what is up in the picture, made perpendicular to the view.
+
+        Raises:
+            RobotError: an angle that is none, or an up that is along the view.
+        """
+        if not 0.0 <= tilt <= math.radians(120.0):
+            raise RobotError(f"a view tilted by {math.degrees(tilt):g}° is not between 0 and 120°")
+        view = np.array([0.0, math.cos(tilt), math.sin(tilt)])
+        down = -(up - (up @ view) * view)
+        size = float(np.linalg.norm(down))
+        if not size > 1e-6:
+            raise RobotError("the camera's up direction is along its view")
+        down = down / size
+        transform = np.eye(4)
+        transform[:3, :3] = np.column_stack([np.cross(down, view), down, view])
+        transform[:3, 3] = position
+        return cls(transform, field_of_view)
+
+    @property
+    def view(self) -> Array:
+        """Unit vector of the view in the tip frame (3,)."""
+        view: Array = self.transform_camera_to_tip[:3, 2]
+        return view
+
+
+@dataclass(frozen=True, eq=False)
+class Tool:
+    """A rigid tool; lengths in mm, angles in rad.
+
+    In the tip frame the shaft runs along +y, every bend is in the y-z plane towards +z, and the first part's axis ends
+    at the origin, the tip.
+    parts: from the tip backwards, each ending where the one before begins; the last is the shaft.
+    grip_from_bend: how far behind the shaft's front end the hand holds it.
     """
 
     name: str
     title: str
-    tip_length: float
-    tip_radius: float
-    bend: float
-    shaft_length: float
-    shaft_radius: float
+    parts: tuple[Part, ...]
     grip_from_bend: float
-    radius: Array = field(init=False, repr=False, compare=False)
-    _ends: Array = field(init=False, repr=False, compare=False)
-    _grip: Array = field(init=False, repr=False, compare=False)
-    _direction: Array = field(init=False, repr=False, compare=False)
-
-    segment_names: ClassVar[tuple[str, ...]] = ("tip", "shaft")
+    camera: Camera | None = None
+    source: str = ""
+    radius: Array = field(init=False, repr=False)
+    _ends: Array = field(init=False, repr=False)
+    _grip: Array = field(init=False, repr=False)
+    _axis: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        lengths = (self.tip_length, self.tip_radius, self.shaft_length, self.shaft_radius, self.grip_from_bend)
-        if not all(math.isfinite(v) and 0 < v < 1000 for v in lengths) or not 0 <= self.bend <= math.radians(120):
-            raise RobotError(f"tool '{self.name}': lengths must be 0 … 1000 mm and the bend 0 … 120°")
-        direction = np.array([0.0, math.cos(self.bend), math.sin(self.bend)])
-        elbow = -self.tip_length * direction
-        tail = elbow - np.array([0.0, self.shaft_length, 0.0])
-        object.__setattr__(self, "_ends", np.stack([elbow, np.zeros(3), tail, elbow]))
-        object.__setattr__(self, "_grip", elbow - np.array([0.0, self.grip_from_bend, 0.0]))
-        object.__setattr__(self, "_direction", direction)
-        radius = np.array([self.tip_radius, self.shaft_radius])
-        radius.setflags(write=False)
-        object.__setattr__(self, "radius", radius)
+        self._check()
+        ends, front = [], np.zeros(3)
+        for part in self.parts:
+            back = front - part.length * np.array([0.0, math.cos(part.bend), math.sin(part.bend)])
+            ends += [back, front]
+            front = back
+        first = self.parts[0].bend
+        axis = np.array([0.0, math.cos(first), math.sin(first)]) if self.camera is None else self.camera.view
+        values = {
+            "_ends": np.stack(ends),
+            "_grip": ends[-1] - np.array([0.0, self.grip_from_bend, 0.0]),
+            "_axis": axis,
+            "radius": np.array([part.radius for part in self.parts]),
+        }
+        for name, value in values.items():
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    def _check(self) -> None:
+        if not 1 <= len(self.parts) <= MAX_PARTS:
+            raise RobotError(f"tool '{self.name}': {len(self.parts)} parts; it has 1 … {MAX_PARTS}")
+        for part in self.parts:
+            numbers = (part.length, part.radius)
+            if not all(math.isfinite(v) and 0 < v < 1000 for v in numbers):
+                raise RobotError(f"tool '{self.name}': length and radius of its {part.name} must be 0 … 1000 mm")
+            if not 0 <= part.bend <= math.radians(120):
+                raise RobotError(f"tool '{self.name}': the bend of its {part.name} must be 0 … 120°")
+        if len(set(self.segment_names)) < len(self.parts):
+            raise RobotError(f"tool '{self.name}': two parts have the same name")
+        if self.parts[-1].bend != 0:
+            raise RobotError(f"tool '{self.name}': the last part is the shaft and has no bend")
+        if not 0 <= self.grip_from_bend <= self.parts[-1].length:
+            raise RobotError(f"tool '{self.name}': the grip must be on the shaft, 0 … {self.parts[-1].length:g} mm")
+
+    @property
+    def segment_names(self) -> tuple[str, ...]:
+        """Names of the parts in the order of the segments, from the tip on."""
+        return tuple(part.name for part in self.parts)
 
     @property
     def tip_in_flange(self) -> Array:
-        """The tip (3,) in the frame of the flange that holds the shaft along its y axis: off the axis by the bend."""
-        return np.array([0.0, 0.0, self.tip_length * math.sin(self.bend)])
+        """The tip (3,) in the frame of a flange that holds the tool by its tip: off the shaft's axis by the bends."""
+        offset: Array = self.transform_tip_to_flange("tip")[:3, 3]
+        return offset
+
+    def transform_tip_to_flange(self, hold: str) -> Array:
+        """The tip frame (4, 4) in the frame of the flange, whose y axis is the shaft's.
+
+        hold: what stands in the flange's origin: 'tail', the shaft's rear end, or 'tip', the foot of the tip on the
+        shaft's axis (a holder that clamps the shaft wherever that takes it).
+        """
+        if hold not in HOLDS:
+            raise RobotError(f"a tool is held by its {' or its '.join(HOLDS)}, not by '{hold}'")
+        transform = np.eye(4)
+        transform[:3, 3] = -self._ends[-2]
+        if hold == "tip":
+            transform[1, 3] = 0.0
+        return transform
 
     @classmethod
     def load(cls, name_or_path: str | Path) -> Tool:
         """Read a tool file, or a shipped tool by its name; RobotError says what is wrong with it."""
-        data = read_description(name_or_path, "tools", "vfix-tool/1")
+        data = read_description(name_or_path, "tools", TOOL_SCHEMA)
+        check_keys(data, _KEYS, "the tool")
+        if data.get("units", UNITS) != UNITS:
+            raise RobotError("the units of a tool are mm and deg")
         try:
-            numbers = {
-                key: float(data[key])
-                for key in ("tip_length", "tip_radius", "shaft_length", "shaft_radius", "grip_from_bend")
-            }
-            return cls(name=str(data["name"]), title=str(data["title"]), bend=math.radians(data["bend"]), **numbers)
-        except (KeyError, TypeError, ValueError) as error:
-            raise RobotError(f"tool file {Path(name_or_path).name}: {error!r} is missing or not a number") from error
+            parts = tuple(_part(entry) for entry in data["parts"])
+            camera = None if data.get("camera") is None else _camera(data["camera"])
+            return cls(
+                name=str(data["name"]),
+                title=str(data["title"]),
+                parts=parts,
+                grip_from_bend=float(data["grip_from_bend"]),
+                camera=camera,
+                source=str(data["source"]),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise RobotError(f"tool file {Path(name_or_path).name}: {error!r} is missing or not usable") from error
 
     def segments(self, rotation: Array, position: Array) -> Segments:
         """The tool's axis segments with the tip frame at (rotation, position), in the frame of that pose."""
@@ -83,10 +194,31 @@ class Tool:
         return grip
 
     def direction(self, rotation: Array) -> Array:
-        """Unit vector along the tip portion, which is the optical axis of an endoscope (3,)."""
-        direction: Array = rotation @ self._direction
+        """Unit vector of the view (3,): an endoscope's camera axis, else the axis of the tip's part."""
+        direction: Array = rotation @ self._axis
         return direction
 
     def reach(self) -> float:
-        """Bound of the distance of any point of the axis from the flange's origin, in mm (for motion bounds)."""
-        return 2.0 * self.tip_length + self.shaft_length
+        """Bound of the distance of any point of the axis from the flange that holds it, in mm."""
+        offsets = [self._ends + self.transform_tip_to_flange(hold)[:3, 3] for hold in HOLDS]
+        return float(max(np.linalg.norm(ends, axis=1).max() for ends in offsets))
+
+
+def _part(entry: Mapping[str, Any]) -> Part:
+    check_keys(entry, {"name", "length", "radius", "bend"}, "a tool's part")
+    bend = math.radians(float(entry.get("bend", 0.0)))
+    return Part(str(entry["name"]), float(entry["length"]), float(entry["radius"]), bend)
+
+
+def _camera(entry: Mapping[str, Any]) -> Camera:
+    check_keys(entry, {"position", "tilt", "up", "field_of_view"}, "the camera")
+    position, up = (_vector(entry.get(key, default)) for key, default in (("position", (0, 0, 0)), ("up", (0, 0, 1))))
+    tilt, field_of_view = float(entry["tilt"]), float(entry["field_of_view"])
+    return Camera.looking(math.radians(tilt), math.radians(field_of_view), position, up)
+
+
+def _vector(values: Any) -> Array:
+    vector = np.array([float(v) for v in values])
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise ValueError("a camera's position and up have three finite numbers")
+    return vector

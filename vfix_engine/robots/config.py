@@ -1,0 +1,153 @@
+"""A robot's configuration (``vfix-robot/2``): which URDF, from which frame to which, and what a URDF does not say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import RobotError
+from .description import check_keys, description_path, read_bytes, read_description, transform_of
+from .local_path import local_path
+from .model import Mount, RobotModel
+from .serial import JointWords, serial_robot
+from .urdf import Urdf, parse_urdf
+
+ROBOT_SCHEMA = "vfix-robot/2"
+UNITS = {"length": "mm", "angle": "rad"}
+Z_ALONG_SHAFT = (0.5 * np.pi, 0.0, 0.0)  # turns the flange's y axis, the shaft's, onto z of the tool frame
+
+_KEYS = {
+    "schema", "name", "title", "source", "units", "urdf", "base_frame", "tool_frame", "tool_mount", "stands", "home",
+    "joints",
+}  # fmt: skip
+_JOINT_KEYS = {"title", "lower", "upper", "speed", "acceleration", "source"}
+
+
+@dataclass(frozen=True)
+class RobotConfig:
+    """What a configuration says; lengths in mm, angles in rad. None: take the URDF's own."""
+
+    name: str
+    title: str
+    source: str
+    urdf: str = ""
+    base_frame: str | None = None
+    tool_frame: str | None = None
+    mount_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mount_rpy: tuple[float, float, float] = Z_ALONG_SHAFT
+    hold: str = "tail"
+    stands: bool = False
+    home: Mapping[str, float] = field(default_factory=dict)
+    joints: Mapping[str, JointWords] = field(default_factory=dict)
+    complete: bool = True  # a configuration has to say what the URDF leaves out; for a plain URDF it is assumed
+
+    def mount(self) -> Mount:
+        return Mount(transform_of(self.mount_xyz, self.mount_rpy), self.hold)
+
+
+def load_robot(name_or_path: str | Path, tool_frame: str | None = None) -> RobotModel:
+    """See ``RobotModel.load``."""
+    path = description_path(name_or_path, "robots")
+    if path.suffix.lower() == ".urdf":
+        return _built(path, RobotConfig(path.stem, path.stem, "the URDF alone", tool_frame=tool_frame, complete=False))
+    if path.suffix.lower() != ".json":
+        raise RobotError(f"{path.name}: a robot is a shipped name, a configuration (.json) or a URDF (.urdf)")
+    data = read_description(name_or_path, "robots", ROBOT_SCHEMA)
+    try:
+        config = _config(data)
+        file = local_path(path.parent, config.urdf)
+    except RobotError as error:
+        raise RobotError(f"{path.name}: {error}") from error
+    if tool_frame is not None and tool_frame != config.tool_frame:
+        # Mount and hold were meant for the configuration's own tool frame.
+        config = replace(config, tool_frame=tool_frame, mount_xyz=(0.0, 0.0, 0.0), mount_rpy=Z_ALONG_SHAFT, hold="tail")
+    return _built(file, config)
+
+
+def _built(file: Path, config: RobotConfig) -> RobotModel:
+    data = read_bytes(file, "robots")
+    try:
+        return _robot(parse_urdf(data, file.parent), config)
+    except RobotError as error:
+        # Only the file's own name: the rest of the path may name a person.
+        raise RobotError(f"{file.name}: {error}") from error
+
+
+def _robot(urdf: Urdf, config: RobotConfig) -> RobotModel:
+    unknown = sorted((set(config.joints) | set(config.home)) - {joint.name for joint in urdf.joints})
+    if unknown:
+        raise RobotError(f"the configuration speaks of the joint '{unknown[0]}', which the URDF does not have")
+    base = urdf.root if config.base_frame is None else config.base_frame
+    tool = config.tool_frame
+    if tool is None:
+        leaves = urdf.leaves()
+        if len(leaves) > 1:
+            raise RobotError(f"the URDF has {len(leaves)} ends; name the tool frame: {', '.join(leaves[:20])}")
+        tool = leaves[0]
+    for frame in (base, tool):
+        if frame not in urdf.links:
+            raise RobotError(f"the URDF has no link '{frame}'")
+    chain = serial_robot(urdf, base, tool, config.joints, config.complete)
+    placed = Mount(chain.tool_frame @ config.mount().transform_flange_to_link, config.hold)
+    # Where nothing is said a joint starts at 0, or as near to it as its range allows.
+    home = [
+        config.home.get(name, min(max(0.0, joint.lower), joint.upper))
+        for name, joint in zip(chain.names, chain.joints, strict=True)
+    ]
+    return RobotModel(
+        config.name, config.title, config.source, chain.joints, chain.visuals, placed, home, config.stands, chain.notes
+    )
+
+
+def _config(data: dict[str, Any]) -> RobotConfig:
+    check_keys(data, _KEYS, "the configuration")
+    if data.get("units", UNITS) != UNITS:
+        raise RobotError("the units of a configuration are mm and rad")
+    try:
+        mount = data.get("tool_mount", {})
+        check_keys(mount, {"xyz", "rpy", "hold"}, "tool_mount")
+        return RobotConfig(
+            name=str(data["name"]),
+            title=str(data["title"]),
+            source=str(data["source"]),
+            urdf=str(data["urdf"]),
+            base_frame=None if data.get("base_frame") is None else str(data["base_frame"]),
+            tool_frame=None if data.get("tool_frame") is None else str(data["tool_frame"]),
+            mount_xyz=_three(mount.get("xyz", (0.0, 0.0, 0.0))),
+            mount_rpy=_three(mount.get("rpy", Z_ALONG_SHAFT)),
+            hold=str(mount.get("hold", "tail")),
+            stands=_yes_or_no(data.get("stands", False)),
+            home={str(name): _number(value) for name, value in data.get("home", {}).items()},
+            joints={str(name): _words(str(name), entry) for name, entry in data.get("joints", {}).items()},
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise RobotError(f"the configuration: {error!r} is missing or not usable") from error
+
+
+def _words(name: str, entry: Mapping[str, Any]) -> JointWords:
+    check_keys(entry, _JOINT_KEYS, f"joint '{name}'")
+    values = {key: _number(entry[key]) for key in ("lower", "upper", "speed", "acceleration") if key in entry}
+    if values and not str(entry.get("source", "")).strip():
+        raise RobotError(f"joint '{name}': its numbers need a source, which may be 'assumed'")
+    return JointWords(title=str(entry.get("title", name)), source=str(entry.get("source", "URDF")), **values)
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+        raise ValueError(f"{value!r} is no finite number")
+    return float(value)
+
+
+def _three(values: Any) -> tuple[float, float, float]:
+    x, y, z = values
+    return _number(x), _number(y), _number(z)
+
+
+def _yes_or_no(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"{value!r} is not true or false")
+    return value

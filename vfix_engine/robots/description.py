@@ -1,0 +1,91 @@
+"""Description files of robots and tools: where they are, and that they are JSON of the right schema; transforms."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RobotError
+from ..resources import assets_dir
+
+Array = NDArray[np.float64]
+
+MAX_FILE_BYTES = 1 << 20  # a description is a few kilobytes
+
+
+def description_path(name_or_path: str | Path, folder: str) -> Path:
+    """The file that a path names, or a shipped one's name: letters, digits, '_' and '-' only."""
+    text = str(name_or_path)
+    shipped = text.replace("_", "").replace("-", "").isalnum()
+    return assets_dir() / folder / f"{text}.json" if shipped else Path(text)
+
+
+def read_bytes(path: Path, folder: str) -> bytes:
+    """The content of a description; RobotError where it is missing or too large."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_FILE_BYTES + 1)
+    except (FileNotFoundError, NotADirectoryError) as error:
+        known = ", ".join(sorted(p.stem for p in (assets_dir() / folder).glob("*.json")))
+        raise RobotError(f"no {folder[:-1]} '{path.stem}'; shipped are: {known}") from error
+    except (OSError, ValueError) as error:
+        raise RobotError(f"{path.name} cannot be read: {type(error).__name__}") from error
+    if len(data) > MAX_FILE_BYTES:
+        raise RobotError(f"{path.name} is larger than {MAX_FILE_BYTES >> 20} MiB")
+    return data
+
+
+def read_description(name_or_path: str | Path, folder: str, schema: str) -> dict[str, Any]:
+    """A JSON description from a path, or from the assets by its name; checks the schema's name and version."""
+    path = description_path(name_or_path, folder)
+    content = read_bytes(path, folder)
+    try:
+        data = json.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise RobotError(f"{path.name} cannot be read as JSON: {error}") from error
+    if not isinstance(data, dict) or data.get("schema") != schema:
+        raise RobotError(f"{path.name} is not a {schema} file")
+    return data
+
+
+def check_keys(entry: Any, keys: set[str], what: str) -> None:
+    """RobotError where the entry is no mapping or has a key that nobody reads: a slip of the pen would go unseen."""
+    if not isinstance(entry, Mapping):
+        raise RobotError(f"{what} is not a mapping of names to values")
+    unknown = sorted(str(key) for key in set(entry) - keys)
+    if unknown:
+        raise RobotError(f"{what} has the unknown key '{unknown[0][:60]}'; known are {', '.join(sorted(keys))}")
+
+
+def check_transform(transform: Array, what: str = "the robot's base") -> Array:
+    """A read-only copy of a rigid transform (4, 4), refused when it is not one."""
+    matrix = np.array(transform, dtype=float)
+    rigid = (
+        matrix.shape == (4, 4)
+        and bool(np.isfinite(matrix).all())
+        and np.allclose(matrix[3], [0, 0, 0, 1])
+        and np.allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3), atol=1e-6)
+        and np.linalg.det(matrix[:3, :3]) > 0
+    )
+    if not rigid:
+        raise RobotError(f"{what} is not a rigid transform (4 x 4, orthonormal, right-handed)")
+    matrix.setflags(write=False)
+    return matrix
+
+
+def transform_of(xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> Array:
+    """The transform (4, 4) of a translation and of URDF's angles in rad: rotation Rz(yaw) Ry(pitch) Rx(roll)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    transform = np.eye(4)
+    transform[:3, :3] = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    transform[:3, 3] = xyz
+    return transform

@@ -1,0 +1,143 @@
+"""From a URDF's tree to the one chain of joints that moves the tool; everything else stands still and is only drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RobotError
+from .model import Joint, Visual
+from .urdf import Urdf, UrdfJoint
+from .urdf_tree import way
+
+Array = NDArray[np.float64]
+
+ASSUMED_SPEED = {"prismatic": 60.0, "revolute": 1.0}  # [mm/s], [rad/s] where a plain URDF names none
+ASSUMED_STOP_S = 0.05  # acceleration assumed for a plain URDF: from top speed to a stop in this time
+CONTINUOUS_RANGE = 8 * 2 * np.pi  # [rad] either way: a joint without limits still gets a finite range
+
+
+@dataclass(frozen=True)
+class JointWords:
+    """What a configuration says about one joint, in mm and rad; None: take the URDF's own."""
+
+    title: str
+    source: str
+    lower: float | None = None
+    upper: float | None = None
+    speed: float | None = None
+    acceleration: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SerialChain:
+    """names: of the joints in the URDF; tool_frame: transform_tool_frame_to_link (4, 4), link the last joint's."""
+
+    names: tuple[str, ...]
+    joints: tuple[Joint, ...]
+    tool_frame: Array
+    visuals: tuple[Visual, ...]
+    notes: tuple[str, ...]
+
+
+def serial_robot(urdf: Urdf, base: str, tool: str, words: Mapping[str, JointWords], complete: bool) -> SerialChain:
+    """The joints from the base link to the tool link; fixed ones become placements between the others.
+
+    Args:
+        complete: refuse what neither the URDF nor ``words`` say; else it is assumed and noted.
+
+    Raises:
+        RobotError: no way from base to tool, no joint on it, a mimicking joint, a missing number.
+    """
+    edges = [(joint.name, joint.parent, joint.child) for joint in urdf.joints]
+    names, joints, notes = [], [], []
+    before = np.eye(4)
+    frames = {base: (0, before)}  # link → number of the moving link it rides on, transform to that link
+    for index in way(edges, base, tool):
+        given = urdf.joints[index]
+        before = before @ given.origin
+        if given.kind != "fixed":
+            if given.mimics is not None:
+                raise RobotError(f"joint '{given.name}' mimics '{given.mimics}': that cannot be controlled as a chain")
+            joint, assumed = _joint(given, words.get(given.name), before, complete)
+            names.append(given.name)
+            joints.append(joint)
+            notes += assumed
+            before = np.eye(4)
+        frames[given.child] = (len(joints), before)
+    visuals, left_out = _drawn(urdf, frames)
+    return SerialChain(tuple(names), tuple(joints), before, visuals, tuple(notes) + left_out)
+
+
+def _joint(given: UrdfJoint, words: JointWords | None, placement: Array, complete: bool) -> tuple[Joint, list[str]]:
+    """The joint with the configuration's numbers before the URDF's, and what had to be assumed."""
+    told = words or JointWords(given.name, "URDF")
+    kind = "prismatic" if given.kind == "prismatic" else "revolute"
+    where, assumed = f"joint '{given.name}'", []
+    lower = given.lower if told.lower is None else told.lower
+    upper = given.upper if told.upper is None else told.upper
+    if given.kind == "continuous" and (lower is None or upper is None):
+        lower, upper = -CONTINUOUS_RANGE, CONTINUOUS_RANGE
+        assumed.append(f"{where} has no limits: eight turns either way are assumed")
+    if lower is None or upper is None:
+        raise RobotError(f"{where} has no limits; the file or a configuration has to say them")
+    speed = told.speed if told.speed is not None else given.velocity or None
+    if speed is None and complete:
+        raise RobotError(f"{where} has no speed in the URDF; the configuration has to say one")
+    if speed is None:
+        speed = ASSUMED_SPEED[kind]
+        assumed.append(f"{where} has no speed: {speed:g} {'mm' if kind == 'prismatic' else 'rad'}/s is assumed")
+    acceleration = told.acceleration
+    if acceleration is None and complete:
+        raise RobotError(f"{where} has no acceleration; the configuration has to say one")
+    if acceleration is None:
+        acceleration = speed / ASSUMED_STOP_S
+        assumed.append(f"{where} has no acceleration: a stop from top speed within {ASSUMED_STOP_S:g} s is assumed")
+    if lower == upper:
+        assumed.append(f"{where} has a range of nothing and stands still")
+    source = "; ".join([told.source, *(note.removeprefix(f"{where} ") for note in assumed)])
+    joint = Joint(told.title, kind, given.axis, lower, upper, speed, acceleration, source, placement)
+    return joint, assumed
+
+
+def _drawn(urdf: Urdf, frames: dict[str, tuple[int, Array]]) -> tuple[tuple[Visual, ...], tuple[str, ...]]:
+    """The shapes of every link at or below the base; joints off the chain stand at 0."""
+    frames = dict(frames)
+    below: dict[str, list[UrdfJoint]] = {}
+    for joint in urdf.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    waiting, still, notes = list(frames), [], []
+    while waiting:
+        link = waiting.pop(0)
+        number, transform = frames[link]
+        for joint in below.get(link, []):
+            if joint.child not in frames:
+                frames[joint.child] = (number, transform @ joint.origin)
+                waiting.append(joint.child)
+                if joint.kind != "fixed":
+                    still.append(joint.name)
+    if still:
+        notes.append(f"not between base and tool, drawn at 0: {_listed(still)}")
+    above = [link for link in urdf.links if link not in frames]
+    if above:
+        notes.append(f"not below the base frame, not drawn: {_listed(above)}")
+    visuals, missing = [], []
+    for link, (number, transform) in frames.items():
+        for shape in urdf.links[link]:
+            if shape.file is not None and not shape.file.is_file():
+                missing.append(shape.file.name)
+                continue
+            place = transform @ shape.origin
+            x, y, z = (float(v) for v in place[:3, 3])
+            visuals.append(Visual(number, shape.kind, shape.size, (x, y, z), shape.colour, place[:3, :3], shape.file))
+    if missing:
+        notes.append(f"meshes that are not there, not drawn: {_listed(missing)}")
+    return tuple(visuals), tuple(notes)
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - 10} more" if len(names) > 10 else ""
+    return ", ".join(names[:10]) + more

@@ -1,0 +1,55 @@
+"""Numbers of a URDF: exactly as many as there should be, each finite and of a size that makes sense."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RobotError
+from .description import transform_of
+from .xml_reader import Element
+
+Array = NDArray[np.float64]
+
+MM_PER_M = 1000.0
+MAX_LENGTH_M = 100.0
+MAX_ANGLE = 1e4  # [rad]
+MAX_RATE = 1e6  # of a speed, an effort, a mass
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+
+
+def read_origin(element: Element, where: str) -> Array:
+    """The transform (4, 4) of an element's <origin>, in mm; the identity where there is none."""
+    origin = element.first("origin")
+    if origin is None:
+        return np.eye(4)
+    x, y, z = numbers(origin.attributes.get("xyz", "0 0 0"), 3, f"{where}: origin xyz", MAX_LENGTH_M)
+    roll, pitch, yaw = numbers(origin.attributes.get("rpy", "0 0 0"), 3, f"{where}: origin rpy", MAX_ANGLE)
+    return transform_of((MM_PER_M * x, MM_PER_M * y, MM_PER_M * z), (roll, pitch, yaw))
+
+
+def numbers(text: str, count: int, what: str, most: float = MAX_RATE) -> tuple[float, ...]:
+    """Exactly ``count`` finite numbers; RobotError otherwise."""
+    words = text.split()
+    if len(words) != count:
+        raise RobotError(f"{what} has {len(words)} numbers instead of {count}")
+    return tuple(number(word, what, most) for word in words)
+
+
+def number(text: str, what: str, most: float = MAX_RATE) -> float:
+    """A finite number of at most ``most`` in size; RobotError otherwise."""
+    word = text.strip()
+    value = float(word) if _NUMBER.fullmatch(word) else math.nan
+    if not math.isfinite(value):
+        raise RobotError(f"{what} is '{short(word)}', not a finite number")
+    if abs(value) > most:
+        raise RobotError(f"{what} is {value:g}; more than {most:g} makes no sense")
+    return value
+
+
+def short(text: str) -> str:
+    """A name from outside, for a message: not long, and nothing that does not print."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text[:60])
