@@ -7,12 +7,14 @@ from typing import Any, TypeVar, cast
 
 import numba
 
+from .kernel_cache import KernelCache, cache_folder
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def compiled(function: Function) -> Function:
     """Compile for scalars and arrays: cached on disk, IEEE arithmetic, one thread."""
-    return cast(Function, numba.njit(cache=True, error_model="numpy")(function))
+    return _kept(function, numba.njit(error_model="numpy")(function))
 
 
 def vectorised(function: Function) -> Function:
@@ -20,4 +22,18 @@ def vectorised(function: Function) -> Function:
 
     A fused operation rounds once instead of twice; nothing else about the arithmetic is loosened.
     """
-    return cast(Function, numba.njit(cache=True, error_model="numpy", fastmath={"contract", "nsz"})(function))
+    return _kept(function, numba.njit(error_model="numpy", fastmath={"contract", "nsz"})(function))
+
+
+def inlined(function: Function) -> Function:
+    """A small piece that is put into each of its callers before they are compiled; it is not called from outside."""
+    return cast(Function, numba.njit(error_model="numpy", inline="always")(function))
+
+
+def _kept(function: Function, dispatcher: Any) -> Function:
+    """The kernel with its place on disk: NUMBA_CACHE_DIR as numba has it, else the folder of kernel_cache.py."""
+    if numba.config.CACHE_DIR:
+        dispatcher.enable_caching()
+    elif cache_folder() is not None:
+        dispatcher._cache = KernelCache(function)  # what enable_caching() does with a cache of numba's own
+    return cast(Function, dispatcher)

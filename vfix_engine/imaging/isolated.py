@@ -156,7 +156,8 @@ def _forward(line: bytes, progress: Progress | None) -> None:
 
 def _environment() -> dict[str, str]:
     """What the worker needs of the environment, and nothing that is secret."""
-    kept = {"PATH", "HOME", "TMPDIR", "TEMP", "TMP", "SYSTEMROOT", "LANG", "LC_ALL", "NUMBA_CACHE_DIR"}
+    kept = {"PATH", "HOME", "TMPDIR", "TEMP", "TMP", "SYSTEMROOT", "LANG", "LC_ALL"}
+    kept |= {"NUMBA_CACHE_DIR", "VFIX_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"}  # where compiled kernels are kept
     single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS"), "1")
     return {name: value for name, value in os.environ.items() if name in kept} | single
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
+
+from vfix_engine.geometry.compiled import compiled, inlined
 
 # A position this close to the outermost voxel centres [voxels] counts as on them: round-off of the mapping.
 _EDGE = 1e-6
 
 
-@numba.njit(cache=True, inline="always")
+@inlined
 def _trilinear(hu: Any, x: float, y: float, z: float, outside: float) -> float:
     """HU at the fractional index (x, y, z) = (i, j, k)."""
     count_k, count_j, count_i = hu.shape
@@ -29,7 +30,7 @@ def _trilinear(hu: Any, x: float, y: float, z: float, outside: float) -> float:
     return float(near * (1 - fz) + far * fz)
 
 
-@numba.njit(cache=True)
+@compiled
 def _points(hu: Any, indices: Any, outside: float) -> Any:
     values = np.empty(indices.shape[0])
     for n in range(indices.shape[0]):
@@ -37,7 +38,7 @@ def _points(hu: Any, indices: Any, outside: float) -> Any:
     return values
 
 
-@numba.njit(cache=True)
+@compiled
 def _plane(hu: Any, start: Any, column: Any, row: Any, height: int, width: int, outside: float) -> Any:
     values = np.empty((height, width), np.float32)
     for r in range(height):

@@ -1,0 +1,149 @@
+"""Where compiled kernels are kept between starts.
+
+numba keeps them beside the code, which a system-wide installation cannot write, and looks only at the file that a
+kernel stands in: a kernel that calls a changed one would go on with the old one inside. So they are kept in the
+user's cache folder, in a folder named after the content of every file that can be part of a kernel. Any change makes
+a new folder; folders that nobody has used for long are removed then. VFIX_CACHE names another place.
+NUMBA_CACHE_DIR, where it is set, is left to numba and its rules.
+
+What is kept is code, and whoever can write it can run it: the folder is for its owner alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import sys
+import time
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+import platformdirs
+from llvmlite import binding
+from numba.core import caching
+
+KEPT_S = 14 * 86_400  # a folder of other kernels that was not used for so long is removed
+_PACKAGE = Path(__file__).resolve().parents[1]
+_KERNELS = re.compile(rb"^from [\w.]*compiled import", re.MULTILINE)
+_IMPORTS = re.compile(rb"^from (\.+[\w.]*|vfix_engine[\w.]*) import ([^\n]*)", re.MULTILINE)
+
+
+def cache_root() -> Path:
+    """Folder of all compiled kernels of this user."""
+    named = os.environ.get("VFIX_CACHE")
+    return Path(named).expanduser() if named else Path(platformdirs.user_cache_dir("vfix", appauthor=False))
+
+
+@cache
+def cache_folder() -> Path | None:
+    """The folder of the kernels as they are now, made where it is missing; None where none can be kept."""
+    kernels = cache_root() / "kernels"
+    folder = kernels / fingerprint()
+    try:
+        if not folder.is_dir():
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            remove_unused(kernels)
+        with suppress(PermissionError):  # one that somebody else has filled may be read
+            os.utime(folder)
+        others_write = os.name == "posix" and folder.stat().st_mode & 0o022
+        readable = os.access(folder, os.R_OK | os.X_OK)
+    except OSError:
+        return None
+    return folder if readable and not others_write else None
+
+
+@cache
+def fingerprint() -> str:
+    """Of all that a compiled kernel depends on: its sources, Python, numba, LLVM and the processor."""
+    digest = hashlib.sha256()
+    for part in (sys.implementation.cache_tag, numba.__version__, str(binding.llvm_version_info)):
+        digest.update(str(part).encode())
+    digest.update(f"{binding.get_host_cpu_name()} {os.environ.get('NUMBA_CPU_NAME', '')}".encode())
+    for name, content in sorted(kernel_sources(_PACKAGE).items()):
+        digest.update(name.encode() + b"\0" + hashlib.sha256(content).digest())
+    return digest.hexdigest()[:20]
+
+
+def kernel_sources(package: Path) -> dict[str, bytes]:
+    """Content of every module that has kernels, and of all that they import: their constants become part of kernels."""
+    contents = {file: file.read_bytes() for file in package.rglob("*.py")}
+    waiting = [file for file, content in contents.items() if _KERNELS.search(content)]
+    found: dict[str, bytes] = {}
+    while waiting:
+        file = waiting.pop()
+        name = file.relative_to(package).as_posix()
+        if name in found:
+            continue
+        found[name] = contents[file]
+        for module, names in _IMPORTS.findall(contents[file]):
+            waiting += _imported(package, file, module.decode(), names.decode(), contents)
+    return found
+
+
+def _imported(package: Path, file: Path, module: str, names: str, contents: dict[Path, bytes]) -> list[Path]:
+    """Files behind one line of imports."""
+    if module.startswith("."):
+        level = len(module) - len(module.lstrip("."))
+        base = file.parents[level - 1]
+        parts = [part for part in module.lstrip(".").split(".") if part]
+    else:
+        base, parts = package, module.split(".")[1:]
+    place = base.joinpath(*parts)
+    below = [place / f"{name.strip()}.py" for name in names.strip("() ").split(",")]
+    return [one for one in (place.with_suffix(".py"), place / "__init__.py", *below) if one in contents]
+
+
+def remove_unused(kernels: Path) -> None:
+    """Remove folders of kernels that were not used for long."""
+    with suppress(OSError):
+        for folder in kernels.iterdir():
+            if folder.is_dir() and time.time() - folder.stat().st_mtime > KEPT_S:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+class _Locator(caching._CacheLocator):  # type: ignore[misc]  # numba has no hints
+    """Tells numba where a kernel is kept; the folder's name stands for the sources."""
+
+    def __init__(self, function: Any, file: str) -> None:
+        self._py_file = file
+        module = hashlib.sha256(function.__module__.encode()).hexdigest()[:8]
+        self._disambiguator = f"{function.__code__.co_firstlineno}-{module}"
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        return fingerprint()
+
+    def get_disambiguator(self) -> str:
+        return self._disambiguator
+
+    @classmethod
+    def from_function(cls, function: Any, file: str) -> _Locator:
+        return cls(function, file)
+
+
+class _Kept(caching.CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Locator,)
+
+
+class KernelCache(caching.FunctionCache):  # type: ignore[misc]
+    """numba's cache of one function, in our folder. A disk that is full or not writable costs time, not the kernel."""
+
+    _impl_class = _Kept
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Keep what was compiled, where it can be kept."""
+        with suppress(OSError):
+            super().save_overload(signature, data)
+
+    def load_overload(self, signature: Any, target_context: Any) -> Any:
+        """What was kept; None where there is nothing or it cannot be read."""
+        with suppress(OSError, EOFError):
+            return super().load_overload(signature, target_context)
+        return None
