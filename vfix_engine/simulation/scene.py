@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
 from ..geometry.proximity import ProximityTree
 from ..robots import PlacedRobot, RobotModel, Tool
@@ -20,6 +21,7 @@ class Scene:
 
     base: transform_base_to_patient (4, 4); q_start: joints at the entry (n,).
     path: None where only free motion is wanted; targets: (m, 3).
+    zones: no-fly zones; fixtures: virtual fixtures that stand whatever the task is (Li 2007, eq. 1-5).
     """
 
     tree: ProximityTree
@@ -30,6 +32,8 @@ class Scene:
     path: SplinePath | None = None
     targets: Array = field(default_factory=lambda: np.zeros((0, 3)))
     target_names: tuple[str, ...] = ()
+    zones: tuple[Zone, ...] = ()
+    fixtures: tuple[Fixture, ...] = ()
 
     def placed_robot(self) -> PlacedRobot:
-        return self.robot.placed(self.base, self.tool.tip_in_flange)
+        return self.robot.placed(self.base, self.tool)

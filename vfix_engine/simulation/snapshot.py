@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ class Snapshot:
     held: the hand pushes and the tool does not move; slowed: it moves less than wanted; reason says why, in words.
     clearance_mm: of the whole tool, told up to threshold_mm.
     target_error_mm: |P_v − P_t|, NaN outside inspection.
+    emergencies: steps so far that had to exceed a joint's acceleration limit.
+    teleoperated: a master drives; reflection: force (3,) in N that it is to feel, no more than the force cap.
     """
 
     t: float
@@ -65,3 +67,6 @@ class Snapshot:
     steps: int
     running: bool = False
     timing: Timing = Timing()
+    emergencies: int = 0
+    teleoperated: bool = False
+    reflection: Array = field(default_factory=lambda: np.zeros(3))
