@@ -13,6 +13,8 @@ from pathlib import Path
 from app import __version__
 from app.browsers import find_browser
 from app.settings import Settings
+from vfix_engine.geometry import kernel_cache
+from vfix_engine.simulation.priority import why_not
 
 PACKAGES = (
     "daqp",
@@ -36,7 +38,11 @@ PACKAGES = (
 
 @dataclass(frozen=True)
 class Health:
-    """What was found; `problems` holds a sentence for everything that stands in the way."""
+    """What was found; `problems` holds a sentence for everything that stands in the way.
+
+    kernel_cache: folder of the compiled kernels, null where none can be kept; compiled_kernels: how many are in it.
+    real_time_priority: whether a rehearsal gets one; without_priority_because: why not, '' where it does.
+    """
 
     vfix: str
     python: str
@@ -47,7 +53,9 @@ class Health:
     home: str
     home_writable: bool
     compiled_kernels: int
-    kernel_cache_writable: bool
+    kernel_cache: str | None
+    real_time_priority: bool
+    without_priority_because: str
     problems: tuple[str, ...]
 
 
@@ -72,8 +80,7 @@ def examine(settings: Settings) -> Health:
     """Look at this machine without changing it."""
     packages = {name: _version(name) for name in PACKAGES}
     home_writable = _is_writable(settings.home)
-    engine = Path(__file__).resolve().parents[2] / "vfix_engine"
-    kernels = sum(1 for _ in engine.glob("**/__pycache__/*.nbc"))
+    kernels, without = _kernel_folder(), why_not()
     problems = [f"The package {name} is missing: run scripts/start.py again." for name, v in packages.items() if not v]
     if not home_writable:
         problems.append(f"The data folder {settings.home} cannot be written: set VFIX_HOME to one that can.")
@@ -86,10 +93,18 @@ def examine(settings: Settings) -> Health:
         browser=find_browser(),
         home=str(settings.home),
         home_writable=home_writable,
-        compiled_kernels=kernels,
-        kernel_cache_writable=_is_writable(engine),
+        compiled_kernels=0 if kernels is None else sum(1 for _ in kernels.rglob("*.nbc")),
+        kernel_cache=None if kernels is None else str(kernels),
+        real_time_priority=not without,
+        without_priority_because=without,
         problems=tuple(problems),
     )
+
+
+def _kernel_folder() -> Path | None:
+    """Where compiled kernels are kept: NUMBA_CACHE_DIR where it is set, else the user's cache folder."""
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(named) if named else kernel_cache.cache_folder()
 
 
 def _version(package: str) -> str | None:
@@ -113,7 +128,10 @@ def _print_for_people(health: Health) -> None:
     print(f"vfix {health.vfix} on Python {health.python}, {health.platform}, {health.cores} cores")
     print(f"browser: {health.browser or 'none found; the page opens in any browser you start yourself'}")
     print(f"data folder: {health.home} ({'writable' if health.home_writable else 'NOT writable'})")
-    place = "beside the code" if health.kernel_cache_writable else "in the user's cache folder"
-    print(f"compiled kernels: {health.compiled_kernels} kept, {place}")
+    if health.kernel_cache is None:
+        print("compiled kernels: cannot be kept, so every start compiles them; VFIX_CACHE names another folder")
+    else:
+        print(f"compiled kernels: {health.compiled_kernels} in {health.kernel_cache}")
+    print(f"real-time priority while somebody drives: {health.without_priority_because or 'yes'}")
     for problem in health.problems:
         print(problem, file=sys.stderr)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vfix_engine.control import ControlSettings
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.simulation.snapshot import Snapshot, Timing
 
 # What a person at the page may turn; the rest stays as the plan says.
 SHOWN_SETTINGS = {
@@ -60,11 +60,20 @@ def details_section(snapshot: Snapshot | None) -> dict[str, Any]:
         "loop_hz": _number(timing.loop_hz, 0),
         "step_us": _number(timing.step_us, 0),
         "step_us_p99": _number(timing.step_us_p99, 0),
-        "lateness_us_p99": _number(timing.lateness_us_p99, 0),
+        "lateness_us_p50": _number(timing.lateness_us_p50, 1),
+        "lateness_us_p99": _number(timing.lateness_us_p99, 1),
         "overruns": timing.overruns,
         "rows": snapshot.rows,
         "steps": snapshot.steps,
+        "priority": _priority(timing),
     }
+
+
+def _priority(timing: Timing) -> str:
+    """Whether the loop has its real-time priority now, and why not."""
+    if timing.real_time:
+        return "Held"
+    return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
 
 
 def settings_section(settings: ControlSettings, answered: int) -> dict[str, Any]:

@@ -126,7 +126,26 @@ def test_doctor_says_what_it_found(
     assert health["packages"]["viser"] == "1.1.1"
     assert health["cores"] >= 1
     assert health["problems"] == []
+    assert health["real_time_priority"] is (health["without_priority_because"] == "")
+    assert health["compiled_kernels"] >= 0
     assert not (tmp_path / "home").exists()
+
+
+def test_doctor_says_what_a_rehearsal_must_do_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-10: no real-time priority, and no place for compiled kernels, are no problem and are said."""
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    monkeypatch.setattr("app.commands.doctor.why_not", lambda: "the system does not allow one to this user")
+    monkeypatch.setattr("app.commands.doctor._kernel_folder", lambda: None)
+    assert cli.main(["doctor"]) == 0
+    said = capsys.readouterr().out
+    assert "real-time priority while somebody drives: the system does not allow one to this user" in said
+    assert "VFIX_CACHE names another folder" in said
+    assert cli.main(["doctor", "--json"]) == 0
+    health = json.loads(capsys.readouterr().out)
+    assert health["real_time_priority"] is False
+    assert health["kernel_cache"] is None
 
 
 def test_doctor_names_a_data_folder_that_cannot_be_written(

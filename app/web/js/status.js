@@ -4,7 +4,7 @@ import { fixed, sentence } from "./format.js";
 
 const ROWS = [
   ["loop_hz", "Loop rate", 0, "Hz"], ["step_us", "Step time, median", 0, "µs"], ["step_us_p99", "Step time, 99 %", 0, "µs"],
-  ["lateness_us_p99", "Lateness, 99 %", 0, "µs"], ["overruns", "Overruns", 0, ""], ["rows", "Rows in the QP", 0, ""], ["steps", "Steps", 0, ""],
+  ["lateness_us_p50", "Lateness, median", 1, "µs"], ["lateness_us_p99", "Lateness, 99 %", 1, "µs"], ["overruns", "Overruns", 0, ""], ["rows", "Rows in the QP", 0, ""], ["steps", "Steps", 0, ""],
 ];
 
 export class StatusBar {
@@ -16,7 +16,9 @@ export class StatusBar {
     this.holding = reading("What holds the tool", "fill");
     this.sheet = h("div", { class: "details-sheet", hidden: true, id: "details-sheet" });
     this.values = Object.fromEntries(ROWS.map(([name]) => [name, h("dd", { class: "number" })]));
-    this.sheet.append(h("dl", { class: "facts" }, ROWS.flatMap(([name, label]) => [h("dt", {}, label), this.values[name]])));
+    this.priority = h("dd", {});
+    this.sheet.append(h("dl", { class: "facts" }, ROWS.flatMap(([name, label]) => [h("dt", {}, label), this.values[name]]),
+      h("dt", {}, "Real-time priority"), this.priority));
     this.toggle = h("button", { type: "button", class: "plain", "aria-expanded": "false", "aria-controls": "details-sheet", onclick: () => this.fold() }, "Details");
     root.append(this.force.element, this.tip.element, this.clearance.element, this.target.element, this.holding.element,
       h("div", { class: "details" }, this.toggle, this.sheet));
@@ -44,6 +46,7 @@ export class StatusBar {
     this.holding.element.classList.toggle("caution", Boolean(rehearsing ? now.held : corridor?.caution));
     const details = state.details ?? {};
     for (const [name, , digits, unit] of ROWS) this.values[name].textContent = `${fixed(details[name], digits)} ${unit}`.trim();
+    this.priority.textContent = details.priority ?? "–";
   }
 }
 
