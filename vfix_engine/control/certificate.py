@@ -1,81 +1,111 @@
-"""The certificate: a motion is taken only when the tool provably keeps its distance during all of it (HAZ-01, HAZ-02).
+"""Measured states and certified motions of one tool among its surroundings (HAZ-01, HAZ-02, HAZ-04).
 
-Between two poses the joints move linearly.
-A point of the tool's axis at share s of the motion is at most s·h + B/8 away from its start and (1 − s)·h + B/8 from
-its end, where h is the length of its chord and B bounds its second derivative.
-Distance to the anatomy changes no faster than the point moves, so the clearance on the way is at least
-(c_0 + c_1 − h) / 2 − B/8, with c_0 and c_1 the clearances at the ends.
-Where that is not enough the motion is halved and both halves are certified; a motion that still is not
-after ``MAX_HALVINGS`` is refused.
+What a certificate means, and why it holds, stands at ``judge_kernel`` and in docs/safety.md.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ControlError
 from ..fixtures import ToolState
-from ..robots import PlacedRobot, Tool
+from ..fixtures.state import Near
+from ..geometry.capsules import Segments
+from ..geometry.pairs import MAX_ROWS
+from ..robots import TipState
+from .judge_kernel import KEPT, OVERFULL, UNCOVERED, judge, look
+from .moment_kernel import moment_parts, moment_size
 from .surroundings import Surroundings
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int32]
 
-SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
-MAX_HALVINGS = 5
+_ROOM = 2048  # pairs that the workspace holds at first
+_ATTEMPTS = 4  # a motion is judged at most once more for each thing that can be missing
 
 
 class Certifier:
-    """Judges predicted motions of one tool among its surroundings."""
+    """Judges predicted motions; what it returns are immutable snapshots."""
 
-    def __init__(self, robot: PlacedRobot, tool: Tool, surroundings: Surroundings, dt_s: float):
-        self._robot, self._tool, self._surroundings, self._dt = robot, tool, surroundings, dt_s
+    def __init__(self, surroundings: Surroundings):
+        self.surroundings = surroundings
+        world = surroundings.world
+        self._sizes = (len(world.lower), len(world.radius), len(world.margin))
+        self._workspace = _workspace(_ROOM)
 
-    def measure(self, q: Array) -> ToolState:
-        """State at rest at joints q (n,), distances exact up to the boundary threshold."""
-        q = np.array(q, dtype=float)
-        velocity = np.zeros(len(q))
-        for array in (q, velocity):
-            array.setflags(write=False)
-        tip = self._robot.tip(q)
-        segments = self._tool.segments(tip.rotation, tip.position)
-        return ToolState(q, velocity, tip, segments, self._surroundings.distances(segments))
+    def measure(self, q: Array, velocity: Array | None = None) -> ToolState:
+        """The state at joints q (n,), at rest unless a velocity (n,) is given; distances exact up to the threshold."""
+        dof = self._sizes[0]
+        moment = np.empty(moment_size(*self._sizes))
+        moment[:dof] = q
+        moment[dof : 2 * dof] = 0.0 if velocity is None else velocity
+        for _ in range(_ATTEMPTS):
+            pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
+            world, cover = self.surroundings.world, self.surroundings.cover
+            verdict, count = look(world, cover, moment, *self._workspace, pairs, tags)
+            if verdict == KEPT:
+                return self._snapshot(moment, pairs, tags, count)
+            self._provide(verdict, count, moment, 0.0)
+        raise ControlError("the surroundings of the tool could not be gathered")
 
     def certify(self, state: ToolState, step: Array) -> ToolState | None:
         """The state after ``step`` (n,) if all of the motion keeps every body's margin, else None.
 
         From a state already inside a margin only motions that never deepen are accepted (HAZ-04).
+        ``state`` must have been measured here.
         """
-        floor = np.minimum(state.distance, self._surroundings.margins[:, None])
-        end = self._accept(state, step, floor, MAX_HALVINGS)
-        if end is None:
-            return None
-        velocity = step / self._dt
-        velocity.setflags(write=False)
-        return replace(end, velocity=velocity)
+        near = state.near
+        if near is None or near.source is not self:
+            raise ControlError("a motion is judged from a state that was measured among the same surroundings")
+        after = np.empty(len(near.moment))
+        pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
+        for _ in range(_ATTEMPTS):
+            world, cover = self.surroundings.world, self.surroundings.cover
+            verdict, count, way = judge(world, cover, near.moment, step, after, *self._workspace, pairs, tags)
+            if verdict == KEPT:
+                return self._snapshot(after, pairs, tags, count)
+            if verdict not in (UNCOVERED, OVERFULL):
+                return None
+            self._provide(verdict, count, after, way)
+        return None
 
-    def _accept(self, start: ToolState, step: Array, floor: Array, halvings: int) -> ToolState | None:
-        end = self.measure(start.q + step)
-        if not (np.isfinite(end.distance).all() and (end.distance >= floor).all()):
-            return None
-        if (self._least_between(start, end, step) >= floor - SWEEP_TOLERANCE_MM).all():
-            return end
-        if halvings == 0:
-            return None
-        middle = self._accept(start, step / 2, floor, halvings - 1)
-        return None if middle is None else self._accept(middle, end.q - middle.q, floor, halvings - 1)
+    def knows(self, state: ToolState) -> ToolState:
+        """The same state, measured here: among these surroundings, with these margins."""
+        near = state.near
+        if near is not None and near.source is self:
+            return state
+        return self.measure(state.q, state.velocity)
 
-    def _least_between(self, start: ToolState, end: ToolState, step: Array) -> Array:
-        """Lower bound (B, S) of the distance of every body and segment anywhere between the two states."""
-        chord = np.maximum(
-            np.linalg.norm(end.segments.start - start.segments.start, axis=1),
-            np.linalg.norm(end.segments.end - start.segments.end, axis=1),
+    def _provide(self, verdict: int, count: int, moment: Array, way: float) -> None:
+        """What a kernel missed: triangles around a pose, or room for its pairs."""
+        if verdict == OVERFULL:
+            self._workspace = _workspace(2 * count)
+        else:
+            _, _, _, _, _, start, end, _ = moment_parts(moment, *self._sizes)
+            self.surroundings.gather(start, end, way)
+
+    def _snapshot(self, moment: Array, pairs: Array, tags: Index, count: int) -> ToolState:
+        n, segments, bodies = self._sizes
+        for array in (moment, pairs, tags):
+            array.setflags(write=False)
+        a = 2 * n + 12
+        b = a + 6 * n
+        c = b + 3 * segments
+        d = c + 3 * segments
+        tip = TipState(moment[2 * n + 3 : a].reshape(3, 3), moment[2 * n : 2 * n + 3], moment[a:b].reshape(6, n))
+        return ToolState(
+            moment[:n],
+            moment[n : 2 * n],
+            tip,
+            Segments.trusted(
+                moment[b:c].reshape(segments, 3), moment[c:d].reshape(segments, 3), self.surroundings.world.radius
+            ),
+            moment[d:].reshape(bodies, segments),
+            Near(self, moment, pairs[:count], tags[:count]),
         )
-        size = np.abs(step)
-        revolute = self._robot.robot.revolute
-        turn, shift = float(size[revolute].sum()), float(size[~revolute].sum())
-        lever = self._tool.reach() + self._robot.robot.travel
-        bend = turn * turn * lever + 2.0 * turn * shift
-        bound: Array = 0.5 * (start.distance + end.distance - chord) - bend / 8.0
-        return bound
+
+
+def _workspace(room: int) -> tuple[Array, Index, Index]:
+    """Rows, labels and bodies of so many pairs, see ``measure_kernel.measure``."""
+    return np.empty((room, 10)), np.empty((room, 2), np.int32), np.empty(room, np.int32)

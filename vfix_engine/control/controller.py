@@ -9,29 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import StartRefused
-from ..fixtures import (
-    Constraint,
-    Fixture,
-    Objective,
-    Situation,
-    ToolState,
-    boundary,
-    joint_bounds,
-    little_motion,
-)
+from ..fixtures import Constraint, Fixture, Objective, Situation, ToolState, brake, joint_bounds, little_motion
+from ..fixtures.zones import Zone, refuse_start
 from ..geometry.proximity import ProximityTree
 from ..robots import PlacedRobot, Tool
 from . import qp
 from .certificate import Certifier
-from .explain import Blocker, blockers, bone_blocker
+from .explain import Blocker, Box, Explainer
+from .problem_kernel import prepare
 from .settings import ControlSettings
 from .surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
-BUFFER_MM = 0.012  # rows keep this much more than the margin, so that the certificate rarely has to say no
 SHRINKS = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried before holding
 HELD_SHARE = 0.02  # a step that achieves less of the wanted motion than this counts as held
+SLOWED_SHARE = 0.9  # a step that achieves less of it is explained
+_ROUNDING = 1e-9  # share of an acceleration limit that is the last bits of a velocity
 
 
 @dataclass(frozen=True)
@@ -58,7 +52,8 @@ class StepReport:
     """What became of one step.
 
     outcome: 'idle' (nothing wanted), 'moved', 'shrunk' or 'held'; share: part of the wanted motion that was made.
-    emergency: the step had to exceed a joint's acceleration limit.
+    blockers: what made it less, strongest first; told where the share is under 0.9.
+    emergency: a joint had to exceed its acceleration limit so that the tool keeps its distance.
     """
 
     state: ToolState
@@ -74,7 +69,13 @@ class StepReport:
 
 
 class Controller:
-    """Turns a task into a certified joint step for one robot with one tool among one anatomy."""
+    """Turns a task into a certified joint step for one robot with one tool among anatomy and no-fly zones.
+
+    Args:
+        tree: the anatomy, body 0; zones: further bodies, each with its own margin.
+        fixtures: stand there whatever the task is; their rows join the task's, and they have a say in every verdict.
+        solver: of the QP; 'daqp' is called natively, any other name goes through qpsolvers.
+    """
 
     def __init__(
         self,
@@ -83,18 +84,24 @@ class Controller:
         tree: ProximityTree,
         settings: ControlSettings,
         solver: str = "daqp",
+        zones: Sequence[Zone] = (),
         fixtures: Sequence[Fixture] = (),
     ):
-        """The robot among its surroundings; ``fixtures`` stand there whatever the task is."""
-        self.fixtures = tuple(fixtures)
-        self.robot, self.tool, self.settings, self._solver = robot, tool, settings, solver
-        self._tree = tree
-        self._surroundings = Surroundings(tree, settings)
-        self._certifier = Certifier(robot, tool, self._surroundings, settings.dt_s)
-        self._little_motion = little_motion(robot.robot)
+        self.robot, self.tool, self.settings, self.solver = robot, tool, settings, solver
+        self.tree, self.fixtures = tree, tuple(fixtures)
+        surroundings = Surroundings(robot, tool, tree, settings, zones)
+        self.zones, self._world = surroundings.zones, surroundings.world
+        self._certifier = Certifier(surroundings)
+        self._explainer = Explainer(robot.robot, tool, self.zones)
+        rows = little_motion(robot.robot)
+        self._little = rows.matrix.T @ (rows.weight * rows.matrix)
+
+    def with_anatomy(self, tree: ProximityTree) -> Controller:
+        """The same controller among anatomy that has moved; states of this one are measured anew at its next step."""
+        return Controller(self.robot, self.tool, tree, self.settings, self.solver, self.zones, self.fixtures)
 
     def start(self, q: Array) -> ToolState:
-        """The state at q (n,), refused when it is outside the joints' ranges or inside the margin (HAZ-04).
+        """The state at q (n,), refused when it is outside the joints' ranges or inside a margin (HAZ-04).
 
         Raises:
             StartRefused: says which joint or how much clearance is missing.
@@ -110,63 +117,134 @@ class Controller:
                 f"joint {i + 1} ({robot.joints[i].name}) would start at {q[i]:.2f} {robot.joints[i].unit}, "
                 f"outside {robot.lower[i]:g} … {robot.upper[i]:g}; place the robot nearer to the entry"
             )
-        state = self._certifier.measure(q)
+        state = self.measure(q)
         if state.clearance < self.settings.margin_mm:
-            part = self.tool.segment_names[int(state.distance.argmin())]
+            part = self.tool.segment_names[int(state.distance[0].argmin())]
             raise StartRefused(
                 f"the {part} would start {state.clearance:.2f} mm from bone, less than the margin of "
                 f"{self.settings.margin_mm:g} mm; move the entry away from bone or tilt the robot"
             )
+        refuse_start(self.zones, state.distance[1:], self.tool.segment_names)
         return state
 
     def measure(self, q: Array) -> ToolState:
-        """The state at q without any verdict."""
+        """The state at rest at q (n,) without any verdict."""
         return self._certifier.measure(q)
 
     def step(self, state: ToolState, task: Task) -> StepReport:
         """One certified step; never raises on bad luck: what cannot be certified is held (HAZ-01, HAZ-03)."""
+        state = self._certifier.knows(state)
         if not task.scale > 0.0:
-            return StepReport(state, "idle", 1.0, (), 0)
-        pairs = self._surroundings.pairs(state.segments)
-        wall = boundary(pairs, state.tip, self.settings.margin_mm + BUFFER_MM)
-        here = np.zeros(len(pairs), np.int32)
-        compliance = self.settings.gain_mm_per_s_per_n * self.settings.dt_s
-        if task.compliance is not None:
-            compliance = task.compliance
-        dt = self.settings.dt_s
-        now = Situation(state, pairs, here, self.robot.robot, self.tool, dt, task.scale, compliance, self._tree)
-        standing = [fixture.rows(now) for fixture in self.fixtures]
-        constraints = (*task.constraints, *(c for rows in standing for c in rows.constraints), wall)
-        low, high = joint_bounds(self.robot.robot, state.q, self.settings.dt_s)
-        objectives = (*task.objectives, *(o for rows in standing for o in rows.objectives), self._little_motion)
-        problem = qp.stack(objectives, constraints, low, high, task.scale)
-        solution = qp.solve(problem, self._solver)
+            return self._rest(state, task)
+        objectives, constraints = task.objectives, task.constraints
+        if self.fixtures:
+            standing = [fixture.rows(now) for now in (self._situation(state, task),) for fixture in self.fixtures]
+            objectives = (*objectives, *(o for rows in standing for o in rows.objectives))
+            constraints = (*constraints, *(c for rows in standing for c in rows.constraints))
+        problem, box = self._problem(state, objectives, constraints, task.scale)
+        solution = qp.solve(problem, self.solver)
         if solution is None:
+            # Where braking within the accelerations is not enough, keeping the distance comes first.
+            low, high = joint_bounds(self.robot.robot, state.q, self._world.dt)
+            box, problem = Box(low, high, self._world.dt), problem.boxed(low, high)
             # Walls on opposite sides may leave no room for the buffer: then holding must be allowed.
-            problem = qp.holdable(problem)
-            solution = qp.solve(problem, self._solver)
+            solution = qp.solve(problem, self.solver) or qp.solve(problem.holdable(), self.solver)
         if solution is None:
             reason = Blocker("solver", "no safe step was found", 1.0)
-            return StepReport(state, "held", 0.0, (reason,), problem.row_count)
-        why = blockers(solution, constraints, pairs, self.tool, self.robot.robot, state.q)
-        return self._take(state, task, solution.step, why, problem.row_count)
+            return self._held(state, (reason,), problem.row_count)
+        return self._take(state, task, solution, constraints, box, problem.row_count)
 
-    def _take(self, state: ToolState, task: Task, step: Array, why: tuple[Blocker, ...], rows: int) -> StepReport:
-        """The largest certified share of the step."""
+    def _situation(self, state: ToolState, task: Task) -> Situation:
+        """What the standing fixtures are told."""
+        near = state.near
+        if near is None:
+            raise ValueError("the state was not measured by this controller")
+        settings = self.settings
+        compliance = settings.gain_mm_per_s_per_n * settings.dt_s if task.compliance is None else task.compliance
+        return Situation(
+            state, near.as_pairs(), near.tags[:, 2], self.robot.robot, self.tool, settings.dt_s, task.scale, compliance,
+            self.tree,
+        )  # fmt: skip
+
+    def _problem(
+        self, state: ToolState, objectives: Sequence[Objective], constraints: Sequence[Constraint], scale: float
+    ) -> tuple[qp.Problem, Box]:
+        """The QP of this step with the boundary's rows last, and the box of the joints."""
+        near = state.near
+        if near is None:
+            raise ValueError("the state was not measured by this controller")
+        n = len(state.q)
+        given = qp.join_constraints(constraints, n + 1)
+        problem = qp.blank(n, given, len(near.pairs))
+        low, high = np.empty(n), np.empty(n)
+        _, scale = prepare(
+            self._world, near.moment, *qp.join_objectives(objectives, n + 1), self._little, given.matrix, given.bound,
+            near.pairs, near.tags, scale, *problem[:5], low, high,
+        )  # fmt: skip
+        problem = problem._replace(scale=scale)
+        qp.soften(problem, given)
+        return problem, Box(low, high, self._world.dt)
+
+    def _take(
+        self,
+        state: ToolState,
+        task: Task,
+        solution: qp.Solution,
+        constraints: Sequence[Constraint],
+        box: Box,
+        rows: int,
+    ) -> StepReport:
+        """The largest certified share of the solution's step."""
         for share in SHRINKS:
-            after = self._certifier.certify(state, share * step)
-            if after is None or (task.accepts is not None and not task.accepts(after)):
+            step = solution.step if share == 1.0 else share * solution.step
+            after = self._certified(state, step, task)
+            if after is None:
                 continue
-            if not all(fixture.keeps(state, after) for fixture in self.fixtures):
-                continue
-            achieved = task.achieved(share * step)
-            outcome = "held" if achieved < HELD_SHARE else "moved" if share == 1.0 else "shrunk"
-            return StepReport(after, outcome, achieved, why, rows)
-        return StepReport(state, "held", 0.0, why or self._nearest(state), rows)
+            achieved = task.achieved(step)
+            why: tuple[Blocker, ...] = ()
+            outcome = "moved" if share == 1.0 else "shrunk"
+            if achieved < SLOWED_SHARE:
+                every = self._explainer.blockers(solution, constraints, state, box)
+                why = tuple(b for b in every if b.kind != "acceleration")
+                # A robot that gathers speed is not held, however little it makes of its first step.
+                if achieved < HELD_SHARE and (why or not every):
+                    outcome = "held"
+            return StepReport(after, outcome, achieved, why, rows, self._rushed(state, step))
+        why = self._explainer.blockers(solution, constraints, state, box)
+        return self._held(state, tuple(b for b in why if b.kind != "acceleration"), rows)
 
-    def _nearest(self, state: ToolState) -> tuple[Blocker, ...]:
-        """The closest bone, where the certificate held a step that no row had slowed."""
-        pairs = self._surroundings.pairs(state.segments)
-        if len(pairs) == 0:
-            return (Blocker("certificate", "the motion could not be certified", 1.0),)
-        return (bone_blocker(pairs, int(pairs.distance.argmin()), self.tool, 1.0),)
+    def _rest(self, state: ToolState, task: Task) -> StepReport:
+        """Nothing is wanted: the tool stands still, or comes to rest as gently as the joints' accelerations ask for."""
+        if not state.velocity.any():
+            return StepReport(state, "idle", 1.0, (), 0)
+        world = self._world
+        step = brake(state.velocity, world.acceleration, world.dt)
+        for share in SHRINKS:
+            after = self._certified(state, share * step, task)
+            if after is not None:
+                return StepReport(after, "idle", 1.0, (), 0, self._rushed(state, share * step))
+        return StepReport(self._stopped(state), "idle", 1.0, (), 0, self._rushed(state, 0.0 * step))
+
+    def _certified(self, state: ToolState, step: Array, task: Task) -> ToolState | None:
+        """The state after ``step``, if the certificate, the task and every fixture take it."""
+        after = self._certifier.certify(state, step)
+        if after is None or (task.accepts is not None and not task.accepts(after)):
+            return None
+        for fixture in self.fixtures:
+            if not fixture.keeps(state, after):
+                return None
+        return after
+
+    def _held(self, state: ToolState, why: tuple[Blocker, ...], rows: int) -> StepReport:
+        rushed = self._rushed(state, np.zeros(len(state.q)))
+        return StepReport(self._stopped(state), "held", 0.0, why or self._explainer.nearest(state), rows, rushed)
+
+    def _stopped(self, state: ToolState) -> ToolState:
+        """The same pose at rest."""
+        return self._certifier.measure(state.q) if state.velocity.any() else state
+
+    def _rushed(self, state: ToolState, step: Array) -> bool:
+        """Whether a step from a state exceeds a joint's acceleration."""
+        world = self._world
+        last, change = state.velocity * world.dt, world.acceleration * world.dt**2
+        return bool((np.abs(step - last) > change + _ROUNDING * (change + np.abs(last))).any())

@@ -1,4 +1,4 @@
-"""All objectives and constraints stacked to one QP, solved, and the answer checked (Li 2007, eq. 20-21).
+"""All objectives and constraints as one QP, solved, and the answer checked (Li 2007, eq. 20-21).
 
 Problem: minimise ½ xᵀH x + fᵀx subject to G x ≤ h and low ≤ x ≤ high, x = (Δq, λ, slacks of soft constraints).
 The step is scaled by its length L before solving, so that tolerances mean the same at every speed.
@@ -7,8 +7,7 @@ The step is scaled by its length L before solving, so that tolerances mean the s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import daqp
 import numpy as np
@@ -18,19 +17,17 @@ from scipy.sparse import csc_matrix
 
 from ..errors import ControlError
 from ..fixtures import Constraint, Objective
+from .problem_kernel import UNBOUNDED, fill, is_optimal, set_box
 
 Array = NDArray[np.float64]
 
-_UNBOUNDED = 1e30
-_REGULARISATION = 1e-9  # keeps H positive definite where an objective says nothing, e.g. about λ
 PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
+DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
 # What a solver is asked for so that its answer stands the check: by default a first-order one stops too early.
 _ACCURACY: dict[str, dict[str, Any]] = {"osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20_000}}
-DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
 
 
-@dataclass(frozen=True)
-class Solution:
+class Solution(NamedTuple):
     """A checked answer: step Δq (n,), progress λ, multiplier of every constraint row and of every joint bound."""
 
     step: Array
@@ -39,89 +36,154 @@ class Solution:
     bound_multiplier: Array
 
 
-@dataclass(frozen=True)
-class Problem:
-    """One scaled QP; ``scale`` L in mm, rows over Δq / L, λ and slacks / L; ``joints`` n and λ come first."""
+class Problem(NamedTuple):
+    """One scaled QP over y = (Δq / L, λ, slacks / L), c unknowns and m rows; ``scale`` L in mm, ``joints`` n.
+
+    hessian: (c, c); gradient: (c,); rows: (m, c).
+    upper, lower: (c + m,) limits of the unknowns, then of the rows.
+    """
 
     hessian: Array
     gradient: Array
     rows: Array
-    bound: Array
-    low: Array
-    high: Array
+    upper: Array
+    lower: Array
     scale: float
     joints: int
 
     @property
+    def bound(self) -> Array:
+        """h (m,)."""
+        return self.upper[len(self.gradient) :]
+
+    @property
+    def low(self) -> Array:
+        """Least value of every unknown (c,)."""
+        return self.lower[: len(self.gradient)]
+
+    @property
+    def high(self) -> Array:
+        """Largest value of every unknown (c,)."""
+        return self.upper[: len(self.gradient)]
+
+    @property
     def row_count(self) -> int:
         """Inequality rows the way the papers count them: constraints and both sides of every joint bound."""
-        return len(self.bound) + 2 * self.joints
+        return len(self.rows) + 2 * self.joints
+
+    def holdable(self) -> Problem:
+        """The same problem with every row's bound widened so far that x = 0 is feasible."""
+        upper = self.upper.copy()
+        bound = upper[len(self.gradient) :]
+        np.maximum(bound, 0.0, out=bound)
+        return self._replace(upper=upper)
+
+    def boxed(self, low: Array, high: Array) -> Problem:
+        """The same problem with another box (n,), (n,) for Δq."""
+        upper, lower = self.upper.copy(), self.lower.copy()
+        set_box(low, high, self.scale, upper, lower)
+        return self._replace(upper=upper, lower=lower)
+
+
+class ObjectiveRows(NamedTuple):
+    """Rows of several objectives: matrix (m, n + 1), target (m,), weight (m,)."""
+
+    matrix: Array
+    target: Array
+    weight: Array
+
+
+class ConstraintRows(NamedTuple):
+    """Rows of several constraints: matrix (k, n + 1), bound (k,); soft: first row, constraint of those with slacks."""
+
+    matrix: Array
+    bound: Array
+    soft: tuple[tuple[int, Constraint], ...]
+
+    @property
+    def slacks(self) -> int:
+        """How many slack variables they need."""
+        return sum(_slack_count(constraint) for _, constraint in self.soft)
+
+
+def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows:
+    """The rows of all objectives, contiguous copies; ``size``: n + 1."""
+    count = sum([len(o.target) for o in objectives])
+    matrix, target, weight = np.empty((count, size)), np.empty(count), np.empty(count)
+    row = 0
+    for objective in objectives:
+        last = row + len(objective.target)
+        matrix[row:last], target[row:last], weight[row:last] = objective.matrix, objective.target, objective.weight
+        row = last
+    return ObjectiveRows(matrix, target, weight)
+
+
+def join_constraints(constraints: Sequence[Constraint], size: int) -> ConstraintRows:
+    """The rows of all constraints, contiguous copies; ``size``: n + 1."""
+    count = sum([len(c.bound) for c in constraints])
+    matrix, bound = np.empty((count, size)), np.empty(count)
+    soft: list[tuple[int, Constraint]] = []
+    row = 0
+    for constraint in constraints:
+        last = row + len(constraint.bound)
+        matrix[row:last], bound[row:last] = constraint.matrix, constraint.bound
+        if constraint.penalty is not None and last > row:
+            soft.append((row, constraint))
+        row = last
+    return ConstraintRows(matrix, bound, tuple(soft))
+
+
+def blank(joints: int, constraints: ConstraintRows, pairs: int, scale: float = 1.0) -> Problem:
+    """Room for a problem of so many joints, rows and pairs; nothing in it has a value yet."""
+    size = joints + 1 + constraints.slacks
+    count = len(constraints.bound) + pairs
+    return Problem(
+        np.empty((size, size)), np.empty(size), np.empty((count, size)), np.empty(size + count), np.empty(size + count),
+        scale, joints,
+    )  # fmt: skip
+
+
+def soften(problem: Problem, constraints: ConstraintRows) -> None:
+    """Write the slacks of soft constraints into a filled problem: G x − s ≤ h at the cost ½ p s² + c s."""
+    slack = problem.joints + 1
+    for row, constraint in constraints.soft:
+        if constraint.penalty is None:
+            continue
+        count, last = _slack_count(constraint), row + len(constraint.bound)
+        columns = np.arange(slack, slack + count)
+        problem.rows[np.arange(row, last), slack if constraint.shared else columns] = -1.0
+        problem.hessian[columns, columns] += constraint.penalty
+        problem.gradient[columns] = constraint.price / problem.scale
+        problem.upper[columns] = UNBOUNDED
+        slack += count
 
 
 def stack(
     objectives: Sequence[Objective], constraints: Sequence[Constraint], low: Array, high: Array, scale: float
 ) -> Problem:
-    """One QP from all fixtures (eq. 3, 20, 21).
+    """One QP from given rows alone (eq. 3, 20, 21).
 
     Args:
         low, high: box (n,) for Δq.
         scale: L, the length of the wanted step in mm.
     """
-    size = len(low) + 1
-    slacks = sum(_slack_count(c) for c in constraints)
-    column = np.ones(size)
-    column[-1] = 1.0 / scale
-    weight = np.concatenate([np.full(len(o.target), np.sqrt(o.weight)) for o in objectives])
-    matrix = np.concatenate([o.matrix for o in objectives]) * column * weight[:, None]
-    target = np.concatenate([o.target for o in objectives]) / scale * weight
-    hessian, gradient = np.zeros((size + slacks, size + slacks)), np.zeros(size + slacks)
-    hessian[:size, :size] = matrix.T @ matrix
-    gradient[:size] = -(matrix.T @ target)
-    rows = np.zeros((sum(len(c.bound) for c in constraints), size + slacks))
-    bound = np.zeros(len(rows))
-    row, slack = 0, size
-    for c in constraints:
-        last = row + len(c.bound)
-        rows[row:last, :size] = c.matrix * column
-        bound[row:last] = c.bound / scale
-        if c.penalty is not None:
-            count = _slack_count(c)
-            columns = np.arange(slack, slack + count)
-            rows[np.arange(row, last), slack if c.shared else columns] = -1.0
-            hessian[columns, columns], gradient[columns] = c.penalty, c.price / scale
-            slack += count
-        row = last
-    hessian.flat[:: size + slacks + 1] += _REGULARISATION
-    none, endless = np.zeros(slacks), np.full(slacks, _UNBOUNDED)
-    return Problem(
-        hessian,
-        gradient,
-        rows,
-        bound,
-        np.concatenate([low / scale, [0.0], none]),
-        np.concatenate([high / scale, [1.0], endless]),
-        scale,
-        len(low),
-    )
-
-
-def _slack_count(constraint: Constraint) -> int:
-    """How many slacks the rows of a constraint share; a hard one has none."""
-    if constraint.penalty is None or len(constraint.bound) == 0:
-        return 0
-    return 1 if constraint.shared else len(constraint.bound)
-
-
-def holdable(problem: Problem) -> Problem:
-    """The same problem with every bound widened so far that x = 0 is feasible."""
-    return replace(problem, bound=np.maximum(problem.bound, 0.0))
+    n = len(low)
+    wanted, given = join_objectives(objectives, n + 1), join_constraints(constraints, n + 1)
+    problem = blank(n, given, 0, scale)
+    fill(
+        *wanted, np.zeros((n + 1, n + 1)), given.matrix, given.bound,
+        *_NO_PAIRS, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *problem[:5],
+    )  # fmt: skip
+    set_box(np.array(low, dtype=float), np.array(high, dtype=float), scale, problem.upper, problem.lower)
+    soften(problem, given)
+    return problem
 
 
 def solve(problem: Problem, solver: str = "daqp") -> Solution | None:
     """The minimiser, or None when the problem has none or the solver's answer does not stand its check.
 
     Several solvers return a finite, wrong x on an infeasible problem, so the answer is judged by its residuals:
-    no row violated, and the gradient balanced by multipliers of the right sign.
+    no row violated, and the gradient balanced by multipliers of the right sign, of rows that are reached.
 
     Args:
         solver: 'daqp' is called natively; any other name goes through qpsolvers.
@@ -129,26 +191,20 @@ def solve(problem: Problem, solver: str = "daqp") -> Solution | None:
     answer = _solve_natively(problem) if solver == "daqp" else _solve_by_name(problem, solver)
     if answer is None:
         return None
-    x, rows, bounds = answer
-    if not (np.isfinite(x).all() and _is_optimal(problem, x, rows, bounds)):
+    x, multiplier = answer
+    if not is_optimal(*problem[:5], x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE):
         return None
-    n = problem.joints
-    return Solution(x[:n] * problem.scale, float(x[n]), rows, bounds[: n + 1])
+    n, size = problem.joints, len(x)
+    return Solution(x[:n] * problem.scale, x[n], multiplier[size:], multiplier[: n + 1])
 
 
-def _solve_natively(problem: Problem) -> tuple[Array, Array, Array] | None:
-    size = len(problem.gradient)
-    upper = np.concatenate([problem.high, problem.bound])
-    lower = np.concatenate([problem.low, np.full(len(problem.bound), -_UNBOUNDED)])
-    sense = np.zeros(len(upper), dtype=np.int32)
-    x, _, flag, info = daqp.solve(problem.hessian, problem.gradient, problem.rows, upper, lower, sense)
-    if flag != 1:
-        return None
-    multiplier = info["lam"]
-    return x, multiplier[size:], multiplier[:size]
+def _solve_natively(problem: Problem) -> tuple[Array, Array] | None:
+    sense = np.zeros(len(problem.upper), dtype=np.int32)
+    x, _, flag, info = daqp.solve(problem.hessian, problem.gradient, problem.rows, problem.upper, problem.lower, sense)
+    return (x, info["lam"]) if flag == 1 else None
 
 
-def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array, Array] | None:
+def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array] | None:
     if solver not in qpsolvers.available_solvers:
         known = ", ".join(sorted(qpsolvers.available_solvers))
         raise ControlError(f"QP solver '{solver}' is not installed; available are: {known}")
@@ -164,17 +220,21 @@ def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array, Array] 
     solution = qpsolvers.solve_problem(stated, solver=solver, **_ACCURACY.get(solver, {}))
     if not solution.found or solution.x is None or solution.z is None or solution.z_box is None:
         return None
-    return solution.x, solution.z, solution.z_box
+    return np.array(solution.x, dtype=float), np.concatenate([solution.z_box, solution.z]).astype(float)
 
 
-def _is_optimal(problem: Problem, x: Array, rows: Array, bounds: Array) -> bool:
-    """Karush-Kuhn-Tucker conditions within tolerance."""
-    excess = problem.rows @ x - problem.bound
-    outside = np.concatenate([excess, problem.low - x, x - problem.high])
-    if outside.max() > PRIMAL_TOLERANCE:
-        return False
-    terms = (problem.hessian @ x, problem.gradient, problem.rows.T @ rows, bounds)
-    balance = terms[0] + terms[1] + terms[2] + terms[3]
-    size = 1.0 + max(float(np.abs(t).max(initial=0.0)) for t in terms)
-    wrong_sign = rows.min(initial=0.0) < -DUAL_TOLERANCE * size
-    return bool(np.abs(balance).max() <= DUAL_TOLERANCE * size) and not wrong_sign
+def _slack_count(constraint: Constraint) -> int:
+    """How many slacks the rows of a constraint share; a hard one has none."""
+    if constraint.penalty is None or len(constraint.bound) == 0:
+        return 0
+    return 1 if constraint.shared else len(constraint.bound)
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    array.setflags(write=False)
+    return array
+
+
+_NOTHING = _read_only(np.zeros(0))
+# Nothing near: the same types that a state's pairs have, so that the kernels need no second compilation.
+_NO_PAIRS = (_read_only(np.zeros((0, 10))), _read_only(np.zeros((0, 3), np.int32)))

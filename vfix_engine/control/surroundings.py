@@ -1,49 +1,97 @@
-"""What is near the tool: a coherent view of the anatomy that follows it."""
+"""What is near the tool: the bodies that it keeps away from, and the triangles of theirs that can matter now."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fixtures.zones import Zone, bodies, ordered
 from ..geometry.capsules import Segments
-from ..geometry.proximity import CandidateList, Pairs, ProximityTree, reduce_pairs
+from ..geometry.proximity import ProximityTree
+from ..geometry.shapes import shape_table
+from ..robots import PlacedRobot, Tool
 from .settings import ControlSettings
+from .world import Cover, World
 
-# Nearer to the margin than this every triangle gives its own pair. A grouped pair lies on an inflated box, nearer than
-# bone: it must be too far away to hold the tool in one step.
-EXACT_BEYOND_MARGIN_MM = 0.7
-SLACK_MM = 0.75  # how far the tool may move before the candidates are gathered anew
+Array = NDArray[np.float64]
+Number = TypeVar("Number", np.float32, np.float64, np.int32)
+
+BUFFER_MM = 0.012  # rows keep this much more than the margin, so that the certificate rarely has to say no
+BEYOND_MARGIN_MM = 1.0  # pairs are looked for at least this far beyond every body's margin
+SLACK_MM = 0.75  # how far the tool may move before the triangles around it are gathered anew
 
 
 class Surroundings:
-    """Queries around one tool among one anatomy.
+    """The bodies around one tool: the anatomy, then surfaces, then shapes (``zones.ordered``).
 
-    Rows of the boundary come from the covariance tree, far flat patches grouped (Li 2007, III.D.2).
-    Verdicts come from exact triangles: those that can matter are kept until the tool has moved out of their validity.
-    The kept list is a cache only; answers are exact for every pose, whatever was asked before.
+    ``cover`` holds the triangles around the tool as it was when they were gathered.
+    It is a cache only: the answers of the kernels that use it are exact for every pose, whatever was asked before.
     """
 
-    def __init__(self, tree: ProximityTree, settings: ControlSettings):
-        self._tree, self._threshold = tree, settings.reach_mm
-        self._margins = np.array([settings.margin_mm])
-        self._group_flat = settings.group_flat_mm if settings.group_flat_mm > 0.0 else None
-        self._exact_within = settings.margin_mm + EXACT_BEYOND_MARGIN_MM
-        self._candidates: CandidateList | None = None
-
-    def pairs(self, segments: Segments) -> Pairs:
-        """The pairs within the threshold that say something of their own, nearest first."""
-        found = self._tree.pairs_within(
-            segments, self._threshold, group_flat=self._group_flat, exact_within=self._exact_within
+    def __init__(
+        self, robot: PlacedRobot, tool: Tool, tree: ProximityTree, settings: ControlSettings, zones: Sequence[Zone] = ()
+    ):
+        self.zones = ordered(zones)
+        patches, shapes = bodies(self.zones)
+        self.surfaces = (tree, *patches)
+        margin = np.array([settings.margin_mm, *(zone.margin_mm for zone in self.zones)])
+        model, chain = robot.robot, robot.chain
+        ends = tool.segments(np.eye(3), np.zeros(3))
+        farthest = max(np.linalg.norm(ends.start, axis=1).max(), np.linalg.norm(ends.end, axis=1).max())
+        self.world = World(
+            chain=chain,
+            links=_fixed(np.linalg.norm(chain.offset, axis=1)),
+            reach=float(np.linalg.norm(chain.tip_offset) + farthest),
+            start=ends.start,
+            end=ends.end,
+            radius=ends.radius,
+            lower=_fixed(model.lower),
+            upper=_fixed(model.upper),
+            speed=_fixed(model.speed),
+            acceleration=_fixed(model.acceleration),
+            shapes=shape_table(shapes),
+            margin=_fixed(margin),
+            keep=_fixed(margin + BUFFER_MM),
+            threshold=float(max(settings.reach_mm, margin.max() + BEYOND_MARGIN_MM)),
+            change=float(settings.approach_deceleration_mm_per_s2 * settings.dt_s**2),
+            dt=float(settings.dt_s),
         )
-        return reduce_pairs(found)
+        self.cover = self._gathered(ends, -1.0)
 
-    @property
-    def margins(self) -> NDArray[np.float64]:
-        """Margin (B,) of every body in mm."""
-        return self._margins
+    def gather(self, start: Array, end: Array, further: float = 0.0) -> None:
+        """Gather the triangles around a pose of the tool's segments (S, 3), (S, 3), with more slack than usual."""
+        self.cover = self._gathered(Segments(start, end, self.world.radius), SLACK_MM + further)
 
-    def distances(self, segments: Segments) -> NDArray[np.float64]:
-        """Smallest distance (B, S) of every segment's surface to every body; no more than the threshold is told."""
-        if self._candidates is None or not self._candidates.valid_for(segments, self._threshold):
-            self._candidates = self._tree.candidates(segments, self._threshold + SLACK_MM)
-        return np.minimum(self._candidates.min_distance_per_segment(segments), self._threshold)[None, :]
+    def _gathered(self, segments: Segments, slack: float) -> Cover:
+        """A cover that holds for poses within ``slack`` mm of this one; for none where that is negative."""
+        reach = self.world.threshold + slack if slack >= 0.0 else 0.0
+        lists = [surface.candidates(segments, reach).arrays for surface in self.surfaces]
+        first = np.zeros((len(lists), len(segments) + 1), np.int32)
+        nodes = 0
+        for row, each in zip(first, lists, strict=True):
+            row[:] = each.offset + nodes
+            nodes += int(each.offset[-1])
+        return Cover(
+            boxes=_joined([each.boxes for each in lists]),
+            corners=_joined([each.corners for each in lists]),
+            label=_joined([each.label for each in lists]),
+            frame=np.stack([each.frame for each in lists]),
+            first=first,
+            start=segments.start,
+            end=segments.end,
+            slack=slack,
+        )
+
+
+def _fixed(values: Array) -> Array:
+    """A read-only contiguous copy."""
+    copy = np.array(values, dtype=np.float64, order="C")
+    copy.setflags(write=False)
+    return copy
+
+
+def _joined(arrays: Sequence[NDArray[Number]]) -> NDArray[Number]:
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)

@@ -12,6 +12,9 @@ from .compiled import compiled
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
+MAX_ROWS = 40  # pairs that one program of the control loop gets at most
+COSINE, RADIUS_MM = 0.95, 4.0  # a nearer pair says the same when normals and points on the axis agree so far
+
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
@@ -64,20 +67,27 @@ def pairs_from_rows(rows: Array, labels: Index) -> Pairs:
     return Pairs(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], labels[:, 0], labels[:, 1])
 
 
-def reduce_pairs(pairs: Pairs, max_rows: int = 40, cosine: float = 0.95, radius: float = 4.0) -> Pairs:
+def reduce_pairs(
+    pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE, radius: float = RADIUS_MM
+) -> Pairs:
     """The nearest pairs that say something of their own, nearest first.
 
     A pair is dropped when a nearer kept one of the same segment has a normal within ``cosine`` and a point on the axis
     within ``radius`` mm: its row would be nearly the same and weaker.
     """
-    rows = _select(pairs.distance, pairs.normal, pairs.on_tool, pairs.segment, max_rows, cosine, radius)
+    rows = select(pairs.distance, pairs.normal, pairs.on_tool, pairs.segment, max_rows, cosine, radius)
     return pairs.take(rows)
 
 
 @compiled
-def _select(
+def select(
     distance: Array, normal: Array, point: Array, segment: Index, max_rows: int, cosine: float, radius: float
 ) -> NDArray[np.int64]:
+    """Indices of the pairs that ``reduce_pairs`` keeps, in its order; of equal distances the first comes first.
+
+    Args:
+        distance: (N,) or another measure of nearness; normal, point: (N, 3); segment: (N,).
+    """
     count = len(distance)
     kept = np.empty(min(max_rows, count), np.int64)
     waiting = np.arange(count)

@@ -1,7 +1,5 @@
 """The stacked QP: optimal, checked by residuals, and honest about infeasible problems (HAZ-03)."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear, nnls
@@ -77,9 +75,13 @@ def test_infeasible_problems_have_no_solution(seed: int) -> None:
     _, _, problem = random_problem(seed)
     row = np.zeros((2, N + 1))
     row[0, 0], row[1, 0] = 1.0, -1.0
-    problem = replace(problem, rows=np.vstack([problem.rows, row]), bound=np.append(problem.bound, [-0.2, -0.2]))
+    problem = problem._replace(
+        rows=np.vstack([problem.rows, row]),
+        upper=np.append(problem.upper, [-0.2, -0.2]),
+        lower=np.append(problem.lower, [-1e30, -1e30]),
+    )
     assert qp.solve(problem) is None
-    held = qp.solve(qp.holdable(problem))
+    held = qp.solve(problem.holdable())
     assert held is not None
 
 

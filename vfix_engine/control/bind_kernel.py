@@ -1,0 +1,85 @@
+"""Which of the hundreds of pairs can bind in the next step, compiled.
+
+A pair's row is −n·ΔP ≤ bound, and no point of segment s moves further than m_s in one step within the joints' box:
+a row with a bound of m_s or more holds for every such step and may be left out without any change of the answer.
+Of the others those are kept that say something of their own, nearest first (``geometry.pairs.select``).
+What that drops is nearly a copy of a nearer row; should it matter all the same, the certificate refuses the step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..fixtures.joint_limits import step_box
+from ..fixtures.stopping import stopping_distance
+from ..geometry.compiled import compiled
+from ..geometry.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
+from .world import World
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
+
+
+@compiled
+def largest_moves(
+    world: World, q: Array, velocity: Array, position: Array, jacobian: Array, start: Array, end: Array, move: Array
+) -> None:
+    """Bound (S,) in mm of how far any point of each segment moves in the next step: at one of its ends."""
+    n = len(q)
+    low, high = np.empty(n), np.empty(n)
+    step_box(q, velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt, low, high)
+    for s in range(len(move)):
+        move[s] = 0.0
+        for side in range(2):
+            point = start[s] if side == 0 else end[s]
+            x, y, z = point[0] - position[0], point[1] - position[1], point[2] - position[2]
+            total = 0.0
+            for j in range(n):
+                a, b, c = jacobian[3, j], jacobian[4, j], jacobian[5, j]
+                u = jacobian[0, j] + b * z - c * y
+                v = jacobian[1, j] + c * x - a * z
+                w = jacobian[2, j] + a * y - b * x
+                total += max(abs(low[j]), abs(high[j])) * np.sqrt(u * u + v * v + w * w)
+            move[s] = max(move[s], total)
+
+
+@compiled
+def binding(
+    world: World, move: Array, rows: Array, labels: Index, body: Index, found: int, pairs: Array, tags: Index
+) -> int:  # fmt: skip
+    """Write the pairs that can bind, nearest to their margin first; how many they are.
+
+    The nearest of all is always among them.
+
+    Args:
+        move: (S,) from ``largest_moves``; rows, labels, body: the ``found`` pairs of ``measure``.
+        pairs: (MAX_ROWS, 10), tags: (MAX_ROWS, 3) segment, triangle, body; out.
+    """
+    limit = np.empty(len(move))
+    for s in range(len(move)):
+        limit[s] = stopping_distance(move[s], world.change)
+    waiting, room = np.empty(found + 1, np.int32), np.empty(found + 1)
+    left, nearest, least = 0, -1, np.inf
+    for i in range(found):
+        free = rows[i, 0] - world.keep[body[i]]
+        if free < least:
+            nearest, least = i, free
+        if free < limit[labels[i, 0]]:
+            waiting[left], room[left] = i, free
+            left += 1
+    if left == 0 and nearest >= 0:
+        waiting[0], room[0] = nearest, least
+        left = 1
+    normal, point, segment = np.empty((left, 3)), np.empty((left, 3)), np.empty(left, np.int32)
+    for i in range(left):
+        row = rows[waiting[i]]
+        for k in range(3):
+            normal[i, k], point[i, k] = row[1 + k], row[4 + k]
+        segment[i] = labels[waiting[i], 0]
+    chosen = select(room[:left], normal, point, segment, MAX_ROWS, COSINE, RADIUS_MM)
+    for i in range(len(chosen)):
+        source = waiting[chosen[i]]
+        pairs[i] = rows[source]
+        tags[i, 0], tags[i, 1], tags[i, 2] = labels[source, 0], labels[source, 1], body[source]
+    return len(chosen)

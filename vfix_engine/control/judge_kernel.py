@@ -1,0 +1,167 @@
+"""The certificate, compiled: a motion is kept only when the tool provably keeps its distance during all of it.
+
+Between two poses the joints move linearly.
+A point of the tool's axis at share s of the motion is at most s·h + C/8 away from its start and (1 − s)·h + C/8 from
+its end, where h is the length of its chord and C bounds its second derivative (``sweep_kernel.bend``).
+Distance to a body changes no faster than the point moves, so the distance on the way is at least
+(c_0 + c_1 − h) / 2 − C/8, with c_0 and c_1 the distances at the ends (HAZ-01, HAZ-02).
+Where that is not enough the motion is halved and both halves are judged; a motion that still is not after
+``HALVINGS`` is refused.
+From a state already inside a margin only motions that never deepen are kept (HAZ-04).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.compiled import compiled
+from .bind_kernel import binding, largest_moves
+from .measure_kernel import covered, measure, place
+from .moment_kernel import moment_parts
+from .sweep_kernel import bend, chords
+from .world import Cover, World
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
+
+SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
+HALVINGS = 5
+_GRID = 1 << HALVINGS
+
+KEPT, REFUSED, UNCOVERED, OVERFULL = range(4)  # what a verdict can be
+
+
+@compiled
+def _above(distance: Array, floor: Array) -> bool:
+    """Whether every distance is a number and no less than its floor."""
+    for b in range(distance.shape[0]):
+        for s in range(distance.shape[1]):
+            if not (distance[b, s] >= floor[b, s] and distance[b, s] < np.inf):
+                return False
+    return True
+
+
+@compiled
+def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Array) -> bool:
+    """Whether the bound between two poses keeps the floor, with distances ``one`` and ``two`` (B, S) at its ends."""
+    for b in range(floor.shape[0]):
+        for s in range(floor.shape[1]):
+            least = 0.5 * (one[b, s] + two[b, s] - chord[s]) - sag
+            if not least >= floor[b, s] - SWEEP_TOLERANCE_MM:
+                return False
+    return True
+
+
+@compiled
+def _clear_in_halves(
+    world: World, cover: Cover, q: Array, step: Array, start: Array, end: Array, distance: Array,
+    last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
+) -> int:  # fmt: skip
+    """Verdict on a motion that needs to be looked at in between; its poses lie on a grid of ``_GRID`` steps."""
+    n, count, bodies = len(q), len(start), len(floor)
+    starts, ends = np.empty((_GRID + 1, count, 3)), np.empty((_GRID + 1, count, 3))
+    distances = np.empty((_GRID + 1, bodies, count))
+    starts[0], ends[0], distances[0] = start, end, distance
+    starts[_GRID], ends[_GRID], distances[_GRID] = last_start, last_end, last_distance
+    between, chord = np.empty(n), np.empty(count)
+    position, rotation, jacobian = np.empty(3), np.empty((3, 3)), np.empty((6, n))
+    rows, labels, body = np.empty((0, 10)), np.empty((0, 2), np.int32), np.empty(0, np.int32)
+    stack = np.empty((HALVINGS + 2, 2), np.int64)
+    stack[0, 0], stack[0, 1] = 0, _GRID
+    top = 1
+    while top > 0:
+        top -= 1
+        i, j = stack[top]
+        share = (j - i) / _GRID
+        chords(starts[i], ends[i], starts[j], ends[j], chord)
+        if _clear_between(distances[i], distances[j], chord, share * share * curve / 8.0, floor):
+            continue
+        if j - i == 1:
+            return REFUSED
+        middle = (i + j) // 2
+        for k in range(n):
+            between[k] = q[k] + middle / _GRID * step[k]
+        place(world, between, position, rotation, jacobian, starts[middle], ends[middle])
+        if not covered(world, cover, starts[middle], ends[middle]):
+            return UNCOVERED
+        measure(world, cover, starts[middle], ends[middle], -np.inf, distances[middle], rows, labels, body)
+        if not _above(distances[middle], floor):
+            return REFUSED
+        stack[top, 0], stack[top, 1] = middle, j
+        stack[top + 1, 0], stack[top + 1, 1] = i, middle
+        top += 2
+    return KEPT
+
+
+@compiled
+def look(
+    world: World, cover: Cover, moment: Array, rows: Array, labels: Index, body: Index, pairs: Array, tags: Index
+) -> tuple[int, int]:
+    """Complete a moment whose joints and velocity are given, and write the pairs that can bind in its next step.
+
+    Returns:
+        KEPT, UNCOVERED or OVERFULL, and how many pairs there are (or rows are needed), see ``judge``.
+    """
+    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
+    q, velocity, position, rotation, jacobian, start, end, distance = moment_parts(moment, n, count, bodies)
+    place(world, q, position, rotation, jacobian, start, end)
+    if not covered(world, cover, start, end):
+        return UNCOVERED, 0
+    found = measure(world, cover, start, end, world.threshold, distance, rows, labels, body)
+    if found > len(rows):
+        return OVERFULL, found
+    move = np.empty(count)
+    largest_moves(world, q, velocity, position, jacobian, start, end, move)
+    return KEPT, binding(world, move, rows, labels, body, found, pairs, tags)
+
+
+@compiled
+def judge(
+    world: World, cover: Cover, before: Array, step: Array, after: Array,
+    rows: Array, labels: Index, body: Index, pairs: Array, tags: Index,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Judge the motion from the moment ``before`` by ``step`` (n,), and write the moment and the pairs it ends in.
+
+    Args:
+        after: out, a moment (see ``moment_kernel``); its pose is written whatever the verdict.
+        rows, labels, body: (R, …) room for the pairs within the threshold.
+        pairs, tags: (MAX_ROWS, …) out, those that can bind in the next step, see ``binding``.
+
+    Returns:
+        KEPT, REFUSED, UNCOVERED (gather the triangles around the end with the returned way more slack) or OVERFULL
+        (so many rows are needed); how many pairs are written or rows needed; how far from its place at the end any
+        point of the tool is on the way, mm.
+    """
+    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
+    q, _, _, _, _, start, end, distance = moment_parts(before, n, count, bodies)
+    new_q, velocity, position, rotation, jacobian, new_start, new_end, new_distance = moment_parts(
+        after, n, count, bodies
+    )
+    for j in range(n):
+        new_q[j], velocity[j] = q[j] + step[j], step[j] / world.dt
+    place(world, new_q, position, rotation, jacobian, new_start, new_end)
+    chord = np.empty(count)
+    chords(start, end, new_start, new_end, chord)
+    curve = bend(world.chain, world.links, world.reach, q, step)
+    way = chord.max() + curve / 8.0
+    if not covered(world, cover, new_start, new_end):
+        return UNCOVERED, 0, way
+    found = measure(world, cover, new_start, new_end, world.threshold, new_distance, rows, labels, body)
+    if found > len(rows):
+        return OVERFULL, found, way
+    floor = np.empty((bodies, count))
+    for b in range(bodies):
+        for s in range(count):
+            floor[b, s] = min(distance[b, s], world.margin[b])
+    if not _above(new_distance, floor):
+        return REFUSED, 0, way
+    if not _clear_between(distance, new_distance, chord, curve / 8.0, floor):
+        verdict = _clear_in_halves(
+            world, cover, q, step, start, end, distance, new_start, new_end, new_distance, curve, floor
+        )
+        if verdict != KEPT:
+            return verdict, 0, way
+    move = np.empty(count)
+    largest_moves(world, new_q, velocity, position, jacobian, new_start, new_end, move)
+    return KEPT, binding(world, move, rows, labels, body, found, pairs, tags), way
