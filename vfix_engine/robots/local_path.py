@@ -26,7 +26,8 @@ def local_path(folder: Path, name: str) -> Path:
         raise RobotError(f"the file name {shown} is empty, too long or has a letter that none here may have")
     if _SCHEME.match(rest):
         raise RobotError(f"the file name {shown} has a scheme; only files inside the robot's folder are read")
-    if rest[0] in "/~" or ".." in rest.split("/"):
+    # A part with spaces around it is another one on Windows: '.. ' is '..' there.
+    if rest[0] in "/~" or any(part == ".." or part != part.strip() for part in rest.split("/")):
         raise RobotError(f"the file name {shown} leads out of the robot's folder")
     try:
         root = folder.resolve()

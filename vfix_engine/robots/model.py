@@ -160,7 +160,7 @@ class RobotModel:
 
     @property
     def travel(self) -> float:
-        """Longest lever in mm that links, slides and mount can put between a revolute joint and the flange (a bound)."""
+        """Longest lever in mm that links, slides and mount can put between a revolute joint and the flange."""
         slides = np.maximum(np.abs(self.lower), np.abs(self.upper))[~self.revolute].sum()
         offsets = [*(joint.placement[:3, 3] for joint in self.joints[1:]), self.mount.transform_flange_to_link[:3, 3]]
         return float(slides + sum(np.linalg.norm(offset) for offset in offsets))
