@@ -66,6 +66,7 @@ def payloads(outside: Path) -> list[str]:
     found += ["package://linked.stl", "./linked.stl", "meshes/../linked.stl", "circle/secret.stl", "x" * 5000]
     found += [f"{outside.parent.as_posix()}/./{CANARY}", f"package://linked/{CANARY}", f"meshes/up/up/{CANARY}"]
     found += [f"..\t/{CANARY}", f"\t{absolute}", f"&#x2e;&#x2e;/{CANARY}", f"&#47;{CANARY}"]
+    found += [f"package://../{CANARY}", f"package://p//../../{CANARY}", f"package://package://../{CANARY}"]
     return found
 
 
