@@ -14,10 +14,11 @@ import numpy as np
 
 from app.services import Services, build_services
 from app.services.plans import Plan
-from app.services.resolve import ResolvedCase, resolve_case, resolve_plan, resolve_targets
+from app.services.resolve import ResolvedCase, resolve_case, resolve_plan, resolve_targets, resolve_zones
 from app.settings import Settings
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
+from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation.headless import HeadlessRun
@@ -40,6 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
     parser.add_argument("--tool", help="a shipped tool's name or a tool file, instead of the plan's")
     parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
+    parser.add_argument("--zones", type=Path, metavar="FILE", help="no-fly zones and soft zones")
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
     parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
     parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
@@ -100,13 +102,17 @@ def build_scene(
         targets, names = _targets(plan, args.targets)
     else:
         targets, names = np.zeros((0, 3)), ()
-    placed = plan.robot.get("base") is not None and args.tool is None and args.margin is None
+    zones = ZoneSet() if args.zones is None else resolve_zones(args.zones, case.mesh)
+    placed = plan.robot.get("base") is not None and args.tool is None and args.margin is None and args.zones is None
     if placed:
         base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
     else:
-        placing = place_robot(case.tree, robot, tool, path, settings)
+        placing = place_robot(case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones)
         base, q_start = placing.base, placing.q_start
-    return Scene(case.tree, robot, tool, base, q_start, path, targets, names), settings
+    scene = Scene(
+        case.tree, robot, tool, base, q_start, path, targets, names, zones=zones.zones, fixtures=zones.soft_zones
+    )
+    return scene, settings
 
 
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -144,7 +150,12 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
     path = run.rehearsal.scene.path
     length = math.nan if path is None else path.length
-    return result | run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
+    zones = [
+        {"name": zone.name, "margin_mm": zone.margin_mm, "min_distance_mm": least}
+        for zone, least in zip(run.rehearsal.controller.zones, run.least_of_zones, strict=True)
+    ]
+    figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
+    return result | figures | ({"zones": zones} if zones else {})
 
 
 def _print_for_people(report: dict[str, Any]) -> None:

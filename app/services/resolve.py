@@ -10,10 +10,11 @@ from typing import Protocol, TypeVar
 from app.services.cases import CaseService
 from app.services.errors import NotFound
 from app.services.exchange import read_plan, read_targets
-from app.services.exchange_parts import MAX_TEXT
+from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
 from app.services.plans import Plan, PlanPoint, PlanService
 from app.store.database import utc_now
 from vfix_engine.errors import InputError
+from vfix_engine.fixtures.zone_file import ZoneSet, zones_from_dict
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.mesh_files import is_mesh, read_mesh
@@ -105,6 +106,11 @@ def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
 def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
     """Targets of a Markups, plan or table file, in LPS mm. Raises InputError."""
     return read_targets(path.name, read_bytes(path))
+
+
+def resolve_zones(path: Path, anatomy: TriangleMesh) -> ZoneSet:
+    """No-fly zones and soft zones of a file, in LPS mm; patches are parts of ``anatomy``. Raises InputError."""
+    return zones_from_dict(parse_json_object(decode(read_bytes(path))), anatomy)
 
 
 def find(items: Sequence[Item], text: str, what: str) -> Item:

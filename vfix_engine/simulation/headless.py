@@ -69,6 +69,7 @@ class HeadlessRun:
 
     def __init__(self, rehearsal: Rehearsal, keep: Keep):
         self.rehearsal, self._keep, self.tally = rehearsal, keep, Tally()
+        self.least_of_zones = [np.inf] * len(rehearsal.controller.zones)  # [mm], of the whole tool to each so far
 
     def follow(self) -> Snapshot:
         """Along the path to its end, or until the hand gives up."""
@@ -164,6 +165,8 @@ class HeadlessRun:
         begin = time.perf_counter()
         state, snapshot = self.rehearsal.step(state, command)
         self.tally.add(snapshot, time.perf_counter() - begin)
+        nearest = state.tool.distance[1:].min(axis=1)
+        self.least_of_zones = [min(*pair) for pair in zip(self.least_of_zones, nearest.tolist(), strict=True)]
         self._keep(snapshot)
         return state, snapshot
 

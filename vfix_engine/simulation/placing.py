@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..control import ControlSettings
 from ..errors import StartRefused
+from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
 from ..geometry.proximity import ProximityTree
 from ..robots import RobotModel, Tool
@@ -41,11 +42,14 @@ def place_robot(
     tool: Tool,
     path: SplinePath,
     settings: ControlSettings,
+    zones: tuple[Zone, ...] = (),
+    fixtures: tuple[Fixture, ...] = (),
 ) -> Placing:
     """The placing from which the controller gets furthest along the path.
 
     Directions of the shaft around the path's chord and turns of the bend are ranked by the clearance of the unmoving
-    orientation at samples of the path; the best few are driven dry, and the first that arrives is taken.
+    orientation at samples of the path; the best few are driven dry, among zones and with standing fixtures where there
+    are any, and the first that arrives is taken.
 
     Raises:
         StartRefused: the tool does not fit at the entry in any of these directions.
@@ -61,7 +65,7 @@ def place_robot(
         base[:3, 3] = path.position(0.0) - orientation.tip @ tool.tip_in_flange
         q_start = np.zeros(len(robot.joints))
         q_start[turn] = orientation.roll
-        scene = Scene(tree, robot, tool, base, q_start, path)
+        scene = Scene(tree, robot, tool, base, q_start, path, zones=zones, fixtures=fixtures)
         try:
             run = dry_run(scene, settings)
         except StartRefused as error:
