@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from ..control.tasks import (
 from ..errors import ControlError
 from .scene import Scene
 from .snapshot import Snapshot
+from .teleoperation import Master, followed, led, spring
 
 Array = NDArray[np.float64]
 
@@ -31,15 +32,20 @@ ON_TARGET_SHARE = 0.5  # of ε_t, where inspection takes over from its approach
 SEARCH_WINDOW_MM = 5.0  # closest point is searched this far along the path, never on another branch
 
 MODES = ("path", "inspect", "free")
+GUIDED = ("approach", "inspect_approach")  # phases in which the fixture chooses the direction
 
 
 @dataclass(frozen=True)
 class Command:
-    """What the hand does during one step: force (3,) in N at the grip, drive and twist as -1, 0 or +1."""
+    """What the hand does during one step: force (3,) in N at the grip, drive and twist as -1, 0 or +1.
+
+    With a ``master`` the step is teleoperated, in every mode: its motion counts instead of force and drive.
+    """
 
     force: Array
     drive: int = 0
     twist: int = 0
+    master: Master | None = None
 
 
 @dataclass(frozen=True)
@@ -53,7 +59,10 @@ class PathPoint:
 
 @dataclass(frozen=True)
 class RehearsalState:
-    """All that a rehearsal remembers between two steps; ``nearest`` is None where there is no path."""
+    """All that a rehearsal remembers between two steps; ``nearest`` is None where there is no path.
+
+    emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
+    """
 
     tool: ToolState
     mode: str
@@ -61,6 +70,8 @@ class RehearsalState:
     nearest: PathPoint | None
     target: int
     steps: int
+    emergencies: int = 0
+    lag: Array = field(default_factory=lambda: np.zeros(3))
 
 
 class Rehearsal:
@@ -68,7 +79,10 @@ class Rehearsal:
 
     def __init__(self, scene: Scene, settings: ControlSettings):
         self.scene, self.settings = scene, settings
-        self.controller = Controller(scene.placed_robot(), scene.tool, scene.tree, settings)
+        robot = scene.placed_robot()
+        self.controller = Controller(
+            robot, scene.tool, scene.tree, settings, zones=scene.zones, fixtures=scene.fixtures
+        )
 
     def start(self, mode: str = "path") -> RehearsalState:
         """The state at the entry.
@@ -82,7 +96,8 @@ class Rehearsal:
         return self.with_mode(RehearsalState(tool, "free", "free", nearest, 0, 0), mode)
 
     def with_mode(self, state: RehearsalState, mode: str, target: int = 0) -> RehearsalState:
-        """The same pose in another mode; ControlError when the scene has no path or no such target."""
+        """The same pose and speed in another mode; ControlError when the scene has no path or no such target."""
+        state = replace(state, lag=np.zeros(3))
         if mode not in MODES:
             raise ControlError(f"mode '{mode}' is not one of {', '.join(MODES)}")
         if mode == "path":
@@ -104,13 +119,26 @@ class Rehearsal:
         if force.shape != (3,) or not np.isfinite(force).all():
             force = np.zeros(3)  # HAZ-05: a number that is none pushes nothing
         force = saturate(np.clip(force, -FORCE_LIMIT_N, FORCE_LIMIT_N), self.settings.force_cap_n)
+        if command.master is None:
+            state = replace(state, lag=np.zeros(3))
+        else:
+            state = replace(state, lag=led(state.lag, command.master, self.settings))
+            force, command = spring(state.lag, self.settings), replace(command, drive=0)
         if state.mode == "path":
             return self._path_step(state, command, force)
         if state.mode == "inspect":
             return self._inspect_step(state, command, force)
-        torque = self._torque(state, command, force, state.tool.tip.position)
-        report = self.controller.step(state.tool, move_freely(state.tool, force, torque, self.settings))
-        return self._finish(replace(state, tool=report.state), report, force, torque)
+        # Li 2007, V.F: the master moves the tip; on the grip a force turns the tool as well.
+        lever = state.tool.tip.position
+        torque = self._torque(state, command, force if command.master is None else np.zeros(3), lever)
+        reach = self._reach(state, command)
+        report = self.controller.step(state.tool, move_freely(state.tool, force, torque, self.settings, reach))
+        moved = report.state.tip.position - state.tool.tip.position
+        return self._finish(replace(state, tool=report.state), report, command, force, torque, moved)
+
+    def _reach(self, state: RehearsalState, command: Command) -> float:
+        """How far the tool is to move at most, in mm: up to its master, if there is one."""
+        return np.inf if command.master is None else float(np.linalg.norm(state.lag))
 
     def _path_step(self, state: RehearsalState, command: Command, force: Array) -> tuple[RehearsalState, Snapshot]:
         path, near = self.scene.path, state.nearest
@@ -119,14 +147,16 @@ class Rehearsal:
         offset = near.position - state.tool.tip.position
         cap = self.settings.force_cap_n
         force = saturate(force + command.drive * cap * near.tangent, cap)
+        reach = self._reach(state, command)
         limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
         phase = "follow" if float(np.linalg.norm(offset)) <= limit else "approach"
         if phase == "approach":
-            task = approach_path(state.tool, force, offset, self.settings)
+            task = approach_path(state.tool, force, offset, self.settings, reach)
         else:
             room = (near.s, path.length - near.s)
-            task = follow_path(state.tool, force, near.tangent, offset, room, self.settings)
+            task = follow_path(state.tool, force, near.tangent, offset, room, self.settings, reach)
         report = self.controller.step(state.tool, task)
+        moved = report.state.tip.position - state.tool.tip.position
         state = replace(state, tool=report.state, phase=phase)
         after = self._nearest(state)
         end = ""
@@ -137,7 +167,7 @@ class Rehearsal:
                 end = "the end of the path" if push > 0 else ""
             elif after.s <= END_MM and push < 0:
                 end = "the entry of the path"
-        return self._finish(replace(state, nearest=after), report, force, np.zeros(3), end)
+        return self._finish(replace(state, nearest=after), report, command, force, np.zeros(3), moved, end)
 
     def _nearest(self, state: RehearsalState) -> PathPoint:
         """The path's point closest to the tip, searched around the last one."""
@@ -152,32 +182,54 @@ class Rehearsal:
         tolerance = self.settings.target_tolerance_mm
         arrived = off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance)
         phase = "inspect_hold" if arrived else "inspect_approach"
-        torque = np.zeros(3)
+        torque, reach = np.zeros(3), self._reach(state, command)
         task: Task
         if phase == "inspect_hold":
             torque = self._torque(state, command, force, centre)
-            task = inspect_target(state.tool, tool, torque, target, self.settings)
+            lever = float(np.linalg.norm(self._grip(state.tool) - centre))
+            task = inspect_target(state.tool, tool, torque, target, self.settings, reach / lever)
         else:
             pull = force
             if command.drive > 0:
                 pull = saturate(force + self.settings.force_cap_n * _unit(target - centre), self.settings.force_cap_n)
-            task = approach_target(state.tool, tool, pull, target, self.settings)
+            task = approach_target(state.tool, tool, pull, target, self.settings, reach)
         report = self.controller.step(state.tool, task)
-        return self._finish(replace(state, tool=report.state, phase=phase), report, force, torque)
+        if phase == "inspect_hold":  # the master holds the grip there, and the virtual point before
+            moved = self._grip(report.state) - self._grip(state.tool)
+        else:
+            moved = view_point(report.state, tool, self.settings.view_distance_mm) - centre
+        state = replace(state, tool=report.state, phase=phase)
+        return self._finish(state, report, command, force, torque, moved)
+
+    def _grip(self, tool: ToolState) -> Array:
+        return self.scene.tool.grip(tool.tip.rotation, tool.tip.position)
 
     def _torque(self, state: RehearsalState, command: Command, force: Array, centre: Array) -> Array:
         """τ = (grip − centre) × f plus the twist about the shaft, in N·mm."""
         tip, tool = state.tool.tip, self.scene.tool
-        lever = tool.grip(tip.rotation, tip.position) - centre
+        lever = self._grip(state.tool) - centre
         twist = command.twist * self.settings.force_cap_n * tool.grip_from_bend * tip.rotation[:, 1]
         torque: Array = np.cross(lever, force) + twist
         return torque
 
     def _finish(
-        self, state: RehearsalState, report: StepReport, force: Array, torque: Array, end: str = ""
+        self,
+        state: RehearsalState,
+        report: StepReport,
+        command: Command,
+        force: Array,
+        torque: Array,
+        moved: Array,
+        end: str = "",
     ) -> tuple[RehearsalState, Snapshot]:
-        state = replace(state, steps=state.steps + 1)
-        return state, self.snapshot(state, report, force, torque, end)
+        """Count the step; ``moved`` (3,) is what the tool's led point did, which a master is ahead of no longer."""
+        state = replace(state, steps=state.steps + 1, emergencies=state.emergencies + report.emergency)
+        if command.master is not None:
+            state = replace(state, lag=followed(state.lag, moved, state.phase in GUIDED))
+        snapshot = self.snapshot(state, report, force, torque, end)
+        if command.master is not None:
+            snapshot = replace(snapshot, teleoperated=True, reflection=-spring(state.lag, self.settings))
+        return state, snapshot
 
     def snapshot(
         self,
@@ -227,6 +279,7 @@ class Rehearsal:
             target_error_mm=target_error,
             rows=0 if report is None else report.rows,
             steps=state.steps,
+            emergencies=state.emergencies,
         )
 
 
