@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
 from .description import check_transform
-from .lever import levers
 from .placed import PlacedRobot
 from .tool import HOLDS, Tool
 
@@ -158,26 +157,10 @@ class RobotModel:
 
         return load_robot(name_or_path, tool_frame)
 
-    @property
-    def travel(self) -> float:
-        """Longest lever in mm that links, slides and mount can put between a revolute joint and the flange."""
-        slides = np.maximum(np.abs(self.lower), np.abs(self.upper))[~self.revolute].sum()
-        offsets = [*(joint.placement[:3, 3] for joint in self.joints[1:]), self.mount.transform_flange_to_link[:3, 3]]
-        return float(slides + sum(np.linalg.norm(offset) for offset in offsets))
-
     def transform_tip_to_link(self, tool: Tool) -> Array:
         """The tip of a tool in this robot's hold (4, 4), in the last joint's moving frame."""
         transform: Array = self.mount.transform_flange_to_link @ tool.transform_tip_to_flange(self.mount.hold)
         return transform
-
-    def lever(self, tool: Tool) -> float:
-        """Upper bound in mm of the distance from any revolute axis to any point of the tool's axis, for all q in range.
-
-        This is the L of the certificate's bound of a swept motion (see ``lever.levers``).
-        """
-        tip = self.transform_tip_to_link(tool)
-        segments = tool.segments(tip[:3, :3], tip[:3, 3])
-        return float(levers(self.joints, np.concatenate([segments.start, segments.end])).max())
 
     def placed(self, base: ArrayLike, tip: Tool | ArrayLike | None = None) -> PlacedRobot:
         """The robot with its base at transform_base_to_patient (4, 4) in mm.

@@ -198,11 +198,6 @@ class Tool:
         direction: Array = rotation @ self._axis
         return direction
 
-    def reach(self) -> float:
-        """Bound of the distance of any point of the axis from the flange that holds it, in mm."""
-        offsets = [self._ends + self.transform_tip_to_flange(hold)[:3, 3] for hold in HOLDS]
-        return float(max(np.linalg.norm(ends, axis=1).max() for ends in offsets))
-
 
 def _part(entry: Mapping[str, Any]) -> Part:
     check_keys(entry, {"name", "length", "radius", "bend"}, "a tool's part")

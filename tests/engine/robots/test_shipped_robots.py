@@ -1,4 +1,4 @@
-"""Kinematics of the shipped robots: Jacobians, compiled chain, references made elsewhere, levers (HAZ-02, HAZ-07)."""
+"""Kinematics of the shipped robots: Jacobians, compiled chain, references made elsewhere (HAZ-07)."""
 
 import json
 from pathlib import Path
@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.engine.robots.test_robot import SHIPPED, random_base
 from vfix_engine.resources import assets_dir
-from vfix_engine.robots import Joint, RobotModel, Tool
+from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.robots.chain_kernel import forward
-from vfix_engine.robots.lever import levers
 
 FLANGE_TO_FRAME = np.eye(4)  # back from the flange, whose y is the shaft's, to a tool frame whose z is
 FLANGE_TO_FRAME[:3, :3] = Rotation.from_euler("x", -90, degrees=True).as_matrix()
@@ -94,53 +93,3 @@ def test_the_psm_is_where_its_dh_numbers_put_it(trial_data: Path, frame: str, ke
         jacobian = tip.jacobian * scale
         jacobian[:3] /= 1e3
         np.testing.assert_allclose(jacobian, case["jacobian_world_aligned_linear_then_angular"], atol=1e-12)
-
-
-def measured_lever(robot: RobotModel, tool: Tool, random: np.random.Generator, count: int) -> float:
-    """Largest distance from any revolute axis to either end of any part, over random configurations."""
-    placed, most = robot.placed(np.eye(4), tool), 0.0
-    axes = np.array([joint.axis for joint in robot.joints])[robot.revolute]
-    for _ in range(count):
-        q = random.uniform(robot.lower, robot.upper)
-        frames = placed.link_placements(q)[1:][robot.revolute]
-        segments = tool.segments(*placed.tip_pose(q))
-        points = np.concatenate([segments.start, segments.end])
-        arms = np.cross(points[None] - frames[:, None, :3, 3], (frames[:, :3, :3] @ axes[:, :, None])[:, None, :, 0])
-        most = max(most, float(np.linalg.norm(arms, axis=2).max()))
-    return most
-
-
-@pytest.mark.parametrize("name", SHIPPED)
-def test_no_axis_is_further_from_the_tool_than_the_lever(name: str) -> None:
-    """HAZ-02: the certificate's bound between two poses rests on it; and it is not so wide as to say nothing."""
-    random = np.random.default_rng(3)
-    robot, tool = RobotModel.load(name), Tool.load("bent_30")
-    most = measured_lever(robot, tool, random, 2000)
-    assert most <= robot.lever(tool) <= 1.5 * most
-
-
-def test_the_lever_holds_for_any_chain() -> None:
-    """HAZ-02: 200 random chains of one to six joints with link offsets, 30 configurations each."""
-    random = np.random.default_rng(5)
-    tightest = np.inf
-    for _ in range(200):
-        joints = []
-        for i in range(random.integers(1, 7)):
-            axis = random.normal(size=3)
-            x, y, z = axis / np.linalg.norm(axis)
-            kind = "revolute" if random.random() < 0.7 else "prismatic"
-            low, high = np.sort(random.uniform(-3, 3, 2)) * (1.0 if kind == "revolute" else 30.0)
-            joints.append(Joint(f"j{i}", kind, (x, y, z), low, high, 1.0, 1.0, "test", random_base(random)))
-        robot, tool = RobotModel("r", "r", "test", tuple(joints)), Tool.load("bent_30")
-        if not robot.revolute.any():
-            assert robot.lever(tool) == 0.0
-            continue
-        most = measured_lever(robot, tool, random, 30)
-        assert most <= robot.lever(tool)
-        tightest = min(tightest, robot.lever(tool) / most)
-    assert tightest < 1.01
-
-
-def test_the_lever_of_one_joint_is_the_distance_to_its_axis() -> None:
-    joint = Joint("a", "revolute", (0.0, 0.0, 1.0), -1.0, 1.0, 1.0, 1.0, "test")
-    assert levers([joint], np.array([[3.0, 4.0, 7.0], [1.0, 0.0, 0.0]]))[0] == pytest.approx(5.0)
