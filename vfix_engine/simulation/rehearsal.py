@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..control.tasks import (
     view_point,
 )
 from ..errors import ControlError
+from ..geometry.proximity import ProximityTree
 from .scene import Scene
 from .snapshot import Snapshot
 from .teleoperation import Master, followed, led, spring
@@ -83,6 +85,13 @@ class Rehearsal:
         self.controller = Controller(
             robot, scene.tool, scene.tree, settings, zones=scene.zones, fixtures=scene.fixtures
         )
+
+    def with_anatomy(self, tree: ProximityTree) -> Rehearsal:
+        """The same rehearsal among anatomy that has moved; its states go on from where the tool is (HAZ-04)."""
+        moved = copy(self)
+        moved.scene = replace(self.scene, tree=tree)
+        moved.controller = self.controller.with_anatomy(tree)
+        return moved
 
     def start(self, mode: str = "path") -> RehearsalState:
         """The state at the entry.
