@@ -1,6 +1,8 @@
-"""Lower bounds of the distances from one segment to 16 boxes at once, in single precision and never too large.
+"""Lower bounds of the distances from one segment to 16 boxes or balls at once, in single precision and never too large.
 
-The boxes lie as a node: 6 × 16 float32, all x of the centres, y, z, then half extents; relative to a frame's origin.
+Boxes lie as a node: 6 × 16 float32, all x of the centres, y, z, then half extents; relative to a frame's origin.
+Shells are boxes along axes of their own: 15 × 16 float32, centres, three axes, half extents.
+Balls lie as 4 × 16 float32, centres and radii.
 The direction from the segment's nearest point to the box's centre separates the two at least as far as the support of
 the box along it leaves room; what rounding may have added is taken off again.
 """
@@ -16,6 +18,8 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 NODE = 96  # numbers in a node
+SHELL = 240  # numbers in a node's shells
+BALLS = 64  # numbers in a block's balls
 PROBE = 12  # numbers that describe a segment: p from the origin, d, d / d·d, slack
 
 _ZERO = np.float32(0.0)
@@ -57,3 +61,39 @@ def box_gaps(node: Single, probe: Single, gaps: Single) -> None:
         support = abs(gx) * node[48 + j] + abs(gy) * node[64 + j] + abs(gz) * node[80 + j]
         gap = size - support / (size if size > _ZERO else _ONE)
         gaps[j] = (gap if gap > _ZERO else _ZERO) - slack
+
+
+@vectorised
+def shell_gaps(shell: Single, probe: Single, gaps: Single, depths: Single) -> None:
+    """As ``box_gaps`` for boxes along their own axes; ``depths`` (16,) get their extents that way, mm."""
+    px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
+    hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
+    for j in range(16):
+        gx, gy, gz = shell[j] - px, shell[16 + j] - py, shell[32 + j] - pz
+        t = gx * hx + gy * hy + gz * hz
+        t = min(max(t, _ZERO), _ONE)
+        gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
+        size = np.sqrt(gx * gx + gy * gy + gz * gz)
+        support = abs(gx * shell[48 + j] + gy * shell[64 + j] + gz * shell[80 + j]) * shell[192 + j]
+        support += abs(gx * shell[96 + j] + gy * shell[112 + j] + gz * shell[128 + j]) * shell[208 + j]
+        support += abs(gx * shell[144 + j] + gy * shell[160 + j] + gz * shell[176 + j]) * shell[224 + j]
+        support = support / (size if size > _ZERO else _ONE)
+        gaps[j] = size - support - slack
+        depths[j] = support + support
+
+
+@vectorised
+def balls_out_of_reach(balls: Single, probe: Single, reach: np.float32) -> int:
+    """How many of 16 balls the segment certainly does not come within ``reach`` mm of."""
+    px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
+    hx, hy, hz = probe[6], probe[7], probe[8]
+    reach = reach + probe[9]
+    away = 0
+    for j in range(16):
+        gx, gy, gz = balls[j] - px, balls[16 + j] - py, balls[32 + j] - pz
+        t = gx * hx + gy * hy + gz * hz
+        t = min(max(t, _ZERO), _ONE)
+        gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
+        near = balls[48 + j] + reach
+        away += int(gx * gx + gy * gy + gz * gz > near * near)
+    return away

@@ -20,6 +20,7 @@ from .rows_kernel import own_normal
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Index = NDArray[np.int32]
+Lanes = NDArray[np.uint64]
 
 _COINCIDENT = 1e-9  # mm under which the direction between the two points is rounding only
 _FAR = np.float32(1e30)
@@ -110,8 +111,9 @@ def pack(
 
 
 @compiled
-def _face_normal(block: Array, j: int) -> Array:
+def _face_normal(block: Array, lane: int) -> Array:
     """Unit normal of the triangle in lane j; zero for one without area."""
+    j = int(lane)
     ux, uy, uz = block[48 + j] - block[j], block[64 + j] - block[16 + j], block[80 + j] - block[32 + j]
     vx, vy, vz = block[96 + j] - block[j], block[112 + j] - block[16 + j], block[128 + j] - block[32 + j]
     normal = np.array([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx])
@@ -122,29 +124,40 @@ def _face_normal(block: Array, j: int) -> Array:
 @compiled
 def append_block(
     corners: Array, label: Index, query: Array, radius: float, limit: float, segment: int,
-    work: Array, rows: Array, labels: Index, found: int, best: float,
+    work: Array, lanes: Lanes, rows: Array, labels: Index, found: int, best: float,
 ) -> tuple[int, float]:  # fmt: skip
-    """The rows of a block's pairs within ``limit`` of the axis: (rows found so far, least squared distance so far)."""
+    """The rows of a block's pairs within ``limit`` of the axis: (rows found so far, least squared distance so far).
+
+    rows: flat, (10 R,). Of more than R rows the first R are written and all are counted.
+    """
     block_gaps(corners, query, limit, work)
     square, passing = limit * limit, 0
     for j in range(LANES):
-        passing += int(work[j] <= square)
-        if not work[j] >= best:
-            best = work[j]
+        lanes[passing] = j
+        passing += int((work[j] <= square) & (label[j] >= 0))
     if passing == 0:
         return found, best
     finish(query, radius, work)
-    for j in range(LANES):
-        if work[j] <= square and label[j] >= 0:
-            if found < len(rows):
-                row = rows[found]
-                for k in range(10):
-                    row[k] = work[96 + LANES * k + j]
-                if work[j] < _COINCIDENT * _COINCIDENT:
-                    own_normal(query[3:6], _face_normal(corners, j), row)
-                labels[found, 0], labels[found, 1] = segment, label[j]
-            found += 1
-    return found, best
+    for i in range(min(passing, len(labels) - found)):
+        # Unsigned indices are not looked at for being negative.
+        j, k = lanes[i], np.uint64(10 * (found + i))
+        rows[k] = work[j + np.uint64(96)]
+        rows[k + np.uint64(1)] = work[j + np.uint64(112)]
+        rows[k + np.uint64(2)] = work[j + np.uint64(128)]
+        rows[k + np.uint64(3)] = work[j + np.uint64(144)]
+        rows[k + np.uint64(4)] = work[j + np.uint64(160)]
+        rows[k + np.uint64(5)] = work[j + np.uint64(176)]
+        rows[k + np.uint64(6)] = work[j + np.uint64(192)]
+        rows[k + np.uint64(7)] = work[j + np.uint64(208)]
+        rows[k + np.uint64(8)] = work[j + np.uint64(224)]
+        rows[k + np.uint64(9)] = work[j + np.uint64(240)]
+        labels[found + i, 0], labels[found + i, 1] = segment, label[j]
+        gap = work[j]
+        if gap < best:
+            best = gap
+        if gap < _COINCIDENT * _COINCIDENT:
+            own_normal(query[3:6], _face_normal(corners, j), rows[10 * (found + i) : 10 * (found + i) + 10])
+    return found + passing, best
 
 
 @compiled
@@ -166,8 +179,9 @@ def segment_rows(
     """
     limit = threshold + radius
     best = np.inf
+    flat = rows.reshape(-1)
     if limit >= 0.0:
-        query, work = np.empty(QUERY), np.empty(WORK)
+        query, work, lanes = np.empty(QUERY), np.empty(WORK), np.empty(LANES + 1, np.uint64)
         probe, gaps = np.empty(PROBE, np.float32), np.empty(LANES, np.float32)
         describe(p, d, query)
         describe_single(p, d, frame, probe)
@@ -178,9 +192,9 @@ def segment_rows(
                 if not gaps[lane] > limit and label[LANES * k] >= 0:
                     found, best = append_block(
                         corners[CORNERS * k : CORNERS * (k + 1)], label[LANES * k : LANES * (k + 1)],
-                        query, radius, limit, segment, work, rows, labels, found, best,
+                        query, radius, limit, segment, work, lanes, flat, labels, found, best,
                     )  # fmt: skip
-    if not best <= limit * limit or limit < 0.0:
+    if best == np.inf:
         return found, segment_least(boxes, corners, label, frame, first, last, p, d, np.inf) - radius
     return found, np.sqrt(best) - radius
 

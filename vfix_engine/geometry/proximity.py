@@ -19,9 +19,8 @@ from .covariance_tree import CovarianceTree
 from .mesh import TriangleMesh
 from .pairs import Pair, Pairs, pairs_from_rows, reduce_pairs
 from .points import checked_points
-from .rows_kernel import write_row
 from .wide_build import build_wide
-from .wide_query import corners_at, wide_clearance, wide_pairs, wide_places, wide_points
+from .wide_query import corners_at, wide_clearance, wide_closest, wide_groups, wide_pairs, wide_places, wide_points
 
 __all__ = [
     "CandidateList", "CovarianceTree", "Pair", "Pairs", "Proximity", "ProximityTree", "reduce_pairs",
@@ -85,37 +84,38 @@ class ProximityTree:
 
     def _place(self, mesh: TriangleMesh, order: Index | None) -> None:
         self.mesh = mesh
-        self.arrays, self._order = build_wide(mesh.vertices, mesh.faces, order)
-        self._search = self.arrays[:5]
+        self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
+        self._search = (wide.boxes, wide.corners, wide.label, wide.balls, wide.frame, wide.level)
+        self._group = (wide.boxes, wide.corners, wide.label, wide.shells, wide.frame, wide.level)
 
     def moved(self, mesh: TriangleMesh) -> ProximityTree:
-        """The tree over the same faces with other vertices: no sorting, so about half the time of a new one.
+        """The tree over the same faces with other vertices: without sorting, so in about half the time of a new one.
 
         Answers are exact whatever the motion; they stay fast while neighbours stay neighbours.
 
         Raises:
             InputError: another number of faces.
         """
-        if len(mesh.faces) != len(self._order):
-            raise InputError(f"the tree has {len(self._order)} faces and the moved mesh {len(mesh.faces)}")
+        order = self.arrays.label[: len(self.mesh.faces)]
+        if len(mesh.faces) != len(order):
+            raise InputError(f"the tree has {len(order)} faces and the moved mesh {len(mesh.faces)}")
         tree = object.__new__(ProximityTree)
-        tree._place(mesh, self._order)
+        tree._place(mesh, order)
         return tree
 
     @property
     def nbytes(self) -> int:
         """Memory of the tree itself in bytes."""
-        return sum(each.nbytes for each in self.arrays) + self._order.nbytes
+        return sum(each.nbytes for each in self.arrays)
 
     def pairs_within(
         self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
     ) -> Pairs:
         """See ``Proximity.pairs_within``."""
-        flat = -1.0 if group_flat is None else group_flat
-        rows, labels = wide_pairs(
-            *self.arrays, segments.start, segments.end, segments.radius, threshold, flat, exact_within
-        )
-        return pairs_from_rows(rows, labels)
+        tool = (segments.start, segments.end, segments.radius)
+        if group_flat is None:
+            return pairs_from_rows(*wide_pairs(*self._search, *tool, threshold))
+        return pairs_from_rows(*wide_groups(*self._group, *tool, threshold, group_flat, exact_within))
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """See ``Proximity.clearance``."""
@@ -123,16 +123,7 @@ class ProximityTree:
 
     def closest(self, segments: Segments) -> Pair:
         """The pair of the smallest distance."""
-        _, segment, place = wide_clearance(*self._search, segments.start, segments.end, segments.radius, np.inf)
-        row, triangle = np.empty(10), int(self.arrays.label[place])
-        start = segments.start[segment]
-        corners = self.mesh.vertices[self.mesh.faces[triangle]]
-        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-        size = float(np.linalg.norm(normal))
-        write_row(
-            start, segments.end[segment] - start, float(segments.radius[segment]), np.inf,
-            corners.ravel(), normal / size if size > 0.0 else normal, row,
-        )  # fmt: skip
+        row, segment, triangle = wide_closest(*self._search, segments.start, segments.end, segments.radius)
         row.setflags(write=False)
         return Pair(float(row[0]), row[1:4], row[4:7], row[7:10], segment, triangle)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES
-from .box_lanes import NODE
+from .box_lanes import BALLS, NODE, SHELL
 from .candidate_kernels import box_of_block, empty_boxes, put_box
 from .compiled import compiled
 from .tree_build import principal_axes
@@ -29,19 +29,19 @@ class Wide(NamedTuple):
     boxes: (96 N,) float32, see ``box_lanes``: first the nodes over the blocks, last the root.
     corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
     label: (16 B,) face of the mesh in each lane, −1 where there is none.
+    balls: (64 B,) float32, one around each triangle, see ``box_lanes``.
+    shells: (240 N,) float32, boxes along the principal axes of what lies in each lane of each node.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
-    level: (L + 2,) blocks first: level l's entries are numbers level[l] … level[l + 1] − 1 of ``axes`` and ``slab``.
-    axes: (B + N, 4, 3) local frame of each block and node: rows 0-2 its principal axes, row 3 its origin.
-    slab: (B + N, 2, 3) lowest and highest corner in that frame.
+    level: (L + 1,) blocks are numbered from 0, nodes behind them: those of level l from level[l] to level[l + 1] − 1.
     """
 
     boxes: Single
     corners: Array
     label: Index
+    balls: Single
+    shells: Single
     frame: Array
     level: Index
-    axes: Array
-    slab: Array
 
 
 @compiled
@@ -240,42 +240,90 @@ def _extents(corners: Array, axes: Array, slab: Array) -> None:
 
 
 @compiled
-def fill_slabs(corners: Array, frame: Array, level: Index, axes: Array, slab: Array) -> None:
-    """Local frames and boxes of all blocks and nodes."""
-    count = level[len(level) - 1]
+def fill_shells(corners: Array, frame: Array, level: Index, shells: Single) -> None:
+    """Boxes along their principal axes of all blocks and nodes, each in its parent's lane."""
+    count, blocks = level[len(level) - 1], level[1]
     sums, spread = np.zeros((count, 10)), np.empty((3, 3))
-    for b in range(level[1]):
+    axes, slab = np.empty((4, 3)), np.empty((2, 3))
+    for b in range(blocks):
         _moments(corners[CORNERS * b : CORNERS * (b + 1)], frame, sums[b])
+    shells[:] = np.float32(0.0)
     width = 1  # blocks under an entry
-    for deep in range(len(level) - 1):
+    for deep in range(len(level) - 2):
         for i in range(level[deep + 1] - level[deep]):
-            here = level[deep] + i
-            if deep > 0:
-                for child in range(level[deep - 1] + LANES * i, min(level[deep - 1] + LANES * (i + 1), level[deep])):
-                    for k in range(10):
-                        sums[here, k] += sums[child, k]
-            _axes_of(sums[here], frame, spread, axes[here])
-            last = min(width * (i + 1), level[1])
-            _extents(corners[CORNERS * width * i : CORNERS * last], axes[here], slab[here])
-            # Rounding of the coordinates and of the frame must leave no triangle outside its box.
-            far = frame[3] + max(abs(frame[0]), max(abs(frame[1]), abs(frame[2])))
-            for k in range(3):
-                slab[here, 0, k] -= 1e-12 * far
-                slab[here, 1, k] += 1e-12 * far
+            here, parent = level[deep] + i, level[deep + 1] + i // LANES
+            for k in range(10):
+                sums[parent, k] += sums[here, k]
+            _axes_of(sums[here], frame, spread, axes)
+            last = min(width * (i + 1), blocks)
+            _extents(corners[CORNERS * width * i : CORNERS * last], axes, slab)
+            shell = shells[SHELL * (parent - blocks) : SHELL * (parent - blocks + 1)]
+            _put_shell(axes, slab, frame, i % LANES, shell)
         width *= LANES
 
 
-def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> tuple[Wide, Index]:
-    """The tree over vertices (V, 3) mm and faces (F, 3), and its order (F,); sorted anew unless one is given."""
+@compiled
+def _put_shell(axes: Array, slab: Array, frame: Array, lane: int, shell: Single) -> None:
+    for k in range(3):
+        centre = axes[3, k] - frame[k]
+        for i in range(3):
+            centre += axes[i, k] * 0.5 * (slab[0, i] + slab[1, i])
+            shell[LANES * (3 + 3 * k + i) + lane] = axes[k, i]
+        shell[LANES * k + lane] = centre
+        # Grown by what float32 may lose of the centre and of the axes.
+        half = 0.5 * (slab[1, k] - slab[0, k])
+        shell[LANES * (12 + k) + lane] = half * 1.000001 + 1e-6 * frame[3]
+
+
+@compiled
+def fill_balls(corners: Array, frame: Array, balls: Single) -> None:
+    """A ball around each triangle: over its longest edge, or the circumscribed one where that does not hold it."""
+    for place in range(len(balls) // 4):
+        at, to = CORNERS * (place // LANES) + place % LANES, BALLS * (place // LANES) + place % LANES
+        c = np.empty((3, 3))
+        for i in range(3):
+            for k in range(3):
+                c[i, k] = corners[at + LANES * (3 * i + k)] - frame[k]
+        x, y, z, r = _ball(c)
+        balls[to], balls[to + LANES], balls[to + 2 * LANES] = x, y, z
+        balls[to + 3 * LANES] = r * 1.000001 + 1e-6 * frame[3]
+
+
+@compiled
+def _ball(c: Array) -> tuple[float, float, float, float]:
+    """Centre and radius of a small ball around the triangle (3, 3)."""
+    ux, uy, uz = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
+    vx, vy, vz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
+    uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
+    ww = uu + vv - 2.0 * uv
+    solid = 2.0 * (uu * vv - uv * uv)
+    beta, gamma = 0.5, 0.0
+    if vv >= uu and vv >= ww:
+        beta, gamma = 0.0, 0.5
+    elif ww >= uu:
+        beta, gamma = 0.5, 0.5
+    if 2.0 * max(uu, max(vv, ww)) < (uu + vv + ww) * (1.0 - 1e-9) and solid > 0.0:
+        beta, gamma = vv * (uu - uv) / solid, uu * (vv - uv) / solid
+    x, y, z = c[0, 0] + beta * ux + gamma * vx, c[0, 1] + beta * uy + gamma * vy, c[0, 2] + beta * uz + gamma * vz
+    square = 0.0
+    for i in range(3):
+        square = max(square, (c[i, 0] - x) ** 2 + (c[i, 1] - y) ** 2 + (c[i, 2] - z) ** 2)
+    return x, y, z, np.sqrt(square)
+
+
+def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wide:
+    """The tree over vertices (V, 3) mm and faces (F, 3), sorted anew unless an order (F,) of them is given."""
     frame = np.empty(4)
     centres = centres_of(vertices, faces, frame)
     if order is None:
         order = sort_triangles(centres)
     level = levels_of(len(faces))
-    corners, label = np.empty(CORNERS * level[1]), np.empty(LANES * level[1], np.int32)
-    boxes = np.empty(NODE * (level[-1] - level[1]), np.float32)
-    axes, slab = np.empty((level[-1], 4, 3)), np.empty((level[-1], 2, 3))
+    blocks, nodes = int(level[1]), int(level[-1] - level[1])
+    corners, label = np.empty(CORNERS * blocks), np.empty(LANES * blocks, np.int32)
+    boxes, shells = np.empty(NODE * nodes, np.float32), np.empty(SHELL * nodes, np.float32)
+    balls = np.empty(BALLS * blocks, np.float32)
     fill_blocks(vertices, faces, order, corners, label)
     fill_boxes(corners, frame, level, boxes)
-    fill_slabs(corners, frame, level, axes, slab)
-    return Wide(boxes, corners, label, frame, level, axes, slab), order
+    fill_shells(corners, frame, level, shells)
+    fill_balls(corners, frame, balls)
+    return Wide(boxes, corners, label, balls, shells, frame, level)
