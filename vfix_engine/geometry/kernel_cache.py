@@ -106,7 +106,7 @@ def remove_unused(kernels: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
-class _Locator(caching._CacheLocator):  # type: ignore[misc]  # numba has no hints
+class _Locator(caching._CacheLocator):
     """Tells numba where a kernel is kept; the folder's name stands for the sources."""
 
     def __init__(self, function: Any, file: str) -> None:
@@ -128,11 +128,11 @@ class _Locator(caching._CacheLocator):  # type: ignore[misc]  # numba has no hin
         return cls(function, file)
 
 
-class _Kept(caching.CompileResultCacheImpl):  # type: ignore[misc]
-    _locator_classes = (_Locator,)
+class _Kept(caching.CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # noqa: RUF012  # as numba has it
 
 
-class KernelCache(caching.FunctionCache):  # type: ignore[misc]
+class KernelCache(caching.FunctionCache):
     """numba's cache of one function, in our folder. A disk that is full or not writable costs time, not the kernel."""
 
     _impl_class = _Kept
@@ -140,10 +140,10 @@ class KernelCache(caching.FunctionCache):  # type: ignore[misc]
     def save_overload(self, signature: Any, data: Any) -> None:
         """Keep what was compiled, where it can be kept."""
         with suppress(OSError):
-            super().save_overload(signature, data)
+            super().save_overload(signature, data)  # type: ignore[no-untyped-call]
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
         """What was kept; None where there is nothing or it cannot be read."""
         with suppress(OSError, EOFError):
-            return super().load_overload(signature, target_context)
+            return super().load_overload(signature, target_context)  # type: ignore[no-untyped-call]
         return None

@@ -52,6 +52,13 @@ def _arc(coefficients: Array, x0: float, x1: float, out: Array) -> float:
 
 
 @compiled
+def _take(into: Array, values: Array) -> None:
+    """Copy (3,). Assigning a slice would compile numba's texts about shapes into the kernel, which takes seconds."""
+    for j in range(3):
+        into[j] = values[j]
+
+
+@compiled
 def arc_table(breaks: Array, coefficients: Array, step: float) -> tuple[Array, Array, Array]:
     """Parameters, arc lengths and points at entries no further apart than ``step`` in the parameter."""
     room = 1
@@ -64,12 +71,14 @@ def arc_table(breaks: Array, coefficients: Array, step: float) -> tuple[Array, A
         width = (breaks[m + 1] - breaks[m]) / parts
         for k in range(parts):
             _evaluate(coefficients[m], k * width, out)
-            u[n], points[n] = breaks[m] + k * width, out[0]
+            u[n] = breaks[m] + k * width
+            _take(points[n], out[0])
             s[n + 1] = s[n] + _arc(coefficients[m], k * width, (k + 1) * width, out)
             n += 1
     last = len(coefficients) - 1
     _evaluate(coefficients[last], breaks[last + 1] - breaks[last], out)
-    u[n], points[n] = breaks[last + 1], out[0]
+    u[n] = breaks[last + 1]
+    _take(points[n], out[0])
     return u, s, points
 
 
@@ -122,7 +131,7 @@ def sample(breaks: Array, coefficients: Array, u: Array, s: Array, points: Array
         m = _before(breaks, place)
         if order == 0:
             _evaluate(coefficients[m], place - breaks[m], out)
-            values[k] = out[0]
+            _take(values[k], out[0])
         else:
             _unit_tangent(coefficients[m], place - breaks[m], breaks[m + 1] - breaks[m], out, values[k])
     return values
@@ -203,6 +212,6 @@ def closest_on_path(
     result[0] = s[i] + _arc(coefficients[piece], u[i] - breaks[piece], where, out)
     result[0] = min(max(result[0], low), high)
     _evaluate(coefficients[piece], where, out)
-    result[1:4] = out[0]
+    _take(result[1:4], out[0])
     _unit_tangent(coefficients[piece], where, breaks[piece + 1] - breaks[piece], out, result[4:7])
     return result

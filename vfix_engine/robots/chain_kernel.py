@@ -94,7 +94,9 @@ def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, ja
         if chain.revolute[j]:
             _turned(placed, chain.axis[j], q[j], frame)
         else:
-            frame[:] = placed
+            for i in range(3):
+                for k in range(3):  # a slice would compile numba's texts about shapes, which takes seconds
+                    frame[i, k] = placed[i, k]
     for i in range(3):
         position_out[i] = origin[i]
         for k in range(3):
