@@ -1,4 +1,4 @@
-"""Soft zones in closed loop: a steady hand stands at δ = f / k, bone stays hard beneath, nothing moves without a hand."""
+"""Soft zones in closed loop: a steady hand stands at δ = f / k, bone stays hard beneath, no hand no motion."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.engine.scenes import CoalJudge, curved_tube, placed_scene, straight_scene, wall
-from vfix_engine.control import ControlSettings, Controller, StepReport, Task, ToolState
+from vfix_engine.control import Controller, ControlSettings, StepReport, Task, ToolState
 from vfix_engine.control.tasks import approach_target, follow_path, inspect_target, move_freely, view_point
 from vfix_engine.fixtures import SoftZone
 from vfix_engine.geometry.shapes import HalfSpace, Sphere
