@@ -11,9 +11,19 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from benchmarks import cases
+from vfix_engine.fixtures import (
+    CartesianLimits,
+    Fixture,
+    OrientationCone,
+    RemoteCentre,
+    SoftZone,
+    Zone,
+    weighted,
+)
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation.scene import Scene
 
@@ -49,6 +59,8 @@ def _arena(
     path: Array = STRAIGHT,
     tool: str = "bent_30",
     robot: str = "steady_hand",
+    zones: Callable[[Array, Array], tuple[Zone, ...]] | None = None,
+    fixtures: Callable[[Array, Array], tuple[Fixture, ...]] | None = None,
     far: float = 50.0,
     back: float = 0.0,
     margins: tuple[float, ...] = MARGINS,
@@ -60,7 +72,7 @@ def _arena(
     shift = far * random.uniform(-1, 1, 3)
     moved = TriangleMesh(np.asarray(mesh.vertices) @ turn.T + shift, mesh.faces)
     targets = np.array([[0.0, 14.0, 0.0], [1.0, 12.0, 3.0]]) @ turn.T + shift
-    q = 0.5 * (model.lower + model.upper)
+    q = np.array(model.home)
     scene = Scene(
         ProximityTree(moved), model, held, np.eye(4), q, SplinePath(path @ turn.T + shift), targets, ("one", "two")
     )
@@ -68,7 +80,13 @@ def _arena(
     base, wanted = np.eye(4), shift - back * turn[:, 1]
     base[:3, :3] = turn @ tip.rotation.T
     base[:3, 3] = wanted - base[:3, :3] @ tip.position
-    return Arena(name, replace(scene, base=base), margins, moves=moves)
+    scene = replace(
+        scene,
+        base=base,
+        zones=() if zones is None else zones(turn, shift),
+        fixtures=() if fixtures is None else fixtures(turn, shift),
+    )
+    return Arena(name, scene, margins, moves=moves)
 
 
 def _head(name: str, case: cases.BenchCase) -> Arena:
@@ -107,6 +125,43 @@ def _slit(random: Random) -> Arena:
     return _arena("slit", meshes.slit(1.5 + 0.305), random, margins=(0.3, 0.3, 0.05, 0.304))
 
 
+def _shapes(turn: Array, shift: Array) -> tuple[Zone, ...]:
+    """A zone of every kind around the tool, so near to each other that corners are left between them."""
+    pose = np.eye(4)
+    pose[:3, :3] = turn @ Rotation.from_euler("xyz", (0.4, 0.2, -0.3)).as_matrix()
+    pose[:3, 3] = turn @ [-7.5, 4.0, 0.0] + shift
+    return (
+        Zone("ball", Sphere(turn @ [0.0, 9.0, 0.0] + shift, 3.0), 0.7),
+        Zone("nerve", CapsuleShape(turn @ [5.0, -30.0, 2.0] + shift, turn @ [4.0, 12.0, -3.0] + shift, 0.8), 1.5),
+        Zone("block", Box(pose, [3.0, 2.0, 6.0]), 0.0),
+        Zone("floor", HalfSpace(turn @ [0.0, 0.0, 6.0] + shift, turn @ [0.0, 0.1, -1.0]), 0.2),
+    )
+
+
+def _patches(turn: Array, shift: Array) -> tuple[Zone, ...]:
+    """Two patches of a wall with margins of their own, a wide one larger than the boundary looks otherwise."""
+    ahead, beside = (
+        meshes.wall(9.0, 8.0, 12),
+        meshes.plane(np.array([9.0, -20, 0]), np.eye(3)[1] * 30, np.eye(3)[2] * 9),
+    )
+    zones = []
+    for name, mesh, margin in (("vessel", ahead, 4.0), ("wall", beside, 0.0)):
+        moved = TriangleMesh(np.asarray(mesh.vertices) @ turn.T + shift, mesh.faces)
+        zones.append(Zone.of_faces(name, moved, np.arange(0, len(moved.faces), 1), margin))
+    return tuple(zones)
+
+
+def _standing(turn: Array, shift: Array) -> tuple[Fixture, ...]:
+    """Standing fixtures all at once: remote centre, cone, speed limits, tissue over the bone and a soft ball."""
+    return (
+        RemoteCentre(turn @ [0.0, -60.0, -7.5] + shift, tolerance_mm=2.0),
+        weighted(OrientationCone.of_shaft(turn[:, 1], 0.4), 0.5),
+        CartesianLimits(speed_mm_per_s=30.0, acceleration_mm_per_s2=2000.0),
+        SoftZone("mucosa", 1.5, 2.0),
+        SoftZone("swelling", 0.0, 0.5, Sphere(turn @ [3.0, 5.0, 0.0] + shift, 3.0)),
+    )
+
+
 BUILDERS: dict[str, Callable[[Random], Arena | str]] = {
     "phantom": _phantom,
     "real head": _real_head,
@@ -134,6 +189,14 @@ BUILDERS: dict[str, Callable[[Random], Arena | str]] = {
     "grains": _one("grains", meshes.grains),
     "far away": _one("far away", meshes.cavern, far=1e5),
     "nothing near": _one("nothing near", lambda random: meshes.wall(900.0)),
+    "shapes to keep out of": _one("shapes to keep out of", lambda random: meshes.wall(30.0), zones=_shapes),
+    "patches to keep out of": _one("patches to keep out of", meshes.cavern, zones=_patches),
+    "standing fixtures": _one("standing fixtures", meshes.cavern, fixtures=_standing),
+    "everything at once": _one("everything at once", meshes.soup, zones=_shapes, fixtures=_standing),
+    "dVRK arm in a cavern": _one("dVRK arm in a cavern", meshes.cavern, robot="dvrk_psm", tool="straight_pointer"),
+    "6 joints among spikes": _one("6 joints among spikes", meshes.spikes, robot="arm_6"),
+    "7 joints in a soup": _one("7 joints in a soup", meshes.soup, robot="arm_7"),
+    "7 joints between plates": _one("7 joints between plates", lambda random: meshes.plates(), robot="arm_7"),
     "moving cavern": _one("moving cavern", meshes.cavern, moves=0.6),
     "moving soup": _one("moving soup", meshes.soup, moves=0.6),
 }

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.control import Task
+from vfix_engine.control import Task, qp
 from vfix_engine.fixtures import Constraint, Objective
 from vfix_engine.simulation.rehearsal import Rehearsal, RehearsalState
 from vfix_engine.simulation.snapshot import Snapshot
@@ -75,8 +77,47 @@ def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> St
     constraint = Constraint("target", rows, bound, np.arange(4))
     task = Task((Objective(matrix, target),), (constraint,), scale, lambda step: float(step.sum()))
     report = rehearsal.controller.step(state.tool, task)
-    after = replace(state, tool=report.state, steps=state.steps + 1)
+    after = replace(state, tool=report.state, steps=state.steps + 1, emergencies=state.emergencies + report.emergency)
     return after, rehearsal.snapshot(after, report)
+
+
+class _Liar:
+    """Stands where daqp stands, and is wrong: a solution of another problem, or of none, said to be optimal."""
+
+    def __init__(self, honest: Any, random: np.random.Generator):
+        self._honest, self._random = honest, random
+
+    def solve(self, *problem: Any) -> tuple[Array, float, int, dict[str, Any]]:
+        """The honest answer for a change, or a lie with the flag of success."""
+        x, value, flag, info = self._honest.solve(*problem)
+        random, kind = self._random, self._random.integers(6)
+        x = np.array(x, dtype=float)
+        if kind == 0:
+            return x, value, flag, info
+        if kind == 1:
+            x = x + np.abs(x).max() * random.normal(size=len(x)) * 10.0 ** random.uniform(-6, 6)
+        elif kind == 2:
+            x = random.normal(size=len(x)) * 10.0 ** random.uniform(-3, 6)
+        elif kind == 3:
+            x[int(random.integers(len(x)))] = random.choice(NONSENSE)
+        elif kind == 4:
+            x = -x
+        multiplier = np.array(info["lam"], dtype=float)
+        if kind == 5:
+            multiplier = random.choice(NONSENSE) * random.normal(size=len(multiplier))
+        return x, value, 1, {**info, "lam": multiplier}
+
+
+@contextmanager
+def lying_solver(random: np.random.Generator) -> Iterator[None]:
+    """The native solver lies while this lasts (HAZ-03)."""
+    seat: Any = qp
+    honest = seat.daqp
+    seat.daqp = _Liar(honest, random)
+    try:
+        yield
+    finally:
+        seat.daqp = honest
 
 
 ASSAULTS: dict[str, Assault] = {f"hand: {name}": by_hand(hand) for name, hand in HANDS.items()} | {

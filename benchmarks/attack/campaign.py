@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import zlib
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from types import ModuleType
 from typing import Any
@@ -20,14 +21,17 @@ from vfix_engine.simulation.rehearsal import Rehearsal, RehearsalState
 from vfix_engine.simulation.scene import Scene
 
 from .arenas import BUILDERS
-from .assaults import ASSAULTS
+from .assaults import ASSAULTS, lying_solver
+from .bodies import Judges
 from .hands import Memory
-from .watch import Judges, Ledger, Tally, Watch
+from .watch import Ledger, Tally, Watch
 
 Array = NDArray[np.float64]
 
 EPISODE = (60, 240)  # steps
 PLACES_TRIED = 60
+LIES = 0.06  # of the episodes: with a solver that lies
+CHANGES = 0.01  # of the steps: another mode, and anatomy that has moved where it does
 RUSHED = 1  # episodes at first
 RUSH = {"dt_s": 5e-3, "gain_mm_per_s_per_n": 10.0, "force_cap_n": 20.0}
 SOLVERS = ("daqp",) * 19 + ("osqp",)
@@ -67,6 +71,7 @@ class Campaign:
         return {
             "name": self._name,
             "triangles": len(arena.scene.tree.mesh.faces),
+            "zones": len(arena.scene.zones),
             **self.tally.counts(),
             "deepest_mm": self.tally.deepest_mm,
             "least_room_mm": self.tally.least_room_mm if np.isfinite(self.tally.least_room_mm) else None,
@@ -112,24 +117,32 @@ class Campaign:
         memory = Memory(np.random.default_rng(self._random.integers(2**63)))
         limits = name != "past the program"
         watch = Watch(self._ledger, self._judges, settings, rehearsal.scene.robot, state, limits)
-        for _ in range(min(int(self._random.integers(*EPISODE)), self._steps - tally.steps)):
-            try:
-                after, snapshot = ASSAULTS[name](memory, rehearsal, state)
-            except Exception as error:  # anything at all: a step never raises
-                tally.exceptions += 1
-                tally.fail("exception", assault=name, error=repr(error))
-                tally.steps += 1
-                break
-            watch.judge(state, after, snapshot)
-            memory.held, memory.count = snapshot.held, memory.count + 1
-            state = after
+        self._ledger.doing = name
+        lies = not rushing and self._random.random() < LIES
+        tally.used.update(["lying solver"] * lies)
+        length = min(int(self._random.integers(*EPISODE)), self._steps - tally.steps)
+        with lying_solver(memory.random) if lies else nullcontext():
+            for _ in range(length):
+                try:
+                    after, snapshot = ASSAULTS[name](memory, rehearsal, state)
+                except Exception as error:  # anything at all: a step never raises
+                    tally.exceptions += 1
+                    tally.fail("exception", assault=name, error=repr(error))
+                    tally.steps += 1
+                    break
+                watch.judge(state, after, snapshot)
+                memory.held, memory.count = snapshot.held, memory.count + 1
+                state = after
+                if self._random.random() < CHANGES:
+                    state = self._in_some_mode(rehearsal, state)
+                    if self._arena.moves > 0.0:
+                        rehearsal = self._moved(rehearsal, state)
+                        watch = Watch(self._ledger, self._judges, settings, rehearsal.scene.robot, state, limits)
         return state.tool.q
 
     def _begin(self, q: Array, settings: ControlSettings) -> tuple[Rehearsal, RehearsalState] | None:
         """A rehearsal that goes on at q, or from the start, or from somewhere near it."""
         scene = self._arena.scene
-        if self._arena.moves > 0.0 and self.tally.episodes:
-            return self._after_a_move(q, settings)
         robot = scene.robot
         for attempt in range(PLACES_TRIED):
             if attempt == 1 or (attempt == 0 and self._random.random() < 0.3):
@@ -144,26 +157,27 @@ class Campaign:
                 continue
         return None
 
-    def _after_a_move(self, q: Array, settings: ControlSettings) -> tuple[Rehearsal, RehearsalState]:
+    def _moved(self, rehearsal: Rehearsal, state: RehearsalState) -> Rehearsal:
         """The anatomy is elsewhere, the tool where it was: perhaps inside the margin (HAZ-04)."""
-        scene = self._arena.scene
+        mesh = self._judges.mesh
         shift = self._random.normal(size=3) * self._arena.moves
-        mesh = TriangleMesh(np.asarray(self._judges.anatomy.mesh.vertices) + shift, scene.tree.mesh.faces)
-        moved = replace(scene, tree=ProximityTree(mesh))
-        self._arena = replace(self._arena, scene=moved)
-        self._judges = Judges(moved, self._coal)
-        rehearsal = self._rehearsal(moved, settings)
-        tool = rehearsal.controller.measure(q)
-        blank = self._rehearsal(replace(moved, tree=_nothing()), settings).start("free")
-        if tool.clearance < settings.margin_mm:
+        tree = ProximityTree(TriangleMesh(np.asarray(mesh.vertices) + shift, mesh.faces))
+        self._arena = replace(self._arena, scene=replace(self._arena.scene, tree=tree))
+        self._judges = Judges(self._arena.scene, self._coal)
+        moved = rehearsal.with_anatomy(tree)
+        if self._sabotage is not None:
+            self._sabotage(moved.controller)
+        if moved.controller.measure(state.tool.q).clearance < rehearsal.settings.margin_mm:
             self.tally.inside_starts += 1
-        return rehearsal, replace(blank, tool=tool)
+        return moved
 
     def _rehearsal(self, scene: Scene, settings: ControlSettings) -> Rehearsal:
         rehearsal = Rehearsal(scene, settings)
         solver = str(self._random.choice(SOLVERS))
         if solver != "daqp":
-            rehearsal.controller = Controller(scene.placed_robot(), scene.tool, scene.tree, settings, solver=solver)
+            rehearsal.controller = Controller(
+                scene.placed_robot(), scene.tool, scene.tree, settings, solver, scene.zones, scene.fixtures
+            )
         if self._sabotage is not None:
             self._sabotage(rehearsal.controller)
         return rehearsal
@@ -175,8 +189,3 @@ class Campaign:
             return rehearsal.with_mode(state, mode, target)
         except ControlError:
             return state
-
-
-def _nothing() -> ProximityTree:
-    """Anatomy a hundred metres away."""
-    return ProximityTree(TriangleMesh(np.eye(3) + 1e5, [[0, 1, 2]]))

@@ -103,6 +103,67 @@ def squared_distance(p: Array, d: Array, c: Array) -> float:
 
 
 @fast
+def _to_box(x: float, y: float, z: float, half: Array) -> float:
+    """Distance of a point and the box −half … half."""
+    gx, gy, gz = max(abs(x) - half[0], 0.0), max(abs(y) - half[1], 0.0), max(abs(z) - half[2], 0.0)
+    return float(np.sqrt(gx * gx + gy * gy + gz * gz))
+
+
+@fast
+def shape_distance(kind: int, numbers: Array, p: Array, e: Array) -> float:
+    """Distance of the axis from p to e and a solid shape; 0 where it is entered, except into a half-space.
+
+    kind 0: sphere, centre 3 and radius; 1: capsule, ends 3 + 3 and radius; 2: box, centre 3, axes 3 × 3 row by row,
+    half sizes 3; 3: half-space, point 3 and unit normal 3.
+    """
+    n = numbers
+    if kind == 0:
+        gap = _to_point(p[0], p[1], p[2], e[0] - p[0], e[1] - p[1], e[2] - p[2], n[0], n[1], n[2])
+        return max(float(np.sqrt(gap)) - float(n[3]), 0.0)
+    if kind == 1:
+        gap = _to_edge(p[0], p[1], p[2], e[0] - p[0], e[1] - p[1], e[2] - p[2], n[0], n[1], n[2], n[3], n[4], n[5])
+        return max(float(np.sqrt(gap)) - float(n[6]), 0.0)
+    if kind == 3:
+        one = (p[0] - n[0]) * n[3] + (p[1] - n[1]) * n[4] + (p[2] - n[2]) * n[5]
+        two = (e[0] - n[0]) * n[3] + (e[1] - n[1]) * n[4] + (e[2] - n[2]) * n[5]
+        return float(min(one, two))
+    a, b = np.empty(3), np.empty(3)
+    for i in range(3):
+        a[i] = (p[0] - n[0]) * n[3 + 3 * i] + (p[1] - n[1]) * n[4 + 3 * i] + (p[2] - n[2]) * n[5 + 3 * i]
+        b[i] = (e[0] - n[0]) * n[3 + 3 * i] + (e[1] - n[1]) * n[4 + 3 * i] + (e[2] - n[2]) * n[5 + 3 * i]
+    half = n[12:15]
+    low, high = 0.0, 1.0
+    for _ in range(90):  # a convex function of the place on the axis: ternary search
+        one, two = low + (high - low) / 3.0, high - (high - low) / 3.0
+        at_one = _to_box(a[0] + one * (b[0] - a[0]), a[1] + one * (b[1] - a[1]), a[2] + one * (b[2] - a[2]), half)
+        at_two = _to_box(a[0] + two * (b[0] - a[0]), a[1] + two * (b[1] - a[1]), a[2] + two * (b[2] - a[2]), half)
+        if at_one <= at_two:
+            high = two
+        else:
+            low = one
+    middle = 0.5 * (low + high)
+    best = _to_box(a[0] + middle * (b[0] - a[0]), a[1] + middle * (b[1] - a[1]), a[2] + middle * (b[2] - a[2]), half)
+    return min(best, min(_to_box(a[0], a[1], a[2], half), _to_box(b[0], b[1], b[2], half)))
+
+
+@fast
+def shape_replay(
+    revolute: Array, axis: Array, point: Array, home: Array, before: Array, after: Array, parts: int,
+    kind: int, numbers: Array, radius: Array, worst: Array,
+) -> None:  # fmt: skip
+    """Like ``replay`` for one shape: least distance (S,) of each capsule at the poses between into ``worst``."""
+    places, q = np.empty_like(home), np.empty(len(before))
+    for part in range(1, parts):
+        share = part / parts
+        for j in range(len(q)):
+            q[j] = before[j] + share * (after[j] - before[j])
+        place(revolute, axis, point, home, q, places)
+        for s in range(len(radius)):
+            gap = shape_distance(kind, numbers, places[2 * s], places[2 * s + 1]) - radius[s]
+            worst[s] = min(worst[s], gap)
+
+
+@fast
 def gather(corners: Array, spheres: Array, among: Index, places: Array, radius: Array, reach: float) -> Index:
     """Those of the triangles ``among`` whose bounding sphere comes within ``reach`` of a capsule's surface.
 

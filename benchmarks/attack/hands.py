@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
+from vfix_engine.simulation.teleoperation import Master
 
 Array = NDArray[np.float64]
 Random = np.random.Generator
@@ -111,12 +112,28 @@ def twisting(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Com
 def flooding(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
     """Everything at once, everything different each step."""
     size = 10.0 ** memory.random.uniform(-9, 9)
-    return Command(_direction(memory.random) * size, *(int(v) for v in memory.random.integers(-1, 2, size=2)))
+    drive, twist = (int(v) for v in memory.random.integers(-1, 2, size=2))
+    return Command(_direction(memory.random) * size, drive, twist)
 
 
 def driving(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
     """Along the path with all force, sideways at the same time, back now and then."""
     return Command(_kept(memory, 200) * 4.0, drive=-1 if memory.count // 120 % 4 == 3 else 1)
+
+
+def master(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    """A master far away that runs ahead, jumps, lets go and sends nonsense."""
+    random, kind = memory.random, int(memory.random.integers(8))
+    increment = _kept(memory, 40) * random.uniform(0, 0.3)
+    if kind == 0:
+        increment = _to_bone(memory, rehearsal, state) * random.uniform(0, 5)
+    elif kind == 1:
+        increment = _direction(random) * 10.0 ** random.uniform(-9, 9)
+    elif kind == 2:
+        increment = np.asarray(random.choice(NONSENSE, size=3), dtype=float)
+    return Command(
+        np.zeros(3), twist=int(random.integers(-1, 2)), master=Master(increment, bool(random.random() > 0.03))
+    )
 
 
 HANDS: dict[str, Hand] = {
@@ -131,4 +148,5 @@ HANDS: dict[str, Hand] = {
     "twists": twisting,
     "flood": flooding,
     "along the path": driving,
+    "master": master,
 }

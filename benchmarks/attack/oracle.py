@@ -140,15 +140,19 @@ class Peer:
         coal, least = self._coal, np.inf
         for s in range(len(radius)):
             start, end = places[2 * s], places[2 * s + 1]
-            length = float(np.linalg.norm(end - start))
-            if length > 0.0:
-                body = coal.Capsule(float(radius[s]), length)
-                where = coal.Transform3s(_turning_z_to((end - start) / length), (start + end) / 2)
-            else:
-                body, where = coal.Sphere(float(radius[s])), coal.Transform3s(np.eye(3), start)
+            body, where = capsule(coal, start, end, float(radius[s]))
             request, result = coal.DistanceRequest(), coal.DistanceResult()
             least = min(least, coal.distance(self._model, self._still, body, where, request, result))
         return float(least)
+
+
+def capsule(coal: ModuleType, start: Array, end: Array, radius: float) -> tuple[Any, Any]:
+    """coal's capsule around an axis, or its ball where that has no length, and where it is."""
+    length = float(np.linalg.norm(end - start))
+    if length == 0.0:
+        return coal.Sphere(radius), coal.Transform3s(np.eye(3), start)
+    turn = _turning_z_to((end - start) / length)
+    return coal.Capsule(radius, length), coal.Transform3s(turn, (start + end) / 2)
 
 
 def ends(segments: Segments) -> Array:

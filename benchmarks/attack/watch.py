@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from dataclasses import dataclass, field, fields
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -14,11 +13,11 @@ from numpy.typing import NDArray
 from vfix_engine.control import ControlSettings
 from vfix_engine.robots import RobotModel
 from vfix_engine.simulation.rehearsal import RehearsalState
-from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.snapshot import Snapshot
 
+from .bodies import Judges
 from .exact import furthest
-from .oracle import Anatomy, Local, Peer, Screws, ends
+from .oracle import ends
 
 Array = NDArray[np.float64]
 
@@ -27,6 +26,8 @@ AGREES = 1e-9  # of the scale: how far the engine's distance and pose may be fro
 COAL_AGREES = 1e-6  # of the scale
 FINER = 50  # poses between two steps
 NEAR_SHARE = 2.0  # a step is replayed where the room left is less than this times its length
+ROOM_MM = 0.05  # beyond the margin, as far as the judges look at least
+LAST_BITS = 1e-9  # share of a limit that is rounding
 FAILURES_KEPT = 5  # of a scene, with what it takes to see them again
 REPLAYS_PASSED = 7  # one of so many replays is looked at by coal, until there are enough
 
@@ -70,39 +71,22 @@ class Tally:
             self.failures.append({"kind": kind, "step": self.steps, **details})
 
 
-class Judges:
-    """Everything that measures again in one scene: brute force always, coal where it is asked."""
-
-    def __init__(self, scene: Scene, coal: ModuleType | None):
-        self._coal = coal
-        self._peer: Peer | None = None
-        self.screws = Screws.of(scene.placed_robot(), scene.tool)
-        self.anatomy = Anatomy(scene.tree.mesh)
-        self.local = Local(self.anatomy, self.screws.radius)
-        self.scale = 1.0 + float(np.abs(self.anatomy.corners).max())
-
-    def peer(self) -> Peer | None:
-        """coal over the whole mesh, built when first asked for."""
-        if self._peer is None and self._coal is not None:
-            self._peer = Peer(self._coal, self.anatomy.mesh)
-        return self._peer
-
-
 @dataclass
 class Ledger:
     """What a scene's episodes share: the tally, the hash of all joints, and how much coal is asked.
 
-    share: of the steps whose pose coal measures again; replays: finer replays that it looks at.
+    share: of the steps whose pose coal measures again; replays: finer replays that it looks at; doing: the assault.
     """
 
     tally: Tally
     share: float
     replays: int
     digest: Any = field(default_factory=hashlib.sha256)
+    doing: str = ""
 
 
 class Watch:
-    """Judges every step of one episode; ``limits``: whether the joints' speeds have to be kept."""
+    """Judges every step of one episode; ``limits``: whether the joints' speeds and accelerations have to be kept."""
 
     def __init__(
         self,
@@ -115,8 +99,9 @@ class Watch:
     ):
         self._ledger, self._tally, self._judges = ledger, ledger.tally, judges
         self._settings, self._robot, self._limits = settings, robot, limits
+        self._margins = judges.margins(settings.margin_mm)
         self._places = judges.screws.places(state.tool.q)
-        self._clear = judges.local.clearance(self._places, settings.margin_mm + 0.05)
+        self._clear = judges.clearance(self._places, self._margins + ROOM_MM)
 
     def judge(self, before: RehearsalState, after: RehearsalState, snapshot: Snapshot) -> None:
         """One step that the engine has taken."""
@@ -135,22 +120,22 @@ class Watch:
         tally.moved += 1
         places = self._judges.screws.places(q)
         way = furthest(self._places, places)
-        margin = self._settings.margin_mm
-        cap = margin + min(NEAR_SHARE * way, 5.0) + 0.05
-        clear = self._judges.local.clearance(places, cap)
-        self._judge_report(after, places, clear, cap)
-        floor = np.minimum(self._clear, margin)
+        caps = self._margins + min(NEAR_SHARE * way, 5.0) + ROOM_MM
+        clear = self._judges.clearance(places, caps)
+        self._judge_report(after, places, clear, caps)
+        floor = np.minimum(self._clear, self._margins[:, None])
         self._found(floor - clear, "pose", before, after)
         tally.least_room_mm = min(tally.least_room_mm, float((clear - floor).min()))
-        if min(float(self._clear.min()), float(clear.min())) - margin < NEAR_SHARE * way:
+        room = np.minimum(self._clear, clear) - self._margins[:, None]
+        if room.min() < NEAR_SHARE * way:
             self._replay(before, after, floor)
         if tally.remeasured < self._ledger.share * tally.steps:
-            self._ask_coal(places, clear, cap, floor)
+            self._ask_coal(places, clear, caps, floor)
             tally.remeasured += 1
         self._places, self._clear = places, clear
 
     def _found(self, depth: Array, kind: str, before: RehearsalState, after: RehearsalState) -> bool:
-        """Whether some capsule is deeper (S,) than it may be; it is counted."""
+        """Whether some capsule is deeper in some body (B, S) than it may be; it is counted."""
         deepest = float(depth.max())
         self._tally.deepest_mm = max(self._tally.deepest_mm, deepest)
         if deepest <= VIOLATION_MM:
@@ -160,56 +145,69 @@ class Watch:
         return True
 
     def _judge_limits(self, before: RehearsalState, after: RehearsalState) -> None:
-        """HAZ-06: range and speed of every joint."""
-        robot, q = self._robot, after.tool.q
-        step = np.abs(q - before.tool.q)
-        allowed = robot.speed * self._settings.dt_s * (1 + 1e-9) + 1e-12 * np.abs(q)
-        if (q < robot.lower).any() or (q > robot.upper).any() or (step > allowed).any():
+        """HAZ-06: range, speed and acceleration of every joint; an emergency may exceed the last, and is counted."""
+        robot, q, dt = self._robot, after.tool.q, self._settings.dt_s
+        step = q - before.tool.q
+        last = before.tool.velocity * dt
+        rounding = 1e-15 * (1.0 + np.abs(q))
+        over = np.maximum(robot.lower - q, q - robot.upper)
+        over = np.maximum(over, np.abs(step) - robot.speed * dt * (1.0 + LAST_BITS) - rounding)
+        emergency = after.emergencies > before.emergencies
+        self._tally.emergencies += emergency
+        if not emergency:
+            change = robot.acceleration * dt * dt
+            over = np.maximum(over, np.abs(step - last) - change - LAST_BITS * (change + np.abs(last)) - rounding)
+        if (over > 0.0).any():
             self._tally.limit_violations += 1
-            over = np.maximum(step - allowed, np.maximum(robot.lower - q, q - robot.upper))
-            self._tally.fail("joint limit", joint=int(over.argmax()), over=float(over.max()))
+            joint, doing = int(over.argmax()), self._ledger.doing
+            self._tally.fail("joint limit", assault=doing, joint=joint, over=float(over.max()), step_of=step.tolist())
 
-    def _judge_report(self, after: RehearsalState, places: Array, clear: Array, cap: float) -> None:
-        """The engine's own pose and distance are the judge's."""
-        told = np.minimum(np.atleast_2d(after.tool.distance)[0], cap)
+    def _judge_report(self, after: RehearsalState, places: Array, clear: Array, caps: Array) -> None:
+        """The engine's own pose and distances are the judges', as far as it tells them."""
+        told_up_to = np.minimum(caps, np.maximum(self._settings.reach_mm, self._margins))[:, None]
+        told = np.minimum(after.tool.distance, told_up_to)
+        # A shape that an axis has entered is told as deep as it is; the judge knows only that it is entered.
+        expected = np.minimum(clear, told_up_to)
+        apart = np.abs(told - expected)
+        apart[1:][expected[1:] <= -self._judges.screws.radius] = 0.0
         scale = AGREES * self._judges.scale
-        apart = float(np.abs(told - np.minimum(clear, self._settings.reach_mm)).max())
         moved = furthest(ends(after.tool.segments), places)
-        if apart > scale or moved > scale:
+        if apart.max() > scale or moved > scale:
             self._tally.disagreements += 1
-            self._tally.fail("disagreement", distance_mm=apart, pose_mm=moved, q=after.tool.q.tolist())
+            self._tally.fail("disagreement", distance_mm=float(apart.max()), pose_mm=moved, q=after.tool.q.tolist())
 
     def _replay(self, before: RehearsalState, after: RehearsalState, floor: Array) -> None:
         """HAZ-02: fifty times finer on the straight way between the joints."""
         tally, judges = self._tally, self._judges
         tally.replayed += 1
-        cap = self._settings.margin_mm + 0.05
-        worst = judges.local.between(judges.screws, before.tool.q, after.tool.q, FINER, cap)
+        caps = self._margins + ROOM_MM
+        worst = judges.between(before.tool.q, after.tool.q, FINER, caps)
         tally.replay_hits += self._found(floor - worst, "replay", before, after)
         if tally.replay_remeasured < self._ledger.replays and tally.replayed % REPLAYS_PASSED == 1:
             q, to = before.tool.q, after.tool.q
             poses = [judges.screws.places(q + k / FINER * (to - q)) for k in range(1, FINER)]
-            found = [judges.local.clearance(p, cap) for p in poses]
-            least = int(np.argmin([c.min() for c in found]))
-            self._ask_coal(poses[least], found[least], cap, floor)
+            found = [judges.clearance(p, caps) for p in poses]
+            least = int(np.argmin([(c - self._margins[:, None]).min() for c in found]))
+            self._ask_coal(poses[least], found[least], caps, floor)
             tally.replay_remeasured += 1
 
-    def _ask_coal(self, places: Array, clear: Array, cap: float, floor: Array) -> None:
+    def _ask_coal(self, places: Array, clear: Array, caps: Array, floor: Array) -> None:
         """Another library's word on a pose: not under the floor, and where it is clear, the same distance."""
-        peer = self._judges.peer()
-        if peer is None:
+        by_coal = self._judges.by_coal(places)
+        if by_coal is None:
             return
         tally = self._tally
-        by_coal = peer.clearance(places, self._judges.screws.radius)
-        least, keep = float(clear.min()), float(floor.min())
-        if keep > 0.0 and by_coal < keep - VIOLATION_MM:
+        least, keep = clear.min(axis=1), floor.min(axis=1)
+        deep = np.where(keep > 0.0, keep - by_coal, 0.0)
+        if deep.max() > VIOLATION_MM:
             tally.violations += 1
-            tally.deepest_mm = max(tally.deepest_mm, keep - by_coal)
-            tally.fail("coal", coal_mm=by_coal, ours_mm=least)
+            tally.deepest_mm = max(tally.deepest_mm, float(deep.max()))
+            tally.fail("coal", coal_mm=by_coal.tolist(), ours_mm=least.tolist())
         # Where an axis touches, coal's distance is not the depth: only clear poses can be compared.
-        if least > 0.0 and abs(min(by_coal, cap) - least) > COAL_AGREES * self._judges.scale:
+        apart = np.where(least > 0.0, np.abs(np.minimum(by_coal, caps) - least), 0.0)
+        if apart.max() > COAL_AGREES * self._judges.scale:
             tally.disagreements += 1
-            tally.fail("coal disagrees", coal_mm=by_coal, ours_mm=least, places=places.tolist())
+            tally.fail("coal disagrees", coal_mm=by_coal.tolist(), ours_mm=least.tolist(), places=places.tolist())
 
 
 def _all_finite(after: RehearsalState, snapshot: Snapshot) -> bool:
