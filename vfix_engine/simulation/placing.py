@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from ..geometry.proximity import ProximityTree
 from ..robots import RobotModel, Tool
 from .dry_run import DryRun, dry_run
 from .scene import Scene
+from .standing import Stand, tip_freedom
 
 Array = NDArray[np.float64]
 
@@ -50,26 +51,23 @@ def place_robot(
     Directions of the shaft around the path's chord and turns of the bend are ranked by the clearance of the unmoving
     orientation at samples of the path; the best few are driven dry, among zones and with standing fixtures where there
     are any, and the first that arrives is taken.
+    A robot that arrives in none of them is placed where it gets furthest, and ``run.reason`` says what holds it there.
 
     Raises:
         StartRefused: the tool does not fit at the entry in any of these directions.
     """
-    turn = int(robot.revolute.nonzero()[0][-1])
-    ranked = sorted(_orientations(path), key=lambda o: -_room(tree, tool, path, o.tip, settings))
+    stand = Stand(robot, tool)
+    ranked = sorted(_orientations(path, tool), key=lambda o: -_room(tree, tool, path, o.tip, settings))
     best: Placing | None = None
     reason = ""
     tried = 0
     for orientation in ranked:
-        base = np.eye(4)
-        base[:3, :3] = orientation.base
-        base[:3, 3] = path.position(0.0) - orientation.tip @ tool.tip_in_flange
-        q_start = np.zeros(len(robot.joints))
-        q_start[turn] = orientation.roll
-        scene = Scene(tree, robot, tool, base, q_start, path, zones=zones, fixtures=fixtures)
         try:
+            base, q_start = stand.at(orientation.tip, path.position(0.0), orientation.roll)
+            scene = Scene(tree, robot, tool, base, q_start, path, zones=zones, fixtures=fixtures)
             run = dry_run(scene, settings)
         except StartRefused as error:
-            reason = str(error)
+            reason = reason or str(error)  # of the best one
             continue
         if best is None or run.reached_mm > best.run.reached_mm:
             best = Placing(base, q_start, run)
@@ -78,20 +76,25 @@ def place_robot(
             break
     if best is None:
         raise StartRefused(f"the tool fits at the entry in no direction: {reason}")
+    freedom = tip_freedom(robot.placed(best.base, tool), best.q_start)
+    if freedom < 3 and not best.run.completed:
+        less = f"{robot.title} can move its tip in {freedom} of 3 directions; {best.run.reason}"
+        best = replace(best, run=replace(best.run, reason=less))
     return best
 
 
 @dataclass(frozen=True)
 class _Orientation:
-    """base: rotation (3, 3), as upright as the shaft allows; roll: of the tool in it; tip: the resulting rotation."""
+    """tip: rotation (3, 3); roll: how far it is turned about the shaft from where it is as upright as can be."""
 
-    base: Array
     roll: float
     tip: Array
 
 
-def _orientations(path: SplinePath) -> Iterator[_Orientation]:
-    """Shafts (+y) near the path's chord, the bend turned about each."""
+def _orientations(path: SplinePath, tool: Tool) -> Iterator[_Orientation]:
+    """Shafts (+y) near the path's chord, the bend turned about each; a straight tool looks the same from all sides."""
+    bent = any(part.bend > 0.0 for part in tool.parts)
+    rolls = (np.arange(_ROLLS) + 0.5) * 2 * np.pi / _ROLLS - np.pi if bent else np.zeros(1)
     entry = path.position(0.0)
     chord = path.position(_CHORD * path.length) - entry
     chord = chord / np.linalg.norm(chord)
@@ -101,9 +104,9 @@ def _orientations(path: SplinePath) -> Iterator[_Orientation]:
             lean = np.cos(around) * side + np.sin(around) * up
             shaft = np.cos(tilt) * chord + np.sin(tilt) * lean
             x, z = _across(shaft)
-            base = np.column_stack([x, shaft, z])
-            for roll in (np.arange(_ROLLS) + 0.5) * 2 * np.pi / _ROLLS - np.pi:
-                yield _Orientation(base, float(roll), base @ Rotation.from_euler("y", roll).as_matrix())
+            upright = np.column_stack([x, shaft, z])
+            for roll in rolls:
+                yield _Orientation(float(roll), upright @ Rotation.from_euler("y", roll).as_matrix())
 
 
 def _across(shaft: Array) -> tuple[Array, Array]:

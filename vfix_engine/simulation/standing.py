@@ -1,0 +1,90 @@
+"""Where a robot's base stands so that its tool has a wanted pose."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import StartRefused
+from ..robots import PlacedRobot, RobotModel, Tool
+from ..robots.inverse import joints_for
+
+Array = NDArray[np.float64]
+
+UP = np.array([0.0, 0.0, 1.0])  # of the room: superior, as the page draws the patient
+_PARALLEL = 1e-6
+_SAME_LINE_MM = 0.05  # a joint's axis this near to the shaft is the shaft's
+
+
+class Stand:
+    """One robot with one tool; ``at`` finds a base for every pose of the tip."""
+
+    def __init__(self, robot: RobotModel, tool: Tool):
+        self._robot, self._tool = robot, tool
+        self._at_origin = robot.placed(np.eye(4), tool)
+        self._roller, self._sense = self._find_roller()
+
+    def at(self, rotation: Array, position: Array, roll: float) -> tuple[Array, Array]:
+        """Base (4, 4) and joints (n,) for the tip at (rotation, position).
+
+        A robot that can turn the tool about its shaft makes the roll by that joint, so that its base does not lean;
+        the base is where the home configuration leaves it: T_base = T_tip · FK(home)⁻¹.
+        A robot that stands is then put upright about the tip, and its joints are solved anew from home.
+
+        Args:
+            rotation: (3, 3) wanted, the roll in rad about the shaft included.
+
+        Raises:
+            StartRefused: a standing robot cannot hold the tool like that.
+        """
+        q = self._robot.home.copy()
+        if self._roller is not None:
+            q[self._roller] = self._turned(self._roller, self._sense * roll)
+        tip_rotation, tip_position = self._at_origin.tip_pose(q)
+        base = np.eye(4)
+        base[:3, :3] = rotation @ tip_rotation.T
+        if self._robot.stands:
+            base[:3, :3] = _upright(base[:3, :3])
+        base[:3, 3] = position - base[:3, :3] @ tip_position
+        if not self._robot.stands:
+            return base, q
+        found = joints_for(self._robot.placed(base, self._tool), rotation, position, q)
+        if found is None:
+            raise StartRefused(f"{self._robot.title} cannot hold the tool like that while it stands upright")
+        return base, found
+
+    def _turned(self, joint: int, angle: float) -> float:
+        """Home and a turn, by a full turn less where the range asks for it; home where it has no room at all."""
+        home, lower, upper = (float(a[joint]) for a in (self._robot.home, self._robot.lower, self._robot.upper))
+        for turns in (0.0, -2.0 * np.pi, 2.0 * np.pi):
+            if lower <= home + angle + turns <= upper:
+                return home + angle + turns
+        return home
+
+    def _find_roller(self) -> tuple[int | None, float]:
+        """The joint nearest to the tool whose axis is the shaft's at home, and whether it turns the same way round."""
+        tip = self._at_origin.tip(self._robot.home)
+        tail = self._tool.segments(tip.rotation, tip.position).start[-1]
+        shaft = tip.rotation[:, 1]
+        for joint in reversed(np.flatnonzero(self._robot.revolute)):
+            axis = tip.jacobian[3:, joint]
+            moved = tip.jacobian[:3, joint] + np.cross(axis, tail - tip.position)
+            if abs(abs(float(axis @ shaft)) - 1.0) < _PARALLEL and float(np.linalg.norm(moved)) < _SAME_LINE_MM:
+                return int(joint), float(np.sign(axis @ shaft))
+        return None, 1.0
+
+
+def tip_freedom(placed: PlacedRobot, q: Array) -> int:
+    """In how many directions the robot can move its tip at q (n,)."""
+    return int(np.linalg.matrix_rank(placed.tip(q).jacobian[:3], tol=1e-6))
+
+
+def _upright(rotation: Array) -> Array:
+    """The nearest rotation (3, 3) whose z axis points up."""
+    z = rotation[:, 2]
+    axis, cosine = np.cross(z, UP), float(z @ UP)
+    if cosine < -1.0 + 1e-9:  # upside down: about x, which any axis across would do as well
+        return np.column_stack([rotation[:, 0], -rotation[:, 1], -z])
+    cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    turned: Array = (np.eye(3) + cross + cross @ cross / (1.0 + cosine)) @ rotation
+    return turned
