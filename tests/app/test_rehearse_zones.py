@@ -1,0 +1,95 @@
+"""`vfix rehearse --zones`: a file of zones beside a case and a plan, as its user would."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import trimesh
+
+from app.cli import main
+from tests.engine.scenes import curved_tube
+
+NERVE = {
+    "name": "optic nerve",
+    "margin_mm": 0.8,
+    "shape": {"kind": "capsule", "start": [-8, 30, 8], "end": [8, 30, 8], "radius": 1.5},
+}
+LINING = {"name": "mucosa", "thickness_mm": 1.5, "stiffness_n_per_mm": 0.5, "shape": {"kind": "anatomy"}}
+
+
+@pytest.fixture
+def tube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The arguments that name a curved tube and a path along its middle, in a home of their own."""
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    mesh, points = curved_tube()
+    trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(tmp_path / "tube.ply")
+    rows = "".join(f"point,p{i},{x!r},{y!r},{z!r}\n" for i, (x, y, z) in enumerate(points[:4].tolist()))
+    (tmp_path / "plan.csv").write_text(f"# frame=LPS\n# unit=mm\nkind,label,x,y,z\n{rows}")
+    return ["--case", str(tmp_path / "tube.ply"), "--plan", str(tmp_path / "plan.csv")]
+
+
+def with_zones(folder: Path, zones: list[dict[str, Any]], soft: list[dict[str, Any]] | None = None) -> list[str]:
+    file = folder / "zones.json"
+    body = {"schema": "vfix-zones/1", "frame": "LPS", "unit": "mm", "zones": zones, "soft_zones": soft or []}
+    file.write_text(json.dumps(body))
+    return ["--zones", str(file)]
+
+
+def rehearse(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, dict[str, Any]]:
+    status = main(["rehearse", *arguments, "--json"])
+    return status, json.loads(capsys.readouterr().out)
+
+
+def test_a_path_is_driven_beside_a_zone_and_its_distance_reported(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-01: the zone keeps its own margin, and its least distance is among the figures."""
+    status, report = rehearse([*tube, *with_zones(tmp_path, [NERVE], [LINING])], capsys)
+    assert status == 0
+    (zone,) = report["zones"]
+    assert zone["name"] == "optic nerve"
+    assert 0.8 <= zone["min_distance_mm"] < 3.0
+    assert report["min_clearance_mm"] >= report["margin_mm"]
+
+
+def test_a_zone_across_the_path_ends_the_rehearsal_with_its_name(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    across = {**NERVE, "shape": {"kind": "sphere", "centre": [0, 30, 3.8], "radius": 4}}
+    status, report = rehearse([*tube, *with_zones(tmp_path, [across])], capsys)
+    assert status == 1
+    assert report["completed"] is False
+    assert report["reason"] == "no-fly zone 'optic nerve' on the tip, 0.8 mm"
+    assert report["zones"][0]["min_distance_mm"] == pytest.approx(0.8, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("content", "word"),
+    [
+        ("{", "not sound JSON"),
+        ("[]", "one JSON object"),
+        ('{"schema": "vfix-zones/1", "unit": "mm"}', "in LPS and mm"),
+        ('{"schema": "vfix-zones/1", "frame": "LPS", "unit": "mm", "zones": [{"name": "n"}]}', "does not say its"),
+    ],
+)
+def test_a_file_that_is_no_file_of_zones_is_refused(
+    tube: list[str], tmp_path: Path, content: str, word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-14, HAZ-16."""
+    (tmp_path / "zones.json").write_text(content)
+    status, report = rehearse([*tube, "--zones", str(tmp_path / "zones.json")], capsys)
+    assert status == 2
+    assert word in report["error"]["message"]
+
+
+def test_a_start_inside_a_zone_is_refused_by_its_name(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-04: no placing of the robot helps when the entry itself lies in a zone."""
+    around = {**NERVE, "shape": {"kind": "sphere", "centre": [0, 2, 0], "radius": 5}}
+    status, report = rehearse([*tube, *with_zones(tmp_path, [around])], capsys)
+    assert status == 2
+    assert "inside no-fly zone 'optic nerve'" in report["error"]["message"]
