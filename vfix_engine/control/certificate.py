@@ -5,6 +5,8 @@ What a certificate means, and why it holds, stands at ``judge_kernel`` and in do
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,7 @@ from .surroundings import Surroundings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
+Kind = TypeVar("Kind")
 
 _ROOM = 2048  # pairs that the workspace holds at first
 _ATTEMPTS = 4  # a motion is judged at most once more for each thing that can be missing
@@ -32,6 +35,7 @@ class Certifier:
         self.surroundings = surroundings
         world = surroundings.world
         self._sizes = (len(world.lower), len(world.radius), len(world.margin))
+        self._radius = world.radius
         self._workspace = _workspace(_ROOM)
 
     def measure(self, q: Array, velocity: Array | None = None) -> ToolState:
@@ -42,8 +46,8 @@ class Certifier:
         moment[dof : 2 * dof] = 0.0 if velocity is None else velocity
         for _ in range(_ATTEMPTS):
             pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
-            world, cover = self.surroundings.world, self.surroundings.cover
-            verdict, count = look(world, cover, moment, *self._workspace, pairs, tags)
+            rows, labels, body = self._workspace
+            verdict, count = look(*self.surroundings.arrays, moment, rows, labels, body, pairs, tags)
             if verdict == KEPT:
                 return self._snapshot(moment, pairs, tags, count)
             self._provide(verdict, count, moment, 0.0)
@@ -61,8 +65,10 @@ class Certifier:
         after = np.empty(len(near.moment))
         pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
         for _ in range(_ATTEMPTS):
-            world, cover = self.surroundings.world, self.surroundings.cover
-            verdict, count, way = judge(world, cover, near.moment, step, after, *self._workspace, pairs, tags)
+            rows, labels, body = self._workspace
+            verdict, count, way = judge(
+                *self.surroundings.arrays, near.moment, step, after, rows, labels, body, pairs, tags
+            )
             if verdict == KEPT:
                 return self._snapshot(after, pairs, tags, count)
             if verdict not in (UNCOVERED, OVERFULL):
@@ -93,17 +99,29 @@ class Certifier:
         b = a + 6 * n
         c = b + 3 * segments
         d = c + 3 * segments
-        tip = TipState(moment[2 * n + 3 : a].reshape(3, 3), moment[2 * n : 2 * n + 3], moment[a:b].reshape(6, n))
-        return ToolState(
-            moment[:n],
-            moment[n : 2 * n],
-            tip,
-            Segments.trusted(
-                moment[b:c].reshape(segments, 3), moment[c:d].reshape(segments, 3), self.surroundings.world.radius
-            ),
-            moment[d:].reshape(bodies, segments),
-            Near(self, moment, pairs[:count], tags[:count]),
+        # Built past the dataclasses' constructors, which would take as long as the arithmetic of the step.
+        tip, tool, state = _new(TipState), _new(Segments), _new(ToolState)
+        tip.__dict__.update(
+            rotation=moment[2 * n + 3 : a].reshape(3, 3),
+            position=moment[2 * n : 2 * n + 3],
+            jacobian=moment[a:b].reshape(6, n),
         )
+        tool.__dict__.update(
+            start=moment[b:c].reshape(segments, 3), end=moment[c:d].reshape(segments, 3), radius=self._radius
+        )
+        state.__dict__.update(
+            q=moment[:n],
+            velocity=moment[n : 2 * n],
+            tip=tip,
+            segments=tool,
+            distance=moment[d:].reshape(bodies, segments),
+            near=Near(self, moment, pairs[:count], tags[:count]),
+        )
+        return state
+
+
+def _new(kind: type[Kind]) -> Kind:
+    return object.__new__(kind)
 
 
 def _workspace(room: int) -> tuple[Array, Index, Index]:

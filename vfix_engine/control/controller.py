@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from ..errors import StartRefused
 from ..fixtures import Constraint, Fixture, Objective, Situation, ToolState, brake, joint_bounds, little_motion
 from ..fixtures.zones import Zone, refuse_start
-from ..geometry.proximity import ProximityTree
+from ..geometry.proximity import Proximity
 from ..robots import PlacedRobot, Tool
 from . import qp
 from .certificate import Certifier
@@ -47,8 +48,7 @@ class Task:
     compliance: float | None = None
 
 
-@dataclass(frozen=True)
-class StepReport:
+class StepReport(NamedTuple):
     """What became of one step.
 
     outcome: 'idle' (nothing wanted), 'moved', 'shrunk' or 'held'; share: part of the wanted motion that was made.
@@ -68,6 +68,18 @@ class StepReport:
         return self.outcome == "held"
 
 
+class _Plan(NamedTuple):
+    """A solved step that waits for its certificate; ``gently``: within every acceleration limit as it is."""
+
+    state: ToolState
+    task: Task
+    solution: qp.Solution
+    constraints: Sequence[Constraint]
+    box: Array
+    rows: int
+    gently: bool
+
+
 class Controller:
     """Turns a task into a certified joint step for one robot with one tool among anatomy and no-fly zones.
 
@@ -81,7 +93,7 @@ class Controller:
         self,
         robot: PlacedRobot,
         tool: Tool,
-        tree: ProximityTree,
+        tree: Proximity,
         settings: ControlSettings,
         solver: str = "daqp",
         zones: Sequence[Zone] = (),
@@ -90,15 +102,20 @@ class Controller:
         self.robot, self.tool, self.settings, self.solver = robot, tool, settings, solver
         self.tree, self.fixtures = tree, tuple(fixtures)
         surroundings = Surroundings(robot, tool, tree, settings, zones)
-        self.zones, self._world = surroundings.zones, surroundings.world
+        self.zones, self._world, self._packed = surroundings.zones, surroundings.world, surroundings.packed
         self._certifier = Certifier(surroundings)
         self._explainer = Explainer(robot.robot, tool, self.zones)
         rows = little_motion(robot.robot)
         self._little = rows.matrix.T @ (rows.weight * rows.matrix)
+        self._nothing_given = qp.join_constraints((), len(rows.target) + 1)
 
-    def with_anatomy(self, tree: ProximityTree) -> Controller:
-        """The same controller among anatomy that has moved; states of this one are measured anew at its next step."""
-        return Controller(self.robot, self.tool, tree, self.settings, self.solver, self.zones, self.fixtures)
+    def with_anatomy(self, tree: Proximity, zones: Sequence[Zone] | None = None) -> Controller:
+        """The same controller among anatomy that has moved; states of this one are measured anew at its next step.
+
+        ``zones`` are those that moved with it, all of them; None: as they were.
+        """
+        zones = self.zones if zones is None else zones
+        return Controller(self.robot, self.tool, tree, self.settings, self.solver, zones, self.fixtures)
 
     def start(self, q: Array) -> ToolState:
         """The state at q (n,), refused when it is outside the joints' ranges or inside a margin (HAZ-04).
@@ -141,18 +158,19 @@ class Controller:
             standing = [fixture.rows(now) for now in (self._situation(state, task),) for fixture in self.fixtures]
             objectives = (*objectives, *(o for rows in standing for o in rows.objectives))
             constraints = (*constraints, *(c for rows in standing for c in rows.constraints))
-        problem, box = self._problem(state, objectives, constraints, task.scale)
+        problem, box, broken = self._problem(state, objectives, constraints, task.scale)
         solution = qp.solve(problem, self.solver)
+        gently = solution is not None and broken == 0
         if solution is None:
             # Where braking within the accelerations is not enough, keeping the distance comes first.
             low, high = joint_bounds(self.robot.robot, state.q, self._world.dt)
-            box, problem = Box(low, high, self._world.dt), problem.boxed(low, high)
+            box, problem = np.stack([low, high]), problem.boxed(low, high)
             # Walls on opposite sides may leave no room for the buffer: then holding must be allowed.
             solution = qp.solve(problem, self.solver) or qp.solve(problem.holdable(), self.solver)
         if solution is None:
             reason = Blocker("solver", "no safe step was found", 1.0)
             return self._held(state, (reason,), problem.row_count)
-        return self._take(state, task, solution, constraints, box, problem.row_count)
+        return self._take(_Plan(state, task, solution, constraints, box, problem.row_count, gently))
 
     def _situation(self, state: ToolState, task: Task) -> Situation:
         """What the standing fixtures are told."""
@@ -168,35 +186,31 @@ class Controller:
 
     def _problem(
         self, state: ToolState, objectives: Sequence[Objective], constraints: Sequence[Constraint], scale: float
-    ) -> tuple[qp.Problem, Box]:
-        """The QP of this step with the boundary's rows last, and the box of the joints."""
+    ) -> tuple[qp.Problem, Array, int]:
+        """The QP of this step with the boundary's rows last, the joints' box, and how many joints break a limit."""
         near = state.near
         if near is None:
             raise ValueError("the state was not measured by this controller")
         n = len(state.q)
-        given = qp.join_constraints(constraints, n + 1)
-        problem = qp.blank(n, given, len(near.pairs))
-        low, high = np.empty(n), np.empty(n)
-        _, scale = prepare(
-            self._world, near.moment, *qp.join_objectives(objectives, n + 1), self._little, given.matrix, given.bound,
-            near.pairs, near.tags, scale, *problem[:5], low, high,
+        given = qp.join_constraints(constraints, n + 1) if constraints else self._nothing_given
+        arrays, box = qp.blank(n, given, len(near.pairs)), np.empty((2, n))
+        wanted = qp.join_objectives(objectives, n + 1)
+        hessian, gradient, matrix, upper, lower = arrays
+        scale, broken = prepare(
+            self._packed.numbers, self._packed.counts, near.moment, wanted.matrix, wanted.target, wanted.weight,
+            self._little, given.matrix, given.bound, near.pairs, near.tags, scale,
+            hessian, gradient, matrix, upper, lower, box,
         )  # fmt: skip
-        problem = problem._replace(scale=scale)
-        qp.soften(problem, given)
-        return problem, Box(low, high, self._world.dt)
+        problem = qp.Problem(*arrays, scale, n)
+        if given.soft:
+            qp.soften(problem, given)
+        return problem, box, broken
 
-    def _take(
-        self,
-        state: ToolState,
-        task: Task,
-        solution: qp.Solution,
-        constraints: Sequence[Constraint],
-        box: Box,
-        rows: int,
-    ) -> StepReport:
+    def _take(self, plan: _Plan) -> StepReport:
         """The largest certified share of the solution's step."""
+        state, task = plan.state, plan.task
         for share in SHRINKS:
-            step = solution.step if share == 1.0 else share * solution.step
+            step = plan.solution.step if share == 1.0 else share * plan.solution.step
             after = self._certified(state, step, task)
             if after is None:
                 continue
@@ -204,14 +218,24 @@ class Controller:
             why: tuple[Blocker, ...] = ()
             outcome = "moved" if share == 1.0 else "shrunk"
             if achieved < SLOWED_SHARE:
-                every = self._explainer.blockers(solution, constraints, state, box)
-                why = tuple(b for b in every if b.kind != "acceleration")
-                # A robot that gathers speed is not held, however little it makes of its first step.
-                if achieved < HELD_SHARE and (why or not every):
-                    outcome = "held"
-            return StepReport(after, outcome, achieved, why, rows, self._rushed(state, step))
-        why = self._explainer.blockers(solution, constraints, state, box)
-        return self._held(state, tuple(b for b in why if b.kind != "acceleration"), rows)
+                outcome, why = self._slowed(plan, achieved, outcome)
+            rushed = not (share == 1.0 and plan.gently) and self._rushed(state, step)
+            return StepReport(after, outcome, achieved, why, plan.rows, rushed)
+        return self._held(state, self._why(plan)[0], plan.rows)
+
+    def _slowed(self, plan: _Plan, achieved: float, outcome: str) -> tuple[str, tuple[Blocker, ...]]:
+        """Outcome and reasons of a step that makes less than was wanted."""
+        why, gathering = self._why(plan)
+        # A robot that gathers speed is not held, however little it makes of its first step.
+        held = achieved < HELD_SHARE and (len(why) > 0 or not gathering)
+        return "held" if held else outcome, why
+
+    def _why(self, plan: _Plan) -> tuple[tuple[Blocker, ...], bool]:
+        """What acts on a step, but for accelerations; and whether those do as well."""
+        box = Box(plan.box[0], plan.box[1], self._world.dt)
+        every = self._explainer.blockers(plan.solution, plan.constraints, plan.state, box)
+        why = tuple(b for b in every if b.kind != "acceleration")
+        return why, len(why) < len(every)
 
     def _rest(self, state: ToolState, task: Task) -> StepReport:
         """Nothing is wanted: the tool stands still, or comes to rest as gently as the joints' accelerations ask for."""

@@ -72,7 +72,7 @@ class Explainer:
             weight = float(solution.row_multiplier[first + pair])
             blocker = self.pair_blocker(state, int(pair), weight)
             note(f"pair {blocker.text.rsplit(',', 1)[0]}", blocker)
-        for joint in np.flatnonzero(np.abs(solution.bound_multiplier[:-1]) > _ACTIVE):
+        for joint in np.flatnonzero(np.abs(solution.bound_multiplier) > _ACTIVE):
             weight = float(solution.bound_multiplier[joint])
             note(f"joint {joint}", self._joint_blocker(int(joint), weight, state, box))
         return tuple(sorted(found.values(), key=lambda b: -b.weight))

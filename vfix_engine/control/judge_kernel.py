@@ -8,6 +8,7 @@ Distance to a body changes no faster than the point moves, so the distance on th
 Where that is not enough the motion is halved and both halves are judged; a motion that still is not after
 ``HALVINGS`` is refused.
 From a state already inside a margin only motions that never deepen are kept (HAZ-04).
+A surface that has reached the axis of a segment cannot tell deep from shallow, so from there nothing is kept.
 """
 
 from __future__ import annotations
@@ -20,13 +21,14 @@ from .bind_kernel import binding, largest_moves
 from .measure_kernel import covered, measure, place
 from .moment_kernel import moment_parts
 from .sweep_kernel import bend, chords
-from .world import Cover, World
+from .world import Counts, Cover, Single, World, unpack_cover, unpack_world
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
 SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
 HALVINGS = 5
+ON_AXIS_MM = 1e-6  # a surface this near to the axis of a segment has reached it
 _GRID = 1 << HALVINGS
 
 KEPT, REFUSED, UNCOVERED, OVERFULL = range(4)  # what a verdict can be
@@ -96,13 +98,19 @@ def _clear_in_halves(
 
 @compiled
 def look(
-    world: World, cover: Cover, moment: Array, rows: Array, labels: Index, body: Index, pairs: Array, tags: Index
-) -> tuple[int, int]:
+    numbers: Array, counts: Counts,
+    boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
+    moment: Array, rows: Array, labels: Index, body: Index, pairs: Array, tags: Index,
+) -> tuple[int, int]:  # fmt: skip
     """Complete a moment whose joints and velocity are given, and write the pairs that can bind in its next step.
+
+    Args: see ``judge``.
 
     Returns:
         KEPT, UNCOVERED or OVERFULL, and how many pairs there are (or rows are needed), see ``judge``.
     """
+    world = unpack_world(numbers, counts)
+    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
     n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
     q, velocity, position, rotation, jacobian, start, end, distance = moment_parts(moment, n, count, bodies)
     place(world, q, position, rotation, jacobian, start, end)
@@ -118,12 +126,14 @@ def look(
 
 @compiled
 def judge(
-    world: World, cover: Cover, before: Array, step: Array, after: Array,
-    rows: Array, labels: Index, body: Index, pairs: Array, tags: Index,
+    numbers: Array, counts: Counts,
+    boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
+    before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index, pairs: Array, tags: Index,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Judge the motion from the moment ``before`` by ``step`` (n,), and write the moment and the pairs it ends in.
 
     Args:
+        numbers, counts: the ``PackedWorld``; boxes, corners, label, first, poses: the ``PackedCover``.
         after: out, a moment (see ``moment_kernel``); its pose is written whatever the verdict.
         rows, labels, body: (R, …) room for the pairs within the threshold.
         pairs, tags: (MAX_ROWS, …) out, those that can bind in the next step, see ``binding``.
@@ -133,6 +143,8 @@ def judge(
         (so many rows are needed); how many pairs are written or rows needed; how far from its place at the end any
         point of the tool is on the way, mm.
     """
+    world = unpack_world(numbers, counts)
+    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
     n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
     q, _, _, _, _, start, end, distance = moment_parts(before, n, count, bodies)
     new_q, velocity, position, rotation, jacobian, new_start, new_end, new_distance = moment_parts(
@@ -153,6 +165,8 @@ def judge(
     floor = np.empty((bodies, count))
     for b in range(bodies):
         for s in range(count):
+            if b < len(cover.frame) and distance[b, s] <= ON_AXIS_MM - world.radius[s]:
+                return REFUSED, 0, way
             floor[b, s] = min(distance[b, s], world.margin[b])
     if not _above(new_distance, floor):
         return REFUSED, 0, way

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.candidate_kernels import segment_rows
+from ..geometry.candidate_kernels import segment_least, segment_pairs
 from ..geometry.candidates import still_valid
 from ..geometry.compiled import compiled
 from ..geometry.shape_kernels import shape_rows
@@ -42,8 +42,8 @@ def measure(
     """Distance (B, S) of bodies and segments, no more than the world's threshold, and all pairs within ``threshold``.
 
     Args:
-        threshold: −∞ where only distances are wanted.
-        rows: (R, 10), labels: (R, 2), body: (R,) out; see ``segment_rows``.
+        threshold: that of the world, or −∞ where only distances are wanted.
+        rows: (R, 10), labels: (R, 2), body: (R,) out; see ``segment_pairs``.
 
     Returns:
         How many pairs there are; the first R are written.
@@ -57,11 +57,16 @@ def measure(
             before = found
             for k in range(3):
                 along[k] = end[s, k] - start[s, k]
-            if b < surfaces:
-                found, least = segment_rows(
+            if b < surfaces and threshold > -np.inf:
+                found, least = segment_pairs(
                     cover.boxes, cover.corners, cover.label, cover.frame[b], cover.first[b, s], cover.first[b, s + 1],
                     start[s], along, world.radius[s], threshold, s, rows, labels, found,
                 )  # fmt: skip
+            elif b < surfaces:
+                least = segment_least(
+                    cover.boxes, cover.corners, cover.label, cover.frame[b], cover.first[b, s], cover.first[b, s + 1],
+                    start[s], along, world.threshold + world.radius[s],
+                ) - world.radius[s]  # fmt: skip
             else:
                 z = b - surfaces
                 count, least = shape_rows(

@@ -14,7 +14,7 @@ from ..fixtures.boundary import approach, room_to_step
 from ..fixtures.joint_limits import step_box
 from ..geometry.compiled import compiled
 from .moment_kernel import moment_parts
-from .world import World
+from .world import Counts, unpack_world
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -96,39 +96,48 @@ def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -
 
 @compiled
 def prepare(
-    world: World, moment: Array, matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
-    pairs: Array, tags: Index, scale: float,
-    hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, low: Array, high: Array,
-) -> tuple[int, float]:  # fmt: skip
-    """The QP of one step from a moment and its pairs: ``fill`` with the joints' box.
+    numbers: Array, counts: Counts, moment: Array, matrix: Array, target: Array, weight: Array,
+    little: Array, given: Array, bound: Array, pairs: Array, tags: Index, scale: float,
+    hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, box: Array,
+) -> tuple[float, int]:  # fmt: skip
+    """The QP of one step from a measured moment and its pairs: ``fill`` with the box of the joints' limits.
 
     Args:
-        low, high: out, the box (n,) of Δq that every limit of the joints allows.
+        numbers, counts: the ``PackedWorld``; the others as in ``fill``.
+        scale: length of the wanted step in mm.
+        box: out, (2, n) least and largest Δq that every limit of the joints allows.
 
     Returns:
-        How many joints cannot keep their acceleration (see ``step_box``).
+        The scale L that was taken, and how many joints cannot keep their acceleration (see ``step_box``).
+        What the joints do already counts for L as well, so that a robot that has to brake under a light hand is no
+        badly scaled problem.
     """
-    n, count, bodies = len(low), len(world.radius), len(world.margin)
+    world = unpack_world(numbers, counts)
+    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
     q, velocity, position, _, jacobian, _, _, _ = moment_parts(moment, n, count, bodies)
+    for j in range(n):
+        scale = max(scale, abs(velocity[j]) * world.dt)
     fill(
         matrix, target, weight, little, given, bound, pairs, tags, world.keep, world.change, position, jacobian, scale,
         hessian, gradient, rows, upper, lower,
     )  # fmt: skip
+    low, high = box[0], box[1]
     broken = step_box(q, velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt, low, high)
     set_box(low, high, scale, upper, lower)
-    return broken, scale
+    return scale, broken
 
 
 @compiled
-def is_optimal(
+def settle(
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, x: Array, multiplier: Array,
     primal: float, dual: float,
 ) -> bool:  # fmt: skip
-    """Karush-Kuhn-Tucker conditions within tolerance.
+    """Whether x fulfils the Karush-Kuhn-Tucker conditions within tolerance; if so it is put exactly into its limits.
 
     Nothing is violated, multipliers balance the gradient, have the right sign and belong to limits that are reached.
 
     Args:
+        x: (c,) in and out; only its own limits are made exact, those of the rows stay within tolerance.
         upper, lower: (c + m,) of the unknowns, then of the rows; multiplier: the same, positive at an upper limit.
         primal: of a limit; dual: of the gradient, relative to its largest term.
     """
@@ -144,7 +153,7 @@ def is_optimal(
             return False
         if multiplier[a] != 0.0:
             left = upper[a] - x[a] if multiplier[a] > 0.0 else x[a] - lower[a]
-            idle = max(idle, abs(multiplier[a]) * left)
+            idle = max(idle, min(abs(multiplier[a]), left))
     pulls = np.zeros(size)
     wrong = 0.0
     for i in range(len(rows)):
@@ -156,7 +165,7 @@ def is_optimal(
         weight = multiplier[size + i]
         wrong = min(wrong, weight)
         if weight != 0.0:
-            idle = max(idle, weight * (upper[size + i] - value))
+            idle = max(idle, min(weight, upper[size + i] - value))
             for a in range(size):
                 pulls[a] += weight * rows[i, a]
     worst = 0.0
@@ -166,4 +175,8 @@ def is_optimal(
             return False
         worst = max(worst, abs(balance[a] + pulls[a]))
     allowed = dual * (1.0 + largest)
-    return worst <= allowed and wrong >= -allowed and idle <= allowed
+    if not (worst <= allowed and wrong >= -allowed and idle <= allowed):
+        return False
+    for a in range(size):
+        x[a] = min(max(x[a], lower[a]), upper[a])
+    return True

@@ -17,7 +17,7 @@ from scipy.sparse import csc_matrix
 
 from ..errors import ControlError
 from ..fixtures import Constraint, Objective
-from .problem_kernel import UNBOUNDED, fill, is_optimal, set_box
+from .problem_kernel import UNBOUNDED, fill, set_box, settle
 
 Array = NDArray[np.float64]
 
@@ -28,12 +28,22 @@ _ACCURACY: dict[str, dict[str, Any]] = {"osqp": {"eps_abs": 1e-9, "eps_rel": 1e-
 
 
 class Solution(NamedTuple):
-    """A checked answer: step Δq (n,), progress λ, multiplier of every constraint row and of every joint bound."""
+    """A checked answer: step Δq (n,), progress λ, and the multipliers of all unknowns and rows."""
 
     step: Array
     progress: float
-    row_multiplier: Array
-    bound_multiplier: Array
+    multiplier: Array
+    unknowns: int
+
+    @property
+    def row_multiplier(self) -> Array:
+        """Of every constraint row (m,)."""
+        return self.multiplier[self.unknowns :]
+
+    @property
+    def bound_multiplier(self) -> Array:
+        """Of every joint's limits (n,), positive at the upper one."""
+        return self.multiplier[: len(self.step)]
 
 
 class Problem(NamedTuple):
@@ -103,11 +113,16 @@ class ConstraintRows(NamedTuple):
     @property
     def slacks(self) -> int:
         """How many slack variables they need."""
-        return sum(_slack_count(constraint) for _, constraint in self.soft)
+        return sum([_slack_count(constraint) for _, constraint in self.soft])
 
 
 def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows:
-    """The rows of all objectives, contiguous copies; ``size``: n + 1."""
+    """The rows of all objectives as contiguous arrays; ``size``: n + 1."""
+    if len(objectives) == 1:
+        alone = objectives[0]
+        matrix, target = alone.matrix, alone.target
+        if matrix.flags.carray and target.flags.carray and matrix.dtype == target.dtype == np.float64:
+            return ObjectiveRows(matrix, target, np.full(len(target), alone.weight))
     count = sum([len(o.target) for o in objectives])
     matrix, target, weight = np.empty((count, size)), np.empty(count), np.empty(count)
     row = 0
@@ -119,7 +134,7 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
 
 
 def join_constraints(constraints: Sequence[Constraint], size: int) -> ConstraintRows:
-    """The rows of all constraints, contiguous copies; ``size``: n + 1."""
+    """The rows of all constraints as contiguous arrays; ``size``: n + 1."""
     count = sum([len(c.bound) for c in constraints])
     matrix, bound = np.empty((count, size)), np.empty(count)
     soft: list[tuple[int, Constraint]] = []
@@ -133,13 +148,15 @@ def join_constraints(constraints: Sequence[Constraint], size: int) -> Constraint
     return ConstraintRows(matrix, bound, tuple(soft))
 
 
-def blank(joints: int, constraints: ConstraintRows, pairs: int, scale: float = 1.0) -> Problem:
-    """Room for a problem of so many joints, rows and pairs; nothing in it has a value yet."""
+Arrays = tuple[Array, Array, Array, Array, Array]
+
+
+def blank(joints: int, constraints: ConstraintRows, pairs: int) -> Arrays:
+    """Room for the arrays of a problem with so many joints, rows and pairs; nothing in it has a value yet."""
     size = joints + 1 + constraints.slacks
     count = len(constraints.bound) + pairs
-    return Problem(
+    return (
         np.empty((size, size)), np.empty(size), np.empty((count, size)), np.empty(size + count), np.empty(size + count),
-        scale, joints,
     )  # fmt: skip
 
 
@@ -169,11 +186,12 @@ def stack(
     """
     n = len(low)
     wanted, given = join_objectives(objectives, n + 1), join_constraints(constraints, n + 1)
-    problem = blank(n, given, 0, scale)
+    arrays = blank(n, given, 0)
     fill(
-        *wanted, np.zeros((n + 1, n + 1)), given.matrix, given.bound,
-        *_NO_PAIRS, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *problem[:5],
+        wanted.matrix, wanted.target, wanted.weight, np.zeros((n + 1, n + 1)), given.matrix, given.bound,
+        _NO_PAIRS, _NO_TAGS, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *arrays,
     )  # fmt: skip
+    problem = Problem(*arrays, float(scale), n)
     set_box(np.array(low, dtype=float), np.array(high, dtype=float), scale, problem.upper, problem.lower)
     soften(problem, given)
     return problem
@@ -192,10 +210,10 @@ def solve(problem: Problem, solver: str = "daqp") -> Solution | None:
     if answer is None:
         return None
     x, multiplier = answer
-    if not is_optimal(*problem[:5], x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE):
+    if not settle(*problem[:5], x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE):
         return None
-    n, size = problem.joints, len(x)
-    return Solution(x[:n] * problem.scale, x[n], multiplier[size:], multiplier[: n + 1])
+    n = problem.joints
+    return Solution(x[:n] * problem.scale, x[n], multiplier, len(x))
 
 
 def _solve_natively(problem: Problem) -> tuple[Array, Array] | None:
@@ -237,4 +255,4 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 _NOTHING = _read_only(np.zeros(0))
 # Nothing near: the same types that a state's pairs have, so that the kernels need no second compilation.
-_NO_PAIRS = (_read_only(np.zeros((0, 10))), _read_only(np.zeros((0, 3), np.int32)))
+_NO_PAIRS, _NO_TAGS = _read_only(np.zeros((0, 10))), _read_only(np.zeros((0, 3), np.int32))

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ..fixtures.zones import Zone, bodies, ordered
 from ..geometry.capsules import Segments
-from ..geometry.proximity import ProximityTree
+from ..geometry.proximity import Proximity
 from ..geometry.shapes import shape_table
 from ..robots import PlacedRobot, Tool
 from .settings import ControlSettings
-from .world import Cover, World
+from .world import Counts, Cover, Index, Single, World, pack_cover, pack_world
 
 Array = NDArray[np.float64]
 Number = TypeVar("Number", np.float32, np.float64, np.int32)
@@ -24,15 +24,19 @@ BEYOND_MARGIN_MM = 1.0  # pairs are looked for at least this far beyond every bo
 SLACK_MM = 0.75  # how far the tool may move before the triangles around it are gathered anew
 
 
+Packed = tuple[Array, Counts, Single, Array, Index, Index, Array]
+
+
 class Surroundings:
     """The bodies around one tool: the anatomy, then surfaces, then shapes (``zones.ordered``).
 
-    ``cover`` holds the triangles around the tool as it was when they were gathered.
+    ``arrays`` are the packed world and cover, see ``world.py``.
+    The cover holds the triangles around the tool as it was when they were gathered.
     It is a cache only: the answers of the kernels that use it are exact for every pose, whatever was asked before.
     """
 
     def __init__(
-        self, robot: PlacedRobot, tool: Tool, tree: ProximityTree, settings: ControlSettings, zones: Sequence[Zone] = ()
+        self, robot: PlacedRobot, tool: Tool, tree: Proximity, settings: ControlSettings, zones: Sequence[Zone] = ()
     ):
         self.zones = ordered(zones)
         patches, shapes = bodies(self.zones)
@@ -59,13 +63,14 @@ class Surroundings:
             change=float(settings.approach_deceleration_mm_per_s2 * settings.dt_s**2),
             dt=float(settings.dt_s),
         )
-        self.cover = self._gathered(ends, -1.0)
+        self.packed = pack_world(self.world)
+        self.arrays = self._gathered(ends, -1.0)
 
     def gather(self, start: Array, end: Array, further: float = 0.0) -> None:
         """Gather the triangles around a pose of the tool's segments (S, 3), (S, 3), with more slack than usual."""
-        self.cover = self._gathered(Segments(start, end, self.world.radius), SLACK_MM + further)
+        self.arrays = self._gathered(Segments(start, end, self.world.radius), SLACK_MM + further)
 
-    def _gathered(self, segments: Segments, slack: float) -> Cover:
+    def _gathered(self, segments: Segments, slack: float) -> Packed:
         """A cover that holds for poses within ``slack`` mm of this one; for none where that is negative."""
         reach = self.world.threshold + slack if slack >= 0.0 else 0.0
         lists = [surface.candidates(segments, reach).arrays for surface in self.surfaces]
@@ -74,7 +79,7 @@ class Surroundings:
         for row, each in zip(first, lists, strict=True):
             row[:] = each.offset + nodes
             nodes += int(each.offset[-1])
-        return Cover(
+        cover = Cover(
             boxes=_joined([each.boxes for each in lists]),
             corners=_joined([each.corners for each in lists]),
             label=_joined([each.label for each in lists]),
@@ -84,6 +89,9 @@ class Surroundings:
             end=segments.end,
             slack=slack,
         )
+        numbers, counts = self.packed
+        boxes, corners, label, near_first, poses = pack_cover(cover)
+        return numbers, counts, boxes, corners, label, near_first, poses
 
 
 def _fixed(values: Array) -> Array:

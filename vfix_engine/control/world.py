@@ -1,4 +1,7 @@
-"""What the compiled parts of a step are told: the robot's and tool's fixed numbers, and the triangles kept near."""
+"""What the compiled parts of a step are told: the robot's and tool's fixed numbers, and the triangles kept near.
+
+Every array that Python hands to compiled code costs time, so both travel packed and are unpacked inside.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.shapes import ShapeTable
+from ..geometry.compiled import compiled
+from ..geometry.shapes import DATA_WIDTH, ShapeTable
 from ..robots.chain_kernel import Chain
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Index = NDArray[np.int32]
+Counts = NDArray[np.int64]
 
 
 class World(NamedTuple):
@@ -60,3 +65,80 @@ class Cover(NamedTuple):
     start: Array
     end: Array
     slack: float
+
+
+class PackedWorld(NamedTuple):
+    """A world in two arrays: all its numbers, and n, S, B, z, the joints' kinds (n,) and the shapes' kinds (z,)."""
+
+    numbers: Array
+    counts: Counts
+
+
+class PackedCover(NamedTuple):
+    """A cover with its small arrays in one: slack, start (S, 3), end (S, 3), frame (M, 4)."""
+
+    boxes: Single
+    corners: Array
+    label: Index
+    first: Index
+    numbers: Array
+
+
+def pack_world(world: World) -> PackedWorld:
+    """The world as its kernels take it."""
+    chain = world.chain
+    arrays = (
+        *chain[1:], world.links, world.lower, world.upper, world.speed, world.acceleration,
+        world.start, world.end, world.radius, world.margin, world.keep, world.shapes.data,
+    )  # fmt: skip
+    scalars = np.array([world.reach, world.threshold, world.change, world.dt])
+    sizes = (len(world.lower), len(world.radius), len(world.margin), len(world.shapes.kind))
+    return PackedWorld(
+        np.concatenate([scalars, *(array.ravel() for array in arrays)]),
+        np.concatenate([sizes, chain.revolute, world.shapes.kind]).astype(np.int64),
+    )
+
+
+def pack_cover(cover: Cover) -> PackedCover:
+    """The cover as its kernels take it."""
+    small = (np.array([cover.slack]), cover.start.ravel(), cover.end.ravel(), cover.frame.ravel())
+    return PackedCover(cover.boxes, cover.corners, cover.label, cover.first, np.concatenate(small))
+
+
+@compiled
+def unpack_world(numbers: Array, counts: Counts) -> World:
+    """Views of a packed world."""
+    n, s, b, z = counts[0], counts[1], counts[2], counts[3]
+    a = 4
+    axis = numbers[a : a + 3 * n].reshape(n, 3)
+    a += 3 * n
+    rotation = numbers[a : a + 9 * n].reshape(n, 3, 3)
+    a += 9 * n
+    offset = numbers[a : a + 3 * n].reshape(n, 3)
+    a += 3 * n
+    tip_rotation, tip_offset = numbers[a : a + 9].reshape(3, 3), numbers[a + 9 : a + 12]
+    a += 12
+    links, lower, upper = numbers[a : a + n], numbers[a + n : a + 2 * n], numbers[a + 2 * n : a + 3 * n]
+    speed, acceleration = numbers[a + 3 * n : a + 4 * n], numbers[a + 4 * n : a + 5 * n]
+    a += 5 * n
+    start, end = numbers[a : a + 3 * s].reshape(s, 3), numbers[a + 3 * s : a + 6 * s].reshape(s, 3)
+    radius = numbers[a + 6 * s : a + 7 * s]
+    a += 7 * s
+    margin, keep = numbers[a : a + b], numbers[a + b : a + 2 * b]
+    a += 2 * b
+    data = numbers[a : a + DATA_WIDTH * z].reshape(z, DATA_WIDTH)
+    chain = Chain(counts[4 : 4 + n] != 0, axis, rotation, offset, tip_rotation, tip_offset)
+    return World(
+        chain, links, numbers[0], start, end, radius, lower, upper, speed, acceleration,
+        ShapeTable(counts[4 + n : 4 + n + z], data), margin, keep, numbers[1], numbers[2], numbers[3],
+    )  # fmt: skip
+
+
+@compiled
+def unpack_cover(segments: int, boxes: Single, corners: Array, label: Index, first: Index, numbers: Array) -> Cover:
+    """Views of a packed cover."""
+    a, b = 1 + 3 * segments, 1 + 6 * segments
+    return Cover(
+        boxes, corners, label, numbers[b:].reshape(len(first), 4), first,
+        numbers[1:a].reshape(segments, 3), numbers[a:b].reshape(segments, 3), numbers[0],
+    )  # fmt: skip

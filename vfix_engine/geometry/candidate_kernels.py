@@ -130,14 +130,13 @@ def append_block(
 
     rows: flat, (10 R,). Of more than R rows the first R are written and all are counted.
     """
-    block_gaps(corners, query, limit, work)
+    if block_gaps(corners, query, limit, work) == 0:
+        return found, best
+    finish(query, radius, work)
     square, passing = limit * limit, 0
     for j in range(LANES):
         lanes[passing] = j
         passing += int((work[j] <= square) & (label[j] >= 0))
-    if passing == 0:
-        return found, best
-    finish(query, radius, work)
     for i in range(min(passing, len(labels) - found)):
         # Unsigned indices are not looked at for being negative.
         j, k = lanes[i], np.uint64(10 * (found + i))
@@ -161,7 +160,7 @@ def append_block(
 
 
 @compiled
-def segment_rows(
+def segment_pairs(
     boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
     p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
 ) -> tuple[int, float]:  # fmt: skip
@@ -174,7 +173,7 @@ def segment_rows(
         found: how many rows are there already.
 
     Returns:
-        How many rows there are now, and the exact least distance (mm) to the candidates, ∞ where there is none.
+        How many rows there are now, and the exact least distance (mm) of their pairs, ∞ where there is none.
         Of more than R rows the first R are written and all are counted.
     """
     limit = threshold + radius
@@ -194,9 +193,21 @@ def segment_rows(
                         corners[CORNERS * k : CORNERS * (k + 1)], label[LANES * k : LANES * (k + 1)],
                         query, radius, limit, segment, work, lanes, flat, labels, found, best,
                     )  # fmt: skip
-    if best == np.inf:
-        return found, segment_least(boxes, corners, label, frame, first, last, p, d, np.inf) - radius
-    return found, np.sqrt(best) - radius
+    return found, np.sqrt(best) - radius if best <= limit * limit else np.inf
+
+
+@compiled
+def segment_rows(
+    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
+    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
+) -> tuple[int, float]:  # fmt: skip
+    """As ``segment_pairs``, but the least distance is that to all candidates, also beyond the threshold."""
+    found, least = segment_pairs(
+        boxes, corners, label, frame, first, last, p, d, radius, threshold, segment, rows, labels, found
+    )
+    if least == np.inf:
+        least = segment_least(boxes, corners, label, frame, first, last, p, d, np.inf) - radius
+    return found, least
 
 
 @compiled
@@ -235,7 +246,8 @@ def segment_least(
 @compiled
 def nearest_of_block(corners: Array, query: Array, best: float, work: Array) -> tuple[float, int]:
     """Least of ``best`` (mm from the axis) and the 16 distances, and the lane it comes from, −1 if none is less."""
-    block_gaps(corners, query, best, work)
+    if block_gaps(corners, query, best, work) == 0:
+        return best, -1
     square, where = best * best, -1
     for j in range(LANES):
         if work[j] < square:

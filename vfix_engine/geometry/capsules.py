@@ -45,13 +45,5 @@ class Segments:
             value.setflags(write=False)
             object.__setattr__(self, name, value)
 
-    @classmethod
-    def trusted(cls, start: Array, end: Array, radius: Array) -> Segments:
-        """Segments over read-only arrays of the right shapes that are known to be finite; nothing is checked or copied."""
-        segments = object.__new__(cls)
-        for name, value in (("start", start), ("end", end), ("radius", radius)):
-            object.__setattr__(segments, name, value)
-        return segments
-
     def __len__(self) -> int:
         return len(self.radius)
