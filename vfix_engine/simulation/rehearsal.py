@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..control.tasks import (
     view_point,
 )
 from ..errors import ControlError
+from ..fixtures import Zone
 from ..geometry.proximity import ProximityTree
 from .scene import Scene
 from .snapshot import Snapshot
@@ -86,12 +86,14 @@ class Rehearsal:
             robot, scene.tool, scene.tree, settings, zones=scene.zones, fixtures=scene.fixtures
         )
 
-    def with_anatomy(self, tree: ProximityTree) -> Rehearsal:
-        """The same rehearsal among anatomy that has moved; its states go on from where the tool is (HAZ-04)."""
-        moved = copy(self)
-        moved.scene = replace(self.scene, tree=tree)
-        moved.controller = self.controller.with_anatomy(tree)
-        return moved
+    def with_anatomy(self, tree: ProximityTree, zones: tuple[Zone, ...] | None = None) -> Rehearsal:
+        """The same rehearsal among anatomy that has moved; its states go on from where the tool is (HAZ-04).
+
+        Args:
+            zones: as they are now, where they moved with the anatomy, such as patches of it; None: as they were.
+        """
+        scene = replace(self.scene, tree=tree, zones=self.scene.zones if zones is None else zones)
+        return Rehearsal(scene, self.settings)
 
     def start(self, mode: str = "path") -> RehearsalState:
         """The state at the entry.
