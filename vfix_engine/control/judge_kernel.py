@@ -26,6 +26,7 @@ from .world import Counts, Cover, Single, World, unpack_cover, unpack_world
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
+LAST_BIT = 4e-16  # of a joint's value: rounding
 SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
 HALVINGS = 5
 ON_AXIS_MM = 1e-6  # a surface this near to the axis of a segment has reached it
@@ -151,7 +152,13 @@ def judge(
         after, n, count, bodies
     )
     for j in range(n):
+        if not np.abs(step[j]) < np.inf:
+            return REFUSED, 0, 0.0
+        # q + (limit − q) may be the limit's neighbour: the last bit goes to the limit.
+        low, high = min(world.lower[j], q[j]), max(world.upper[j], q[j])
         new_q[j], velocity[j] = q[j] + step[j], step[j] / world.dt
+        if low - LAST_BIT * (1.0 + np.abs(low)) < new_q[j] < high + LAST_BIT * (1.0 + np.abs(high)):
+            new_q[j] = min(max(new_q[j], low), high)
     place(world, new_q, position, rotation, jacobian, new_start, new_end)
     chord = np.empty(count)
     chords(start, end, new_start, new_end, chord)

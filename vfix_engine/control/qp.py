@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
 DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
+LARGEST = 1e15  # of a number in a problem that goes to a solver by name
 # What a solver is asked for so that its answer stands the check: by default a first-order one stops too early.
 _ACCURACY: dict[str, dict[str, Any]] = {"osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20_000}}
 
@@ -235,7 +236,12 @@ def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array] | None:
         lb=problem.low,
         ub=problem.high,
     )
-    solution = qpsolvers.solve_problem(stated, solver=solver, **_ACCURACY.get(solver, {}))
+    if not all(np.abs(part).max(initial=0.0) < LARGEST for part in (problem.hessian, problem.gradient, problem.rows)):
+        return None  # beyond what a solver can factor; some print about it, some raise
+    try:
+        solution = qpsolvers.solve_problem(stated, solver=solver, **_ACCURACY.get(solver, {}))
+    except Exception:  # whatever a solver of somebody else raises: it has no answer (HAZ-03)
+        return None
     if not solution.found or solution.x is None or solution.z is None or solution.z_box is None:
         return None
     return np.array(solution.x, dtype=float), np.concatenate([solution.z_box, solution.z]).astype(float)
