@@ -1,0 +1,174 @@
+"""Teleoperation in closed loop: a master's motion in path following, free motion and inspection (Li 2007, V.F)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.engine.scenes import straight_scene, wall
+from vfix_engine.control import ControlSettings
+from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
+from vfix_engine.simulation.scene import Scene
+from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.simulation.teleoperation import Master, followed, led, spring
+
+SETTINGS = ControlSettings(dt_s=2e-3)
+CURVE = np.array([[0.0, 0, 0], [2, 12, 0], [0, 24, 1], [0, 36, 0]])
+NO_FORCE = np.zeros(3)
+
+
+def lead(
+    rehearsal: Rehearsal, state: RehearsalState, increment: np.ndarray, steps: int, clutch: bool = True
+) -> tuple[RehearsalState, list[Snapshot]]:
+    kept = []
+    for _ in range(steps):
+        state, snapshot = rehearsal.step(state, Command(NO_FORCE, master=Master(increment, clutch)))
+        kept.append(snapshot)
+    return state, kept
+
+
+def rest(rehearsal: Rehearsal, state: RehearsalState, steps: int = 1500) -> tuple[RehearsalState, list[Snapshot]]:
+    """The master is held where it is."""
+    return lead(rehearsal, state, np.zeros(3), steps)
+
+
+def free_scene(distance: float = 90.0) -> Scene:
+    return straight_scene(wall(distance))
+
+
+@pytest.mark.parametrize("scale", [0.2, 1.0])
+def test_in_free_motion_the_tip_goes_where_the_master_goes(scale: float) -> None:
+    """Scaled, in every direction, without turning, and it stops where the master has stopped."""
+    rehearsal = Rehearsal(free_scene(), replace(SETTINGS, master_scale=scale))
+    state = rehearsal.start("free")
+    start, rotation = state.tool.tip.position, state.tool.tip.rotation
+    way = np.array([3.0, 2.0, -1.0])
+    state, _ = lead(rehearsal, state, way / 1000, 1000)
+    state, kept = rest(rehearsal, state)
+    np.testing.assert_allclose(state.tool.tip.position - start, scale * way, atol=1e-3)
+    np.testing.assert_allclose(state.tool.tip.rotation, rotation, atol=1e-4)
+    assert not state.tool.velocity.any()
+    assert np.linalg.norm(kept[-1].reflection) < 0.01
+    assert all(s.teleoperated for s in kept)
+    assert state.emergencies == 0
+
+
+def test_on_a_path_the_master_only_chooses_how_far() -> None:
+    """τ in f's place in (10)-(11): the tip stays on the path, and across it the master feels the spring."""
+    scene = straight_scene(wall(90.0), CURVE)
+    rehearsal = Rehearsal(scene, SETTINGS)
+    state = rehearsal.start("path")
+    along = np.array([0.0, 0.02, 0.0])
+    state, kept = lead(rehearsal, state, along, 1000)
+    assert max(s.tip_error_mm for s in kept) < 0.003
+    assert kept[-1].progress_mm == pytest.approx(SETTINGS.master_scale * 20.0, abs=1.5)
+    state, kept = rest(rehearsal, state)
+    # Where the path bends away from the master's straight way, the lag across it takes a share of what is bounded.
+    assert kept[-1].progress_mm == pytest.approx(SETTINGS.master_scale * 20.0, abs=1.0)
+    assert not state.tool.velocity.any()
+
+    stood = state.tool.tip.position
+    state, kept = lead(rehearsal, state, np.array([0.05, 0.0, 0.0]), 400)
+    assert kept[-1].tip_error_mm < 0.003
+    assert np.linalg.norm(state.tool.tip.position - stood) < 0.5  # only what of x is along the path
+    assert kept[-1].reflection[0] == pytest.approx(-SETTINGS.force_cap_n, rel=0.1)
+    assert max(np.linalg.norm(s.reflection) for s in kept) <= SETTINGS.force_cap_n * (1 + 1e-12)
+    state, kept = lead(rehearsal, state, -along, 600)
+    assert kept[-1].progress_mm < SETTINGS.master_scale * 20.0 - 3.0  # and back again
+    assert max(s.tip_error_mm for s in kept) < 0.003
+
+
+def test_a_tip_off_its_path_is_guided_by_as_much_as_the_master_moves() -> None:
+    """The approach: whatever the master's direction, the length of its motion counts, and a still master ends it."""
+    scene = straight_scene(wall(90.0), np.array([[6.0, 5, 0], [6, 20, 0], [6, 40, 0]]))
+    rehearsal = Rehearsal(scene, SETTINGS)
+    state = rehearsal.start("path")
+    assert state.phase == "approach"
+    before = rehearsal.snapshot(state).tip_error_mm
+    state, _ = lead(rehearsal, state, np.array([0.0, 0.0, 0.01]), 400)
+    state, kept = rest(rehearsal, state)
+    assert before - kept[-1].tip_error_mm == pytest.approx(SETTINGS.master_scale * 4.0, abs=0.02)
+    assert not state.tool.velocity.any()
+    assert state.phase == "approach"
+    state, kept = lead(rehearsal, state, np.array([0.0, 0.02, 0.0]), 1500)
+    assert kept[-1].phase == "follow"
+
+
+def test_inspection_by_a_master() -> None:
+    """It brings the view onto the target, then its motion swings the grip about it (24)."""
+    scene = free_scene()
+    start = Rehearsal(scene, SETTINGS).start("free").tool
+    ahead = start.tip.position + SETTINGS.view_distance_mm * scene.tool.direction(start.tip.rotation)
+    scene = replace(scene, targets=ahead[None] + [1.5, 1.0, 0.0], target_names=("there",))
+    rehearsal = Rehearsal(scene, SETTINGS)
+    state = rehearsal.with_mode(rehearsal.start("free"), "inspect")
+    state, kept = lead(rehearsal, state, np.array([0.01, 0.0, 0.0]), 1200)
+    assert kept[-1].phase == "inspect_hold"
+    grip = kept[-1].grip
+    state, kept = lead(rehearsal, state, np.array([0.0, 0.0, 0.02]), 1000)
+    assert all(s.phase == "inspect_hold" for s in kept)
+    assert max(s.target_error_mm for s in kept) <= SETTINGS.target_tolerance_mm
+    state, kept = rest(rehearsal, state)
+    assert (kept[-1].grip - grip)[2] == pytest.approx(SETTINGS.master_scale * 20.0, rel=0.1)
+    assert not state.tool.velocity.any()
+    assert state.emergencies == 0
+
+
+def test_an_open_clutch_leaves_the_tool_where_it_is() -> None:
+    rehearsal = Rehearsal(free_scene(), SETTINGS)
+    state, _ = lead(rehearsal, rehearsal.start("free"), np.array([0.02, 0, 0]), 200)
+    state, _ = lead(rehearsal, state, np.array([0.02, 0, 0]), 50, clutch=False)
+    stood = state.tool.tip.position
+    assert not state.tool.velocity.any()
+    state, kept = lead(rehearsal, state, np.array([-0.5, 0.3, 0.1]), 100, clutch=False)
+    np.testing.assert_array_equal(state.tool.tip.position, stood)
+    assert not kept[-1].reflection.any()
+    state, _ = lead(rehearsal, state, np.array([0.0, 0.01, 0.0]), 200)  # taken up again from there
+    state, _ = rest(rehearsal, state)
+    np.testing.assert_allclose(state.tool.tip.position - stood, [0, SETTINGS.master_scale * 2.0, 0], atol=1e-3)
+
+
+def test_bone_stops_the_tool_and_the_master_feels_it() -> None:
+    """HAZ-01: bounded force, nothing wound up: a master that turns round takes the tool along after its own lag."""
+    rehearsal = Rehearsal(free_scene(8.0), SETTINGS)
+    state, kept = lead(rehearsal, rehearsal.start("free"), np.array([0.0, 0.02, 0.0]), 2500)
+    assert kept[-1].clearance_mm == pytest.approx(SETTINGS.margin_mm, abs=0.05)
+    assert min(s.clearance_mm for s in kept) >= SETTINGS.margin_mm
+    assert kept[-1].reflection[1] == pytest.approx(-SETTINGS.force_cap_n, rel=0.02)
+    most = SETTINGS.force_cap_n / SETTINGS.master_stiffness_n_per_mm
+    back = int(most / (SETTINGS.master_scale * 0.02)) + 100
+    at_the_wall = kept[-1].clearance_mm
+    state, kept = lead(rehearsal, state, np.array([0.0, -0.02, 0.0]), back)
+    assert kept[-1].clearance_mm > at_the_wall + 0.3
+
+
+@pytest.mark.parametrize("wrong", [[np.nan, 0, 0], [np.inf, 0, 0], [0, -1e9, 0], [0, 0]])
+def test_nonsense_from_the_master_moves_nothing(wrong: list[float]) -> None:
+    """HAZ-05."""
+    rehearsal = Rehearsal(free_scene(), SETTINGS)
+    start = rehearsal.start("free")
+    state, kept = lead(rehearsal, start, np.array(wrong), 3)
+    np.testing.assert_array_equal(state.tool.q, start.tool.q)
+    assert np.isfinite(kept[-1].reflection).all()
+
+
+def test_a_hand_on_the_grip_is_no_master() -> None:
+    rehearsal = Rehearsal(free_scene(), SETTINGS)
+    state, _ = lead(rehearsal, rehearsal.start("free"), np.array([0.1, 0, 0]), 20)
+    assert state.lag.any()
+    state, snapshot = rehearsal.step(state, Command(np.array([0.0, 1.0, 0.0])))
+    assert not state.lag.any()
+    assert not snapshot.teleoperated
+    assert not snapshot.reflection.any()
+
+
+def test_the_lag_is_bounded_and_used_up() -> None:
+    lag = np.zeros(3)
+    for _ in range(1000):
+        lag = led(lag, Master(np.array([1.0, 2.0, 0.0])), SETTINGS)
+        assert np.linalg.norm(spring(lag, SETTINGS)) <= SETTINGS.force_cap_n * (1 + 1e-12)
+    np.testing.assert_allclose(followed(np.array([1.0, 0, 0]), np.array([0.4, 0.1, 0]), guided=False), [0.6, -0.1, 0])
+    np.testing.assert_allclose(followed(np.array([0.0, 0, 2]), np.array([0.5, 0, 0]), guided=True), [0, 0, 1.5])
+    np.testing.assert_allclose(followed(np.array([0.0, 0, 2]), np.array([3.0, 0, 0]), guided=True), 0.0)
