@@ -9,6 +9,7 @@ from app.gateway.warm_up import WarmUp, WarmUpStep
 from app.services import Services, build_services
 from app.session import router as session_router
 from app.settings import Settings
+from vfix_engine.simulation import preparation
 
 
 def build(settings: Settings) -> FastAPI:
@@ -21,11 +22,16 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
     services.uploads.open()
     warm_up = WarmUp(
         (
+            WarmUpStep(_preparing, preparation.prepare, needed=lambda: not preparation.is_prepared(), spare=True),
             WarmUpStep("Reading the head", lambda: _read_head(services)),
-            WarmUpStep("Compiling the controller, once on each machine", lambda: _drive_plans(services)),
+            WarmUpStep("Loading the geometry engine", lambda: _drive_plans(services)),
         )
     )
     return build_application(settings, services, scene_server, warm_up, (api_router, session_router))
+
+
+def _preparing() -> str:
+    return f"Preparing the geometry engine, on the first start only: {100 * preparation.progress():.0f} %"
 
 
 def _read_head(services: Services) -> None:

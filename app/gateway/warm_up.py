@@ -10,10 +10,15 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class WarmUpStep:
-    """A piece of work and the words shown while it runs."""
+    """A piece of work and the words shown while it runs, which may tell how far it is.
 
-    text: str
+    needed: asked when its turn comes. spare: when it fails the next step begins, which then does without it.
+    """
+
+    text: str | Callable[[], str]
     work: Callable[[], object]
+    needed: Callable[[], bool] = lambda: True
+    spare: bool = False
 
 
 @dataclass(frozen=True)
@@ -31,7 +36,14 @@ class WarmUp:
     def __init__(self, steps: Sequence[WarmUpStep]) -> None:
         self._steps = tuple(steps)
         self._done = threading.Event()
-        self.status = WarmUpStatus("Getting ready", ready=False)
+        self._text: str | Callable[[], str] = "Getting ready"
+        self._ready, self._failed = False, ""
+
+    @property
+    def status(self) -> WarmUpStatus:
+        """Where it is now."""
+        text = self._text
+        return WarmUpStatus(text if isinstance(text, str) else text(), self._ready, self._failed)
 
     def start(self) -> None:
         """Begin; the thread does not keep the process alive."""
@@ -44,11 +56,22 @@ class WarmUp:
     def _run(self) -> None:
         try:
             for step in self._steps:
-                self.status = WarmUpStatus(step.text, ready=False)
-                step.work()
-            self.status = WarmUpStatus("", ready=True)
+                self._take(step)
+            self._ready = True
         except Exception as error:
             _LOG.exception("getting ready failed")
-            self.status = WarmUpStatus("", ready=False, failed=f"Getting ready failed: {error}")
+            self._failed = f"Getting ready failed: {error}"
         finally:
+            self._text = ""
             self._done.set()
+
+    def _take(self, step: WarmUpStep) -> None:
+        if not step.needed():
+            return
+        self._text = step.text
+        try:
+            step.work()
+        except Exception:
+            if not step.spare:
+                raise
+            _LOG.exception("getting ready goes on without a step that failed")

@@ -30,6 +30,7 @@ from numba.core import caching
 KEPT_S = 14 * 86_400  # a folder of other kernels that was not used for so long is removed
 _PACKAGE = Path(__file__).resolve().parents[1]
 _KERNELS = re.compile(rb"^from [\w.]*compiled import", re.MULTILINE)
+_KERNEL = re.compile(rb"^@(?:compiled|vectorised)\b", re.MULTILINE)
 _IMPORTS = re.compile(rb"^from (\.+[\w.]*|vfix_engine[\w.]*) import ([^\n]*)", re.MULTILINE)
 
 
@@ -67,6 +68,11 @@ def fingerprint() -> str:
     for name, content in sorted(kernel_sources(_PACKAGE).items()):
         digest.update(name.encode() + b"\0" + hashlib.sha256(content).digest())
     return digest.hexdigest()[:20]
+
+
+def count_kernels() -> int:
+    """How many kernels the sources hold; those that are only put into others are not counted."""
+    return sum(len(_KERNEL.findall(content)) for content in kernel_sources(_PACKAGE).values())
 
 
 def kernel_sources(package: Path) -> dict[str, bytes]:

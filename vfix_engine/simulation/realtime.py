@@ -23,8 +23,9 @@ from ..robots import RobotModel, Tool
 from .control_loop import ControlLoop
 from .events import Event
 from .mailbox import Mailbox
+from .preparation import warm_up
 from .priority import RealTimePriority
-from .rehearsal import Command, Rehearsal
+from .rehearsal import Rehearsal
 from .scene import Scene
 from .snapshot import Snapshot
 from .wire import INPUT_BYTES, SNAPSHOT_BYTES, HandInput, snapshot_from_bytes
@@ -212,7 +213,7 @@ def _main(scene: SceneSpec, settings: ControlSettings, out: str, into: str, pipe
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the planner, which closes this pipe
     try:
         rehearsal = Rehearsal(scene.build(), settings)
-        _warm_up(rehearsal)
+        warm_up(rehearsal)
         priority = RealTimePriority(real_time)
         loop = ControlLoop(rehearsal, Mailbox.attach(out), Mailbox.attach(into), pipe, priority)
     except VfixError as error:
@@ -222,13 +223,3 @@ def _main(scene: SceneSpec, settings: ControlSettings, out: str, into: str, pipe
     gc.freeze()  # what is here stays: no later collection looks through it
     pipe.send(Event("ready"))
     loop.run()
-
-
-def _warm_up(rehearsal: Rehearsal) -> None:
-    """A few steps in every mode, which lead nowhere: kernels are loaded before the first tick needs them."""
-    scene = rehearsal.scene
-    modes = ["free"] + ["path"] * (scene.path is not None) + ["inspect"] * bool(len(scene.targets))
-    for mode in modes:
-        state = rehearsal.start(mode)
-        for force in (np.zeros(3), np.ones(3), -np.ones(3)):
-            state, _ = rehearsal.step(state, Command(force, drive=1))

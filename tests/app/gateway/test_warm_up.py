@@ -1,0 +1,49 @@
+"""The words while the planner gets ready, and what it can do without."""
+
+from app.gateway.warm_up import WarmUp, WarmUpStep
+
+
+def test_words_tell_how_far_it_is() -> None:
+    seen: list[str] = []
+    shares = [0.25]
+
+    def work() -> None:
+        seen.append(warm_up.status.text)
+        shares.append(0.5)
+        seen.append(warm_up.status.text)
+
+    warm_up = WarmUp((WarmUpStep(lambda: f"Preparing: {100 * shares[-1]:.0f} %", work),))
+    assert (warm_up.status.text, warm_up.status.ready) == ("Getting ready", False)
+    warm_up.start()
+    assert warm_up.wait(10)
+    assert seen == ["Preparing: 25 %", "Preparing: 50 %"]
+    assert (warm_up.status.text, warm_up.status.ready) == ("", True)
+
+
+def test_a_step_that_is_not_needed_is_not_taken() -> None:
+    taken: list[str] = []
+    warm_up = WarmUp(
+        (
+            WarmUpStep("one", lambda: taken.append("one"), needed=lambda: False),
+            WarmUpStep("two", lambda: taken.append("two")),
+        )
+    )
+    warm_up.start()
+    assert warm_up.wait(10)
+    assert taken == ["two"]
+
+
+def test_only_what_can_be_spared_may_fail() -> None:
+    def fail() -> None:
+        raise OSError("no room")
+
+    spared = WarmUp((WarmUpStep("one", fail, spare=True), WarmUpStep("two", lambda: None)))
+    spared.start()
+    assert spared.wait(10)
+    assert spared.status.ready
+    broken = WarmUp((WarmUpStep("one", fail), WarmUpStep("two", lambda: None)))
+    broken.start()
+    assert broken.wait(10)
+    assert not broken.status.ready
+    assert broken.status.failed == "Getting ready failed: no room"
+    assert broken.status.text == ""

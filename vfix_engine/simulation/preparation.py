@@ -1,0 +1,149 @@
+"""Compiling every kernel that a page and a rehearsal need, once for each installation, in processes beside the planner.
+
+A kernel is compiled where it is first called, and most of that time the interpreter waits; in processes of their own
+two halves are compiled at once and the planner answers meanwhile. They leave what they compiled in the folder of
+geometry/kernel_cache.py, from where every later process reads it. `python -m vfix_engine.simulation.preparation PART`
+is one of these processes.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from ..control import ControlSettings
+from ..geometry.fit import nearest_place
+from ..geometry.kernel_cache import cache_folder, count_kernels
+from ..geometry.mesh import TriangleMesh
+from ..geometry.path import SplinePath
+from ..geometry.proximity import ProximityTree
+from ..imaging.sampling import sample_plane, sample_points
+from ..robots import RobotModel, Tool
+from .dry_run import dry_run
+from .rehearsal import Command, Rehearsal
+from .scene import Scene
+
+FIRST, THEN = "surface", ("distances", "control")  # every part needs the first one's kernels
+PART_SECONDS = 600.0  # a part that takes longer hangs
+_DONE = "prepared"
+_NEEDED_SHARE = 0.8  # of all kernels; the rest belongs to zones and to the papers' tree, which a page does not use
+
+
+def is_prepared() -> bool:
+    """Whether nothing is to be done: all is compiled already, or what is compiled cannot be kept in our folder."""
+    folder = cache_folder()
+    return bool(os.environ.get("NUMBA_CACHE_DIR")) or folder is None or (folder / _DONE).exists()
+
+
+def progress() -> float:
+    """Share of the kernels that are needed here which are compiled and kept, below 1 as long as it goes on."""
+    folder = cache_folder()
+    kept = 0 if folder is None else sum(1 for _ in folder.glob("*.nbi"))
+    return min(kept / max(_NEEDED_SHARE * count_kernels(), 1.0), 0.99)
+
+
+def prepare() -> None:
+    """Compile everything, two halves at once where there are cores for it; returns when it is done.
+
+    Raises subprocess.SubprocessError when a part fails; the kernels are then compiled where they are first called.
+    """
+    folder = cache_folder()
+    if is_prepared() or folder is None:
+        return
+    _run_part(FIRST)
+    with ThreadPoolExecutor(max_workers=min(len(THEN), os.cpu_count() or 1)) as parts:
+        list(parts.map(_run_part, THEN))
+    with suppress(OSError):  # the disk is full: the next start looks again
+        (folder / _DONE).touch()
+
+
+def warm_up(rehearsal: Rehearsal) -> None:
+    """A few steps in every mode, which lead nowhere: their kernels are loaded before the first tick needs them."""
+    scene = rehearsal.scene
+    modes = ["free"] + ["path"] * (scene.path is not None) + ["inspect"] * bool(len(scene.targets))
+    for mode in modes:
+        state = rehearsal.start(mode)
+        for force in (np.zeros(3), np.ones(3), -np.ones(3)):
+            state, _ = rehearsal.step(state, Command(force, drive=1))
+
+
+def _run_part(part: str) -> None:
+    root = str(Path(__file__).resolve().parents[2])
+    paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
+    command = [sys.executable, "-m", "vfix_engine.simulation.preparation", part]
+    environment = {**os.environ, "PYTHONPATH": paths}
+    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
+        try:
+            status = process.wait(PART_SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise
+    if status:
+        raise subprocess.CalledProcessError(status, command)
+
+
+def _end_with_the_planner() -> None:
+    """The planner holds the other end of stdin; when it ends, so does this process."""
+    os.read(0, 1)
+    os._exit(1)
+
+
+def _tube() -> TriangleMesh:
+    """A small stand-in for anatomy: a tube along y from the origin, which bounds the tip; the shaft is outside."""
+    around = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
+    along = np.linspace(0.0, 60.0, 40)
+    y, angle = np.meshgrid(along, around, indexing="ij")
+    vertices = np.column_stack([4.0 * np.cos(angle).ravel(), y.ravel(), 4.0 * np.sin(angle).ravel()])
+    i, j = np.meshgrid(np.arange(39), np.arange(24), indexing="ij")
+    a, b = (i * 24 + j).ravel(), (i * 24 + (j + 1) % 24).ravel()
+    return TriangleMesh(
+        vertices, np.concatenate([np.column_stack([a, b, a + 24]), np.column_stack([b, b + 24, a + 24])])
+    )
+
+
+def _surface() -> None:
+    tree = ProximityTree(_tube())
+    tree.clearance(Tool.load("bent_30").segments(np.eye(3), np.zeros(3)), 3.0)
+
+
+def _distances() -> None:
+    tree, segments = ProximityTree(_tube()), Tool.load("bent_30").segments(np.eye(3), np.zeros(3))
+    tree.closest(segments)
+    tree.pairs_within(segments, 5.0)
+    path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0.5], [0, 20, 0]]))
+    path.position(np.linspace(0.0, path.length, 5))
+    path.closest(np.array([0.1, 5.0, 0.2]))
+    nearest_place(tree, np.array([2.5, 5.0, 0.0]), 1.8, inside_bone=None)
+    grey = np.zeros((4, 5, 6), dtype=np.int16)
+    sample_points(grey, np.ones((2, 3)), -1024.0)
+    axis = np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
+    sample_plane(grey, np.ones(3), *axis, (4, 4), -1024.0)
+
+
+def _control() -> None:
+    robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
+    base = np.eye(4)
+    base[:3, 3] = -tool.tip_in_flange
+    path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0], [0, 20, 0]]))
+    targets = np.array([[0.0, 18.0, 1.0]])
+    scene = Scene(ProximityTree(_tube()), robot, tool, base, np.zeros(len(robot.joints)), path, targets, ("ahead",))
+    settings = ControlSettings()
+    warm_up(Rehearsal(scene, settings))
+    dry_run(scene, settings)
+
+
+_PARTS: dict[str, Callable[[], None]] = {"surface": _surface, "distances": _distances, "control": _control}
+
+if __name__ == "__main__":
+    if hasattr(os, "nice"):
+        os.nice(5)  # the page comes first
+    threading.Thread(target=_end_with_the_planner, daemon=True).start()
+    _PARTS[sys.argv[1]]()
