@@ -40,6 +40,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
     parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
     parser.add_argument("--tool", help="a shipped tool's name or a tool file, instead of the plan's")
+    parser.add_argument("--robot", help="a shipped robot's name, its configuration or a URDF, instead of the plan's")
+    parser.add_argument("--tool-frame", metavar="LINK", help="link of the robot that holds the tool")
     parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
     parser.add_argument("--zones", type=Path, metavar="FILE", help="no-fly zones and soft zones")
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
@@ -76,6 +78,9 @@ def run(args: argparse.Namespace) -> int:
     plan = resolve_plan(services, case, args.plan)
     scene, settings = build_scene(services, case, plan, args)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
+    report |= {"robot": scene.robot.name, "tool": scene.tool.name}
+    if scene.robot.notes:
+        report["robot_notes"] = list(scene.robot.notes)
     report |= _rehearse(Rehearsal(scene, settings), args)
     report["notice"] = NOTICE
     if args.json:
@@ -96,15 +101,17 @@ def build_scene(
         settings = replace(settings, view_distance_mm=args.view_distance)
     if args.free:
         settings = replace(settings, k_tau=1.0)
-    robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(args.tool or plan.tool)
+    robot = RobotModel.load(args.robot or plan.robot["name"], args.tool_frame)
+    tool = Tool.load(args.tool or plan.tool)
     path = SplinePath(np.array([p.position for p in plan.points]))
     if args.task == "inspect":
         targets, names = _targets(plan, args.targets)
     else:
         targets, names = np.zeros((0, 3)), ()
     zones = ZoneSet() if args.zones is None else resolve_zones(args.zones, case.mesh)
-    placed = plan.robot.get("base") is not None and args.tool is None and args.margin is None and args.zones is None
-    if placed:
+    # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
+    others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones)
+    if plan.robot.get("base") is not None and all(other is None for other in others):
         base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
     else:
         placing = place_robot(case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones)

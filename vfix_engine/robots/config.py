@@ -93,11 +93,7 @@ def _robot(urdf: Urdf, config: RobotConfig) -> RobotModel:
             raise RobotError(f"the URDF has no link '{frame}'")
     chain = serial_robot(urdf, base, tool, config.joints, config.complete)
     placed = Mount(chain.tool_frame @ config.mount().transform_flange_to_link, config.hold)
-    # Where nothing is said a joint starts at 0, or as near to it as its range allows.
-    home = [
-        config.home.get(name, min(max(0.0, joint.lower), joint.upper))
-        for name, joint in zip(chain.names, chain.joints, strict=True)
-    ]
+    home = [config.home.get(name, joint.rest) for name, joint in zip(chain.names, chain.joints, strict=True)]
     return RobotModel(
         config.name, config.title, config.source, chain.joints, chain.visuals, placed, home, config.stands, chain.notes
     )

@@ -16,6 +16,8 @@ from .tool import HOLDS, Tool
 
 Array = NDArray[np.float64]
 
+_EDGE = 0.1  # share of a joint's range at either end that is no place to start from
+
 
 def _identity() -> Array:
     return np.eye(4)
@@ -53,6 +55,12 @@ class Joint:
             )
         placement = check_transform(self.placement, f"the placement of joint '{self.name}'")
         object.__setattr__(self, "placement", placement)
+
+    @property
+    def rest(self) -> float:
+        """Where the joint is when nobody says: 0, or the middle of a range of which 0 is no inner part."""
+        edge = _EDGE * (self.upper - self.lower)
+        return 0.0 if self.lower + edge <= 0.0 <= self.upper - edge else 0.5 * (self.lower + self.upper)
 
     @property
     def unit(self) -> str:
@@ -131,7 +139,7 @@ class RobotModel:
         self.speed = np.array([j.speed for j in joints])
         self.acceleration = np.array([j.acceleration for j in joints])
         self.revolute = np.array([j.kind == "revolute" for j in joints])
-        self.home = np.clip(np.zeros(len(joints)), self.lower, self.upper) if home is None else np.array(home, float)
+        self.home = np.array([joint.rest for joint in joints] if home is None else home, dtype=float)
         if self.home.shape != self.lower.shape or not np.isfinite(self.home).all():
             raise RobotError(f"robot '{name}': home needs {len(joints)} finite joint values")
         for joint, value in zip(joints, self.home, strict=True):

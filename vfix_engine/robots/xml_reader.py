@@ -10,10 +10,10 @@ from typing import NoReturn
 from ..errors import RobotError
 
 MAX_DEPTH = 64
-MAX_ELEMENTS = 50_000
+MAX_ELEMENTS = 20_000
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Element:
     """An element with its attributes and children; text between elements is not kept."""
 
