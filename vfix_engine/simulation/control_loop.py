@@ -159,10 +159,10 @@ class ControlLoop:
         self._publish(self._rehearsal.snapshot(self._state), force=True)
 
     def _change_settings(self, settings: ControlSettings) -> None:
-        """New settings at the same pose; a margin that the pose does not keep is refused."""
+        """New settings at the same pose and speed; a margin that the pose does not keep is refused."""
         rehearsal = Rehearsal(self._rehearsal.scene, settings)
-        tool = rehearsal.controller.start(self._state.tool.q)
-        self._rehearsal, self._state = rehearsal, replace(self._state, tool=tool)
+        rehearsal.controller.start(self._state.tool.q)
+        self._rehearsal = rehearsal
         if settings.dt_s != self._clock.period:
             self._clock = _clock(settings.dt_s)
 
