@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import time
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import Any
@@ -58,11 +59,16 @@ def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
     fought = [scene for scene in scenes if "skipped" not in scene]
     total: dict[str, Any] = {name: sum(scene[name] for scene in fought) for name in SUMMED}
     digest = hashlib.sha256("".join(scene["hash"] for scene in fought).encode())
+    rooms = [scene["least_room_mm"] for scene in fought if scene["least_room_mm"] is not None]
+    used: Counter[str] = sum((Counter(scene["used"]) for scene in fought), Counter())
     wrong = ("violations", "nan", "limit_violations", "disagreements", "exceptions", "replay_hits")
     total |= {
         "scenes": len(fought),
         "deepest_mm": max((scene["deepest_mm"] for scene in fought), default=0.0),
         "correct": bool(fought) and not any(total[name] for name in wrong),
+        "least_room_mm": min(rooms, default=None),
+        "used": dict(sorted(used.items())),
+        "failures": [{"scene": scene["name"], **failure} for scene in fought for failure in scene["failures"]],
         "hash": digest.hexdigest(),
         "seconds": seconds,
         "per_scene": fought,

@@ -39,7 +39,7 @@ def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState
     No row, no bound, no residual stands before the certificate here: it alone has to keep the margin.
     """
     random, robot = memory.random, rehearsal.scene.robot
-    kind = random.integers(5)
+    kind = random.integers(7)
     box = robot.speed * rehearsal.settings.dt_s
     size = len(state.tool.q)
     if kind == 0:
@@ -52,12 +52,27 @@ def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState
         step = np.zeros(size)
         joint = int(random.integers(size))
         step[joint] = (1.0 if robot.revolute[joint] else 40.0) * random.normal()
+    elif kind >= 5:
+        step = _grazing(memory, rehearsal, state)
     else:
         step = np.where(random.random(size) < 0.3, random.choice(NONSENSE, size=size), box * random.normal(size=size))
     within = np.clip(step, robot.lower - state.tool.q, robot.upper - state.tool.q) if kind != 4 else step
     tool = rehearsal.controller._certifier.certify(state.tool, within)
     after = state if tool is None else replace(state, tool=tool)
     return after, rehearsal.snapshot(after)
+
+
+def _grazing(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Array:
+    """Straight at the nearest bone, as far as the margin or a little further; sideways at the same time."""
+    tip, random = state.tool.tip, memory.random
+    pair = rehearsal.scene.tree.closest(state.tool.segments)
+    lever = pair.on_tool - tip.position
+    jacobian = tip.jacobian[:3] + np.cross(tip.jacobian[3:].T, lever).T
+    room = pair.distance - rehearsal.settings.margin_mm
+    way = room * random.uniform(0.8, 1.2) + random.choice((0.0, 1e-3, 0.03)) * random.random()
+    aside = random.choice((0.0, 0.1, 1.0, 5.0)) * np.cross(pair.normal, random.normal(size=3))
+    step: Array = np.linalg.lstsq(jacobian, aside - way * pair.normal, rcond=1e-6)[0]
+    return step
 
 
 def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:

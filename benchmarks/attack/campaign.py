@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from types import ModuleType
@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 
 EPISODE = (60, 240)  # steps
 PLACES_TRIED = 60
+CHOSEN = (*ASSAULTS, "past the program", "past the program")  # as often as they are here
 LIES = 0.06  # of the episodes: with a solver that lies
 CHANGES = 0.01  # of the steps: another mode, and anatomy that has moved where it does
 RUSHED = 1  # episodes at first
@@ -49,11 +50,13 @@ class Campaign:
         share: float = 0.1,
         replays: int = 40,
         sabotage: Callable[[Controller], None] | None = None,
+        assaults: Sequence[str] = CHOSEN,
     ):
         """``share``: of the steps whose pose coal measures again; ``replays``: finer replays that it looks at;
-        ``sabotage``: what is done to every controller, for the proof that the judges see it."""
+        ``sabotage``: what is done to every controller, for the proof that the judges see it; ``assaults``: by name,
+        as often as they are to be chosen."""
         self._name, self._steps, self._coal = name, steps, coal
-        self._sabotage = sabotage
+        self._sabotage, self._assaults = sabotage, list(assaults)
         self._random = np.random.default_rng([seed, zlib.crc32(name.encode())])
         self.tally = Tally()
         self._ledger = Ledger(self.tally, share, replays)
@@ -109,7 +112,7 @@ class Campaign:
             tally.refused_starts += 1
             return np.array(self._arena.scene.q_start)
         rehearsal, state = begun
-        name = "hand: to the nearest bone" if rushing else str(self._random.choice(list(ASSAULTS)))
+        name = "hand: to the nearest bone" if rushing else str(self._random.choice(self._assaults))
         if not rushing:
             state = self._in_some_mode(rehearsal, state)
         tally.used.update((name, f"mode: {state.mode}"))

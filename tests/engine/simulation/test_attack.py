@@ -1,0 +1,147 @@
+"""The attack of `vfix bench certify`, short: nothing gets past the certificate, and the judges would see it if it did.
+
+HAZ-01, HAZ-02, HAZ-03, HAZ-04, HAZ-05, HAZ-06: about ten thousand adversarial steps over all scenes, each accepted pose
+measured again by brute force, a share of them by coal, and the way between two poses fifty times finer near anatomy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import coal
+import numpy as np
+import pytest
+
+from benchmarks.attack.arenas import BUILDERS
+from benchmarks.attack.campaign import Campaign
+from benchmarks.certify import summary
+from vfix_engine.control import Controller
+from vfix_engine.fixtures import ToolState
+
+HEADS = ("phantom", "real head")
+STEPS, HEAD_STEPS = 280, 400  # of each scene
+SEED = 20261121
+
+
+@pytest.fixture(scope="module")
+def attacked(trial_data: object) -> list[dict[str, Any]]:
+    """What the attack found in every scene, the real head's included."""
+    return [Campaign(name, SEED, HEAD_STEPS if name in HEADS else STEPS, coal).run() for name in BUILDERS]
+
+
+def test_no_accepted_motion_breaks_what_is_promised(attacked: list[dict[str, Any]]) -> None:
+    total = summary(attacked, 0.0)
+    assert total["failures"] == []
+    assert total["missing"] == {}
+    assert total["scenes"] >= 20
+    assert total["steps"] >= 10_000
+    for count in ("violations", "nan", "replay_hits", "limit_violations", "disagreements", "exceptions"):
+        assert total[count] == 0, count
+    assert total["deepest_mm"] <= 1e-9
+    assert total["correct"]
+
+
+def test_the_attack_is_one(attacked: list[dict[str, Any]]) -> None:
+    """It presses against the margin, is held, is replayed, measured again by coal, and reaches every ingress."""
+    total = summary(attacked, 0.0)
+    assert total["least_room_mm"] < 0.013
+    assert total["held"] > 500
+    assert total["moved"] > 5_000
+    assert total["replayed"] > 1_000
+    assert total["remeasured"] >= 0.09 * total["steps"]
+    assert total["inside_starts"] > 0
+    used = total["used"]
+    assert len([name for name in used if name.startswith("hand")]) >= 10
+    assert {"past the program", "rows", "lying solver", "mode: free", "mode: path", "mode: inspect"} <= set(used)
+
+
+def test_the_same_seed_makes_the_same_motions() -> None:
+    """HAZ-13."""
+    hashes = {Campaign("soup", 3, 400, None).run()["hash"] for _ in range(3)}
+    assert len(hashes) == 1
+    assert hashes != {Campaign("soup", 4, 400, None).run()["hash"]}
+
+
+Certify = Callable[[ToolState, np.ndarray], ToolState | None]
+
+
+def with_certificate(replace: Callable[[Controller, Certify], Certify]) -> Callable[[Controller], None]:
+    """A sabotage that puts another certificate in the place of the controller's own."""
+
+    def sabotage(controller: Controller) -> None:
+        certifier: Any = controller._certifier
+        certifier.certify = replace(controller, certifier.certify)
+
+    return sabotage
+
+
+def _predicted(controller: Controller, state: ToolState, step: np.ndarray) -> ToolState | None:
+    if not np.isfinite(step).all() or np.abs(step).max() > 1e6:
+        return None
+    return controller._certifier.measure(state.q + step, step / controller.settings.dt_s)
+
+
+def no_sweep(controller: Controller, honest: Certify) -> Certify:
+    """Judges the pose where the motion ends and not the way to it."""
+
+    def certify(state: ToolState, step: np.ndarray) -> ToolState | None:
+        after = _predicted(controller, state, step)
+        floor = np.minimum(state.distance[0], controller.settings.margin_mm)
+        return after if after is not None and (after.distance[0] >= floor).all() else None
+
+    return certify
+
+
+def less_margin(controller: Controller, honest: Certify) -> Certify:
+    """Keeps 0.05 mm less than the margin, on the way as well."""
+    lax: Any = Controller(
+        controller.robot,
+        controller.tool,
+        controller.tree,
+        controller.settings.clamped(margin_mm=controller.settings.margin_mm - 0.05),
+    )
+
+    def certify(state: ToolState, step: np.ndarray) -> ToolState | None:
+        there = lax._certifier.measure(state.q, state.velocity)
+        after = lax._certifier.certify(there, step) if np.isfinite(step).all() else None
+        return None if after is None else controller._certifier.measure(after.q, after.velocity)
+
+    return certify
+
+
+def told_too_far(controller: Controller, honest: Certify) -> Certify:
+    """Tells 0.01 mm more distance than there is."""
+
+    def certify(state: ToolState, step: np.ndarray) -> ToolState | None:
+        after = honest(state, step)
+        if after is not None:
+            object.__setattr__(after, "distance", after.distance + 0.01)
+        return after
+
+    return certify
+
+
+def no_speed(controller: Controller, honest: Certify) -> Certify:
+    """Makes every motion three times as long."""
+    return lambda state, step: honest(state, 3.0 * step)
+
+
+@pytest.mark.parametrize(
+    ("broken", "scene", "assault", "what"),
+    [
+        (no_sweep, "thin plates", "past the program", "replay_hits"),
+        (no_sweep, "lattice", "past the program", "replay_hits"),
+        (less_margin, "wall", "past the program", "violations"),
+        (less_margin, "cavern", "past the program", "violations"),
+        (told_too_far, "wall", "hand: jumps", "disagreements"),
+        (no_speed, "nothing near", "hand: saturated", "limit_violations"),
+    ],
+)
+def test_a_broken_certificate_is_found_out(
+    broken: Callable[[Controller, Certify], Certify], scene: str, assault: str, what: str
+) -> None:
+    found = Campaign(scene, 1, 800, coal, sabotage=with_certificate(broken), assaults=(assault,)).run()
+    assert found[what] > 0
+    assert found["failures"]
+    assert not summary([found], 0.0)["correct"]
