@@ -21,6 +21,7 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.side import SurfaceSide
 from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.simulation import preparation
 from vfix_engine.simulation.dry_run import DryRun, dry_run
 from vfix_engine.simulation.placing import place_robot
 from vfix_engine.simulation.scene import Scene
@@ -89,6 +90,7 @@ class Planning:
         Without a CT the surface's normals tell the outside. Raises PlanError when there is no such place near.
         """
         wanted = check_position(point)
+        preparation.wait()
         margin = ControlSettings().margin_mm if margin_mm is None else margin_mm
         room = float(Tool.load(tool).radius.max()) + margin
         tree = self._cases.tree(case_id)
@@ -138,6 +140,7 @@ class Planning:
 
     def _evaluate(self, plan: Plan) -> PlanEvaluation:
         path = _path(plan)
+        preparation.wait()
         settings = ControlSettings.from_dict(dict(plan.settings))
         robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
         tree = self._cases.tree(plan.case_id)

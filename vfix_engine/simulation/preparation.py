@@ -34,6 +34,8 @@ from .scene import Scene
 FIRST, THEN = "surface", ("distances", "control")  # every part needs the first one's kernels
 PART_SECONDS = 600.0  # a part that takes longer hangs
 _DONE = "prepared"
+_idle = threading.Event()
+_idle.set()
 _NEEDED_SHARE = 0.8  # of all kernels; the rest belongs to zones and to the papers' tree, which a page does not use
 
 
@@ -58,11 +60,20 @@ def prepare() -> None:
     folder = cache_folder()
     if is_prepared() or folder is None:
         return
-    _run_part(FIRST)
-    with ThreadPoolExecutor(max_workers=min(len(THEN), os.cpu_count() or 1)) as parts:
-        list(parts.map(_run_part, THEN))
-    with suppress(OSError):  # the disk is full: the next start looks again
-        (folder / _DONE).touch()
+    _idle.clear()
+    try:
+        _run_part(FIRST)
+        with ThreadPoolExecutor(max_workers=min(len(THEN), os.cpu_count() or 1)) as parts:
+            list(parts.map(_run_part, THEN))
+        with suppress(OSError):  # the disk is full: the next start looks again
+            (folder / _DONE).touch()
+    finally:
+        _idle.set()
+
+
+def wait() -> None:
+    """Return once no preparation runs in this process: compiling the same a second time would slow both down."""
+    _idle.wait()
 
 
 def warm_up(rehearsal: Rehearsal) -> None:
@@ -143,7 +154,5 @@ def _control() -> None:
 _PARTS: dict[str, Callable[[], None]] = {"surface": _surface, "distances": _distances, "control": _control}
 
 if __name__ == "__main__":
-    if hasattr(os, "nice"):
-        os.nice(5)  # the page comes first
     threading.Thread(target=_end_with_the_planner, daemon=True).start()
     _PARTS[sys.argv[1]]()

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -39,6 +42,28 @@ def test_a_part_that_fails_is_told_and_is_tried_again_next_time(folder: Path, mo
     with pytest.raises(subprocess.SubprocessError):
         preparation.prepare()
     assert not preparation.is_prepared()
+
+
+def test_who_needs_the_engine_meanwhile_waits_for_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    order: list[str] = []
+    began = threading.Event()
+
+    def slow(part: str) -> None:
+        began.set()
+        time.sleep(0.2)
+        order.append(part)
+        if part == "control":
+            raise subprocess.CalledProcessError(1, part)  # a failure keeps nobody waiting
+
+    monkeypatch.setattr(preparation, "_run_part", slow)
+    monkeypatch.setattr(preparation, "THEN", ("control",))
+    preparation.wait()  # nothing runs yet
+    with ThreadPoolExecutor(1) as background:
+        running = background.submit(preparation.prepare)
+        began.wait(10)
+        preparation.wait()
+        assert order == [preparation.FIRST, "control"]
+        assert isinstance(running.exception(10), subprocess.SubprocessError)
 
 
 def test_the_progress_is_what_lies_in_the_folder(folder: Path) -> None:
