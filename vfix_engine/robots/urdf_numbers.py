@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 MM_PER_M = 1000.0
 MAX_LENGTH_M = 100.0
 MAX_ANGLE = 1e4  # [rad]
-MAX_RATE = 1e6  # of a speed, an effort, a mass
+MAX_RATE = 1e12  # of a speed, an effort, a mass: files write huge ones where they mean none
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 

@@ -13,9 +13,11 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import StartRefused
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.robots.inverse import joints_for
 from vfix_engine.simulation.placing import Placing, place_robot
+from vfix_engine.simulation.realtime import SceneSpec
 from vfix_engine.simulation.standing import Stand, tip_freedom
 
 MESH, POINTS = curved_tube()
@@ -114,3 +116,22 @@ def test_inverse_kinematics_finds_what_forward_kinematics_made(name: str) -> Non
         np.testing.assert_allclose(found[1], position, atol=2e-6)
         assert ((q >= robot.lower) & (q <= robot.upper)).all()
     assert joints_for(placed, rotation, position + 5000.0, robot.home) is None
+
+
+def test_a_scene_in_another_process_may_name_files() -> None:
+    """What the control process is sent names robot and tool; a path is a name as well."""
+    folder = assets_dir()
+    spec = SceneSpec(
+        vertices=MESH.vertices,
+        faces=MESH.faces,
+        robot=str(folder / "robots" / "arm_7.json"),
+        tool=str(folder / "tools" / "shaver_40.json"),
+        base=np.eye(4),
+        q_start=RobotModel.load("arm_7").home,
+        path_points=POINTS,
+        targets=np.zeros((0, 3)),
+        target_names=(),
+    )
+    scene = spec.build()
+    assert (scene.robot.name, scene.tool.name) == ("arm_7", "shaver_40")
+    assert scene.placed_robot().dof == 7
