@@ -178,7 +178,7 @@ def _rigid(transform: ArrayLike) -> Array:
     matrix = _numeric("a box needs a rigid transform of 4 x 4 numbers", transform)
     rigid = (
         matrix.shape == (4, 4)
-        and bool(np.isfinite(matrix).all())
+        and bool((np.abs(matrix) <= _FAR_MM).all())  # and finite: squares of more would overflow
         and np.allclose(matrix[3], [0, 0, 0, 1])
         and np.allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3), atol=1e-6)
         and np.linalg.det(matrix[:3, :3]) > 0

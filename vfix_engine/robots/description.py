@@ -15,6 +15,8 @@ from ..resources import assets_dir
 
 Array = NDArray[np.float64]
 
+FARTHEST_MM = 1e6  # a frame a kilometre away is an error of units
+
 MAX_FILE_BYTES = 1 << 20  # a description is a few kilobytes
 
 
@@ -67,7 +69,7 @@ def check_transform(transform: Array, what: str = "the robot's base") -> Array:
     matrix = np.array(transform, dtype=float)
     rigid = (
         matrix.shape == (4, 4)
-        and bool(np.isfinite(matrix).all())
+        and bool((np.abs(matrix) <= FARTHEST_MM).all())  # and finite: squares of more would overflow
         and np.allclose(matrix[3], [0, 0, 0, 1])
         and np.allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3), atol=1e-6)
         and np.linalg.det(matrix[:3, :3]) > 0

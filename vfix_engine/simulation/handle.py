@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 INTERPOLATION_S = 0.05  # two drag events of the page are this far apart
 FRESH_S = 0.06  # a heartbeat keeps the force whole for this long
 GONE_S = 0.1  # after it, or after the release, the force is gone
+FARTHEST_MM = 1e6  # a grip further from the origin is no place
 MAX_JUMP_MM = 200.0  # a grip further from the tool than this is an error of the sender, not a pull
 
 
@@ -30,7 +31,7 @@ class Handle:
 
     def press(self, grip: Array, now: float) -> None:
         """The hand holds the grip at (3,) in LPS mm; every call is a heartbeat as well."""
-        if not np.isfinite(grip).all():
+        if not (np.isfinite(grip).all() and np.abs(grip).max() <= FARTHEST_MM):
             return
         current = self._at(now) if self._released_at is None else None
         self._from, self._to = (grip if current is None else current), np.array(grip)
