@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import os
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -84,5 +85,10 @@ def _attack(job: tuple[str, int, int, int]) -> dict[str, Any]:
 
 def _in_processes(jobs: list[tuple[str, int, int, int]], count: int) -> list[dict[str, Any]]:
     """Each scene in one of ``count`` processes; the order of the results is that of the jobs."""
-    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_quiet) as pool:
         return list(pool.map(_attack, jobs))
+
+
+def _quiet() -> None:
+    """What a solver's library prints goes to stderr: stdout is the result's alone."""
+    os.dup2(2, 1)
