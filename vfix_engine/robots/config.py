@@ -120,7 +120,7 @@ def _config(data: dict[str, Any]) -> RobotConfig:
             home={str(name): _number(value) for name, value in data.get("home", {}).items()},
             joints={str(name): _words(str(name), entry) for name, entry in data.get("joints", {}).items()},
         )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise RobotError(f"the configuration: {error!r} is missing or not usable") from error
 
 

@@ -180,7 +180,7 @@ class Tool:
                 camera=camera,
                 source=str(data["source"]),
             )
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise RobotError(f"tool file {Path(name_or_path).name}: {error!r} is missing or not usable") from error
 
     def segments(self, rotation: Array, position: Array) -> Segments:

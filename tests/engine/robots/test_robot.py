@@ -129,6 +129,7 @@ def changed(tmp_path: Path, change: Any) -> Path:
         (lambda d: d["joints"].update(yaw={"topspeed": 1}), "topspeed"),
         (lambda d: d["home"].update(yaw=3.0), "outside -1"),
         (lambda d: d["home"].update(yaw="much"), "much"),
+        (lambda d: d["home"].update(yaw=10**400), "usable"),
         (lambda d: d.update(tool_frame="spoon"), "spoon"),
         (lambda d: d.update(base_frame="tool_holder", tool_frame="base"), "does not hang"),
         (lambda d: d.update(base_frame="tool_holder"), "no joint"),

@@ -100,6 +100,7 @@ def changed(tmp_path: Path, name: str, change: Any) -> Path:
         (lambda d: d.update(parts=7), "usable|missing"),
         (lambda d: d.update(grip_from_bend=1000), "grip"),
         (lambda d: d.pop("grip_from_bend"), "grip_from_bend"),
+        (lambda d: d.update(grip_from_bend=10**400), "too large"),
         (lambda d: d.pop("source"), "source"),
         (lambda d: d.update(camera={"tilt": 30}), "field_of_view"),
         (lambda d: d.update(camera={"tilt": 30, "field_of_view": 180}), "180"),
