@@ -70,6 +70,7 @@ def fingerprint() -> str:
     return digest.hexdigest()[:20]
 
 
+@cache
 def count_kernels() -> int:
     """How many kernels the sources hold; those that are only put into others are not counted."""
     return sum(len(_KERNEL.findall(content)) for content in kernel_sources(_PACKAGE).values())
