@@ -57,7 +57,8 @@ def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState
     else:
         step = np.where(random.random(size) < 0.3, random.choice(NONSENSE, size=size), box * random.normal(size=size))
     within = np.clip(step, robot.lower - state.tool.q, robot.upper - state.tool.q) if kind != 4 else step
-    tool = rehearsal.controller._certifier.certify(state.tool, within)
+    certifier = rehearsal.controller._certifier
+    tool = certifier.certify(certifier.knows(state.tool), within)
     after = state if tool is None else replace(state, tool=tool)
     return after, rehearsal.snapshot(after)
 

@@ -32,7 +32,8 @@ EPISODE = (60, 240)  # steps
 PLACES_TRIED = 60
 CHOSEN = (*ASSAULTS, "past the program", "past the program")  # as often as they are here
 LIES = 0.06  # of the episodes: with a solver that lies
-CHANGES = 0.01  # of the steps: another mode, and anatomy that has moved where it does
+CHANGES = 0.01  # of the steps: another mode
+MOVES = 0.03  # the same where the anatomy moves: there it does so then
 RUSHED = 1  # episodes at first
 RUSH = {"dt_s": 5e-3, "gain_mm_per_s_per_n": 10.0, "force_cap_n": 20.0}
 SOLVERS = ("daqp",) * 19 + ("osqp",)
@@ -120,8 +121,8 @@ class Campaign:
         memory = Memory(np.random.default_rng(self._random.integers(2**63)))
         limits = name != "past the program"
         watch = Watch(self._ledger, self._judges, settings, rehearsal.scene.robot, state, limits)
-        self._ledger.doing = name
         lies = not rushing and self._random.random() < LIES
+        self._ledger.doing = f"{name}, lying solver" if lies else name
         tally.used.update(["lying solver"] * lies)
         length = min(int(self._random.integers(*EPISODE)), self._steps - tally.steps)
         with lying_solver(memory.random) if lies else nullcontext():
@@ -136,7 +137,7 @@ class Campaign:
                 watch.judge(state, after, snapshot)
                 memory.held, memory.count = snapshot.held, memory.count + 1
                 state = after
-                if self._random.random() < CHANGES:
+                if self._random.random() < (CHANGES if self._arena.moves == 0.0 else MOVES):
                     state = self._in_some_mode(rehearsal, state)
                     if self._arena.moves > 0.0:
                         rehearsal = self._moved(rehearsal, state)
@@ -146,14 +147,14 @@ class Campaign:
     def _begin(self, q: Array, settings: ControlSettings) -> tuple[Rehearsal, RehearsalState] | None:
         """A rehearsal that goes on at q, or from the start, or from somewhere near it."""
         scene = self._arena.scene
-        robot = scene.robot
+        robot, rehearsal = scene.robot, self._rehearsal(scene, settings)
         for attempt in range(PLACES_TRIED):
             if attempt == 1 or (attempt == 0 and self._random.random() < 0.3):
                 q = np.array(scene.q_start)
             elif attempt > 1:
                 spread = np.where(robot.revolute, 0.1, 8.0) * self._random.uniform(-1, 1, len(q))
                 q = np.clip(scene.q_start + spread, robot.lower, robot.upper)
-            rehearsal = self._rehearsal(replace(scene, q_start=q), settings)
+            rehearsal.scene = replace(scene, q_start=q)
             try:
                 return rehearsal, rehearsal.start("free")
             except StartRefused:

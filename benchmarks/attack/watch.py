@@ -153,7 +153,9 @@ class Watch:
         over = np.maximum(robot.lower - q, q - robot.upper)
         over = np.maximum(over, np.abs(step) - robot.speed * dt * (1.0 + LAST_BITS) - rounding)
         emergency = after.emergencies > before.emergencies
-        self._tally.emergencies += emergency
+        if emergency:
+            self._tally.emergencies += 1
+            self._tally.used[f"emergency: {self._ledger.doing}"] += 1
         if not emergency:
             change = robot.acceleration * dt * dt
             over = np.maximum(over, np.abs(step - last) - change - LAST_BITS * (change + np.abs(last)) - rounding)
