@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.phantom import generate
+from vfix_engine.imaging.phantom.generate import generate
 from vfix_engine.imaging.phantom.shipped import HU_STEP, load_nose_ct, packed
 from vfix_engine.imaging.volume import Volume
 
