@@ -32,11 +32,16 @@ EPISODE = (60, 240)  # steps
 PLACES_TRIED = 60
 CHOSEN = (*ASSAULTS, "past the program", "past the program")  # as often as they are here
 LIES = 0.06  # of the episodes: with a solver that lies
+EXTREME = 0.1  # of the settings that are not chosen: at an end of their range
+CHOSEN_SETTINGS = {
+    "dt_s", "margin_mm", "threshold_mm", "group_flat_mm", "gain_mm_per_s_per_n", "force_cap_n",
+    "rotation_gain_rad_per_s_per_nmm", "k_tau", "k_d", "target_tolerance_mm",
+}  # fmt: skip
 CHANGES = 0.01  # of the steps: another mode
 MOVES = 0.03  # the same where the anatomy moves: there it does so then
 RUSHED = 1  # episodes at first
 RUSH = {"dt_s": 5e-3, "gain_mm_per_s_per_n": 10.0, "force_cap_n": 20.0}
-SOLVERS = ("daqp",) * 19 + ("osqp",)
+OTHER_SOLVERS = (None,) * 17 + ("daqp", "daqp", "osqp")  # None: the default
 
 
 class Campaign:
@@ -89,7 +94,13 @@ class Campaign:
         """Any corner of what may be set, the usual values most often."""
         pick = self._random.choice
         fast = self._random.random() < 0.3
+        ends = {
+            name: (bound.low, bound.high)[int(self._random.integers(2))]
+            for name, bound in ControlSettings.bounds().items()
+            if name not in CHOSEN_SETTINGS and self._random.random() < EXTREME
+        }
         return ControlSettings(
+            **ends,
             dt_s=float(pick((1e-4, 1e-3, 1e-3, 1e-3, 5e-3, 2e-2))),
             margin_mm=float(pick(self._arena.margins)),
             threshold_mm=float(pick((0.5, 1.0, 3.0, 3.0, 5.0))),
@@ -108,7 +119,8 @@ class Campaign:
         # First of all into contact, and fast: there the other assaults begin.
         rushing = tally.episodes < RUSHED
         settings = replace(self._settings(), **RUSH) if rushing else self._settings()
-        begun = self._begin(q, settings)
+        lies = not rushing and self._random.random() < LIES
+        begun = self._begin(q, settings, lies)
         if begun is None:
             tally.refused_starts += 1
             return np.array(self._arena.scene.q_start)
@@ -121,7 +133,6 @@ class Campaign:
         memory = Memory(np.random.default_rng(self._random.integers(2**63)))
         limits = name != "past the program"
         watch = Watch(self._ledger, self._judges, settings, rehearsal.scene.robot, state, limits)
-        lies = not rushing and self._random.random() < LIES
         self._ledger.doing = f"{name}, lying solver" if lies else name
         tally.used.update(["lying solver"] * lies)
         length = min(int(self._random.integers(*EPISODE)), self._steps - tally.steps)
@@ -144,10 +155,10 @@ class Campaign:
                         watch = Watch(self._ledger, self._judges, settings, rehearsal.scene.robot, state, limits)
         return state.tool.q
 
-    def _begin(self, q: Array, settings: ControlSettings) -> tuple[Rehearsal, RehearsalState] | None:
+    def _begin(self, q: Array, settings: ControlSettings, lies: bool) -> tuple[Rehearsal, RehearsalState] | None:
         """A rehearsal that goes on at q, or from the start, or from somewhere near it."""
         scene = self._arena.scene
-        robot, rehearsal = scene.robot, self._rehearsal(scene, settings)
+        robot, rehearsal = scene.robot, self._rehearsal(scene, settings, lies)
         for attempt in range(PLACES_TRIED):
             if attempt == 1 or (attempt == 0 and self._random.random() < 0.3):
                 q = np.array(scene.q_start)
@@ -175,10 +186,11 @@ class Campaign:
             self.tally.inside_starts += 1
         return moved
 
-    def _rehearsal(self, scene: Scene, settings: ControlSettings) -> Rehearsal:
+    def _rehearsal(self, scene: Scene, settings: ControlSettings, lies: bool) -> Rehearsal:
         rehearsal = Rehearsal(scene, settings)
-        solver = str(self._random.choice(SOLVERS))
-        if solver != "daqp":
+        solver = OTHER_SOLVERS[int(self._random.integers(len(OTHER_SOLVERS)))]
+        solver = "daqp" if lies else solver  # the one whose seat a liar takes
+        if solver is not None:
             rehearsal.controller = Controller(
                 scene.placed_robot(), scene.tool, scene.tree, settings, solver, scene.zones, scene.fixtures
             )

@@ -72,6 +72,7 @@ def with_certificate(replace: Callable[[Controller, Certify], Certify]) -> Calla
     def sabotage(controller: Controller) -> None:
         certifier: Any = controller._certifier
         certifier.certify = replace(controller, certifier.certify)
+        certifier.attempt = lambda *_: None  # the short way, which asks the certificate's kernel itself
 
     return sabotage
 

@@ -1,0 +1,216 @@
+"""What comes in from outside: numbers that are none, starts that cannot be, solvers that lie or have no answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from copy import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.attack.bodies import Judges
+from tests.engine.scenes import straight_scene, wall
+from vfix_engine.control import Controller, ControlSettings, Task, qp
+from vfix_engine.errors import InputError, StartRefused
+from vfix_engine.fixtures import Constraint, Objective, Zone
+from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
+from vfix_engine.simulation.handle import Handle
+from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
+from vfix_engine.simulation.teleoperation import Master
+
+NOT_FINITE = (np.nan, np.inf, -np.inf)
+HUGE = (1e300, -1e300, 1.7e308, -1e18)
+NONSENSE = (*NOT_FINITE, *HUGE)
+SETTINGS = ControlSettings(dt_s=5e-3)
+
+
+@pytest.fixture(scope="module")
+def rehearsal() -> Rehearsal:
+    return Rehearsal(straight_scene(wall(6.0, 30.0), np.array([[0.0, 0, 0], [0, 3, 0], [0, 5, 1]])), SETTINGS)
+
+
+def spoilt(random: np.random.Generator, size: int = 3) -> np.ndarray:
+    """Numbers of which at least one is nonsense."""
+    values = np.where(random.random(size) < 0.4, random.choice(NONSENSE, size), 5.0 * random.normal(size=size))
+    values[int(random.integers(size))] = random.choice(NONSENSE)
+    return values
+
+
+def sound(state: RehearsalState) -> bool:
+    tool = state.tool
+    parts = (tool.q, tool.velocity, tool.distance, tool.tip.position, tool.segments.start, tool.segments.end, state.lag)
+    return all(np.isfinite(part).all() for part in parts)
+
+
+def commands(random: np.random.Generator) -> Iterator[Command]:
+    while True:
+        yield Command(spoilt(random), int(random.integers(-1, 2)), int(random.integers(-1, 2)))
+        yield Command(spoilt(random), master=Master(spoilt(random), bool(random.random() < 0.9)))
+
+
+def test_nonsense_from_hand_and_master_never_reaches_the_state(rehearsal: Rehearsal) -> None:
+    """HAZ-05: 8,000 spoilt commands in two modes; nothing moves by a force or increment that is no number."""
+    random = np.random.default_rng(1)
+    stream = commands(random)
+    for mode in ("free", "path"):
+        state = rehearsal.start(mode)
+        for _ in range(4_000):
+            command = next(stream)
+            after, snapshot = rehearsal.step(state, command)
+            assert sound(after)
+            assert np.isfinite(snapshot.force).all()
+            assert np.linalg.norm(snapshot.force) <= SETTINGS.force_cap_n * (1 + 1e-12)
+            assert after.tool.clearance >= SETTINGS.margin_mm
+            hand = command.force if command.master is None else command.master.increment
+            if not (np.isfinite(hand).all() or command.drive or command.twist or state.tool.velocity.any()):
+                lead = command.master is not None and state.lag.any()
+                assert lead or np.array_equal(after.tool.q, state.tool.q)
+            state = after
+
+
+def test_nonsense_from_the_page_never_becomes_a_force() -> None:
+    """HAZ-05: 55,000 grips."""
+    random = np.random.default_rng(2)
+    handle, now = Handle(), 0.0
+    for _ in range(55_000):
+        now += 0.01
+        handle.press(spoilt(random) if random.random() < 0.7 else random.normal(size=3), now)
+        force = handle.force(np.zeros(3), 0.25, 5.0, now)
+        assert np.isfinite(force).all()
+        assert force @ force <= 25.0 * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("name", list(ControlSettings.bounds()))
+def test_nonsense_never_becomes_a_setting(name: str) -> None:
+    """HAZ-05: 20,000 over all fields; a slider's value is clamped, everything else refused."""
+    random = np.random.default_rng(3)
+    bound, count = ControlSettings.bounds()[name], 20_000 // len(ControlSettings.bounds()) + 1
+    for _ in range(count):
+        value: Any = random.choice(NONSENSE)
+        with pytest.raises(InputError):
+            ControlSettings(**{name: value})
+        if np.isfinite(value):
+            assert bound.low <= getattr(SETTINGS.clamped(**{name: value}), name) <= bound.high
+        else:
+            with pytest.raises(InputError):
+                SETTINGS.clamped(**{name: value})
+
+
+def test_nonsense_never_becomes_a_start(rehearsal: Rehearsal) -> None:
+    """HAZ-05: 15,000 starts that are no place."""
+    random = np.random.default_rng(4)
+    for _ in range(15_000):
+        with pytest.raises(StartRefused):
+            rehearsal.controller.start(spoilt(random, 7))
+
+
+def shapes(random: np.random.Generator) -> list[Callable[[], object]]:
+    bad, good = spoilt(random), random.normal(size=3)
+    pose = np.eye(4)
+    pose[int(random.integers(4)), int(random.integers(4))] = random.choice(NONSENSE)
+    return [
+        lambda: Sphere(bad, 1.0),
+        lambda: Sphere(good, float(bad[np.argmax(np.abs(np.nan_to_num(bad, nan=1e300)))])),
+        lambda: CapsuleShape(bad, good, 1.0),
+        lambda: CapsuleShape(good, bad, 1.0),
+        lambda: Box(pose, np.ones(3)),
+        lambda: Box(np.eye(4), bad),
+        lambda: HalfSpace(bad, good),
+        lambda: HalfSpace(good, bad),
+        lambda: Zone("z", Sphere(good, 1.0), random.choice(NONSENSE)),
+    ]
+
+
+def test_nonsense_never_becomes_a_zone() -> None:
+    """HAZ-05: 9,000 spoilt zones of every kind."""
+    random = np.random.default_rng(5)
+    for _ in range(1_000):
+        for make in shapes(random):
+            with pytest.raises(InputError):
+                make()
+
+
+def test_starts_are_taken_exactly_where_they_are_safe(rehearsal: Rehearsal) -> None:
+    """HAZ-04: 1,500 starts in and out of the ranges and the margin, judged by brute force."""
+    random = np.random.default_rng(6)
+    robot, judges = rehearsal.scene.robot, Judges(rehearsal.scene, None)
+    taken, words = 0, {"outside": 0, "from bone": 0}
+    for _ in range(1_500):
+        q = np.where(robot.revolute, 0.3, 6.0) * random.normal(size=7)
+        q[1] = random.uniform(-2.0, 7.0)
+        if random.random() < 0.3:
+            q[int(random.integers(7))] = 1.01 * random.choice((-1, 1)) * 121.0
+        cap = np.array([SETTINGS.margin_mm + 1.0])
+        clear = judges.clearance(judges.screws.places(q), cap).min() >= SETTINGS.margin_mm
+        within = bool(((q >= robot.lower) & (q <= robot.upper)).all())
+        if clear and within:
+            np.testing.assert_array_equal(rehearsal.controller.start(q).q, q)
+            taken += 1
+            continue
+        reason = "from bone" if within else "outside"
+        words[reason] += 1
+        with pytest.raises(StartRefused, match=reason):
+            rehearsal.controller.start(q)
+    assert taken > 100
+    assert min(words.values()) > 100
+
+
+def contrary(random: np.random.Generator) -> Task:
+    """A task whose rows exclude each other."""
+    scale = 10.0 ** random.uniform(-4, -1)
+    rows = random.normal(size=(3, 8))
+    rows[1] = -rows[0]
+    bound = scale * np.array([-1.0, -random.uniform(0.1, 1.0), random.normal()])
+    objective = Objective(random.normal(size=(3, 8)), scale * random.normal(size=3))
+    return Task((objective,), (Constraint("target", rows, bound, np.arange(3)),), scale, lambda step: float(step.sum()))
+
+
+def test_a_program_without_solution_is_a_held_tool_with_a_reason(rehearsal: Rehearsal) -> None:
+    """HAZ-03: 10,000 infeasible programs, no exception, no motion that rows forbid, always a word."""
+    random = np.random.default_rng(7)
+    controller: Controller = rehearsal.controller
+    state = rehearsal.start("free").tool
+    for _ in range(10_000):
+        task = contrary(random)
+        report = controller.step(state, task)
+        moved = report.state.q - state.q
+        row = task.constraints[0].matrix
+        # The rows were widened to what holding needs: along them, nothing moves.
+        assert np.abs(row[0, :7] @ moved) <= 1e-5 * task.scale + abs(row[0, 7])
+        assert report.state.clearance >= SETTINGS.margin_mm
+        assert not report.held or report.blockers
+        state = report.state if report.state.clearance > 1.0 else rehearsal.start("free").tool
+
+
+class Liar:
+    """daqp's seat, taken by something that calls any finite or infinite nonsense optimal."""
+
+    def __init__(self, random: np.random.Generator):
+        self.random, self.asked = random, 0
+
+    def solve(self, hessian: np.ndarray, gradient: np.ndarray, rows: np.ndarray, *_: Any) -> Any:
+        self.asked += 1
+        size = len(gradient)
+        x = 10.0 ** self.random.uniform(-3, 3) * self.random.normal(size=size)
+        if self.random.random() < 0.3:
+            x[int(self.random.integers(size))] = self.random.choice(NONSENSE)
+        return x, 0.0, 1, {"lam": np.zeros(size + len(rows))}
+
+
+def test_a_solver_that_lies_is_never_believed(rehearsal: Rehearsal, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-03: 10,000 lies, 10,000 times held where it was, with a reason, and no exception."""
+    random = np.random.default_rng(8)
+    liar = Liar(random)
+    monkeypatch.setattr(qp, "daqp", liar)
+    rehearsal = copy(rehearsal)
+    scene = rehearsal.scene
+    rehearsal.controller = Controller(scene.placed_robot(), scene.tool, scene.tree, SETTINGS, solver="daqp")
+    state = rehearsal.start("free")
+    for _ in range(10_000):
+        after, snapshot = rehearsal.step(state, Command(5.0 * random.normal(size=3), twist=1))
+        np.testing.assert_array_equal(after.tool.q, state.tool.q)
+        assert snapshot.held
+        assert snapshot.reason == "no safe step was found"
+        state = after
+    assert liar.asked >= 10_000
