@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled, vectorised
+from .compiled import borrowing, vectorised
 from .triangle_kernels import segment_triangle
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ COLUMNS = 6 * LANES  # where the ten columns of a row begin: distance, normal, o
 _THIN = 1e-30
 
 
-@compiled
+@borrowing
 def describe(p: Array, d: Array, query: Array) -> None:
     """The numbers of the segment p + t·d, t in [0, 1], that the kernels of a block need."""
     dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
@@ -116,7 +116,11 @@ def _ends(corners: Array, query: Array, work: Array) -> None:
         end = 1.0 if t > 1.0 else 0.0
         outside = (t < 0.0) | (t > 1.0)
         ax, ay, az = corners[j] - px, corners[16 + j] - py, corners[32 + j] - pz
-        ux, uy, uz = corners[48 + j] - corners[j], corners[64 + j] - corners[16 + j], corners[80 + j] - corners[32 + j]
+        ux, uy, uz = (
+            corners[48 + j] - corners[j],
+            corners[64 + j] - corners[16 + j],
+            corners[80 + j] - corners[32 + j],
+        )
         vx, vy, vz = (
             corners[96 + j] - corners[j],
             corners[112 + j] - corners[16 + j],
@@ -163,7 +167,7 @@ def _ends(corners: Array, query: Array, work: Array) -> None:
         work[64 + j] = qz if outside else work[64 + j]
 
 
-@compiled
+@borrowing
 def _crossed(corners: Array, query: Array, work: Array) -> None:
     """Lanes whose triangle the line may cross: the scalar kernel's pair of points."""
     for j in range(LANES):
@@ -177,29 +181,37 @@ def _crossed(corners: Array, query: Array, work: Array) -> None:
 
 
 @vectorised
-def _gaps(query: Array, work: Array) -> None:
-    """Squared distances of the pairs of points into the first lanes of ``work``, t brought onto the segment."""
+def _gaps(query: Array, limit: float, work: Array) -> int:
+    """Squared distances into the first lanes of ``work``, t brought onto the segment; how many are within ``limit``."""
     dx, dy, dz = query[3], query[4], query[5]
+    limit2 = limit * limit
+    within = 0
     for j in range(LANES):
         t = min(max(work[16 + j], 0.0), 1.0)
         gx, gy, gz = t * dx - work[32 + j], t * dy - work[48 + j], t * dz - work[64 + j]
-        work[16 + j] = t
-        work[j] = gx * gx + gy * gy + gz * gz
+        gap = gx * gx + gy * gy + gz * gz
+        work[16 + j], work[j] = t, gap
+        within += int(gap <= limit2)
+    return within
 
 
-@compiled
-def block_gaps(corners: Array, query: Array, limit: float, work: Array) -> None:
-    """Squared distances (mm²) of the segment to the 16 triangles, exact for those within ``limit`` mm of its axis.
+@borrowing
+def block_gaps(corners: Array, query: Array, limit: float, work: Array) -> int:
+    """How many of 16 triangles are within ``limit`` mm of the segment's axis; ``work`` gets their exact distances.
 
-    ``work`` (WORK,): lanes 0-15 the squared distances, 16-31 t on the segment, 32-79 the points on the triangles minus
+    ``work`` (WORK,): 0-15 the squared distances (mm²), 16-31 t on the segment, 32-79 the points on the triangles minus
     p. Lanes farther than ``limit`` hold some squared distance above its square.
     """
+    if query[15] < 0.0:  # a point
+        work[LANES : 2 * LANES] = -1.0
+        _ends(corners, query, work)
+        return _gaps(query, limit, work)
     beyond, crossed = _line(corners, query, limit, work)
     if crossed > 0:
         _crossed(corners, query, work)
     if beyond > 0 or crossed > 0:
         _ends(corners, query, work)
-    _gaps(query, work)
+    return _gaps(query, limit, work)
 
 
 @vectorised

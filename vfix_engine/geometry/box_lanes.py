@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled, vectorised
+from .compiled import borrowing, vectorised
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -22,6 +22,7 @@ SHELL = 240  # numbers in a node's shells
 BALLS = 64  # numbers in a block's balls
 PROBE = 12  # numbers that describe a segment: p from the origin, d, d / d·d, slack
 
+_MOST = np.int32(0x7F800000)  # the bits of infinity
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
 # Of the largest coordinate: more than all roundings of the bound together (about 40 of 2⁻²⁴ each).
@@ -29,7 +30,7 @@ _ROUNDING = 1e-5
 _FARTHEST = 1e15
 
 
-@compiled
+@borrowing
 def describe_single(p: Array, d: Array, frame: Array, probe: Single) -> None:
     """The numbers of the segment p + t·d for ``box_gaps``; frame (4,): the boxes' origin, their largest coordinate."""
     dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
@@ -46,7 +47,7 @@ def describe_single(p: Array, d: Array, frame: Array, probe: Single) -> None:
 
 @vectorised
 def box_gaps(node: Single, probe: Single, gaps: Single) -> None:
-    """Lower bounds (16,) in mm of the distance from the segment's axis to each box; negative where they touch.
+    """Lower bounds in mm of the distances from the segment's axis to 16 boxes, negative where they touch.
 
     A bound may be NaN where nothing can be said: leave a box out only if its bound is greater than something.
     """
@@ -64,8 +65,8 @@ def box_gaps(node: Single, probe: Single, gaps: Single) -> None:
 
 
 @vectorised
-def shell_gaps(shell: Single, probe: Single, gaps: Single, depths: Single) -> None:
-    """As ``box_gaps`` for boxes along their own axes; ``depths`` (16,) get their extents that way, mm."""
+def shell_gaps(shell: Single, probe: Single, gaps: Single) -> None:
+    """As ``box_gaps`` for boxes along their own axes."""
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
     hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
     for j in range(16):
@@ -77,23 +78,39 @@ def shell_gaps(shell: Single, probe: Single, gaps: Single, depths: Single) -> No
         support = abs(gx * shell[48 + j] + gy * shell[64 + j] + gz * shell[80 + j]) * shell[192 + j]
         support += abs(gx * shell[96 + j] + gy * shell[112 + j] + gz * shell[128 + j]) * shell[208 + j]
         support += abs(gx * shell[144 + j] + gy * shell[160 + j] + gz * shell[176 + j]) * shell[224 + j]
-        support = support / (size if size > _ZERO else _ONE)
-        gaps[j] = size - support - slack
-        depths[j] = support + support
+        gap = size - support / (size if size > _ZERO else _ONE)
+        gaps[j] = (gap if gap > _ZERO else _ZERO) - slack
 
 
 @vectorised
-def balls_out_of_reach(balls: Single, probe: Single, reach: np.float32) -> int:
-    """How many of 16 balls the segment certainly does not come within ``reach`` mm of."""
+def ball_gaps(balls: Single, probe: Single, gaps: Single) -> None:
+    """Lower bounds (16,) of the distances from the segment's axis to the triangles in 16 balls."""
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
-    hx, hy, hz = probe[6], probe[7], probe[8]
-    reach = reach + probe[9]
-    away = 0
+    hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
     for j in range(16):
         gx, gy, gz = balls[j] - px, balls[16 + j] - py, balls[32 + j] - pz
         t = gx * hx + gy * hy + gz * hz
         t = min(max(t, _ZERO), _ONE)
         gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
-        near = balls[48 + j] + reach
-        away += int(gx * gx + gy * gy + gz * gz > near * near)
-    return away
+        gaps[j] = np.sqrt(gx * gx + gy * gy + gz * gz) - balls[48 + j] - slack
+
+
+@vectorised
+def ball_bounds(balls: Single, probe: Single) -> tuple[np.float32, np.float32]:
+    """Bounds of the least distance from the segment's axis to 16 triangles: never more, never less.
+
+    The centre of a triangle's ball lies on the triangle, so no triangle is farther than it.
+    """
+    px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
+    hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
+    low, high = _MOST, _MOST
+    for j in range(16):
+        gx, gy, gz = balls[j] - px, balls[16 + j] - py, balls[32 + j] - pz
+        t = gx * hx + gy * hy + gz * hz
+        t = min(max(t, _ZERO), _ONE)
+        gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
+        size = np.sqrt(gx * gx + gy * gy + gz * gz)
+        # Of numbers that are not negative the bits have the order of the numbers, and their least is found in lanes.
+        low = min(low, np.float32(max(size - balls[48 + j], _ZERO)).view(np.int32))
+        high = min(high, np.float32(size).view(np.int32))
+    return np.int32(low).view(np.float32) - slack, np.int32(high).view(np.float32) + slack

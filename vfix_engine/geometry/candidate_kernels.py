@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps, describe, finish
+from .block_kernels import COLUMNS, CORNERS, LANES, QUERY, WORK, block_gaps, describe, finish
 from .box_lanes import NODE, PROBE, box_gaps, describe_single
-from .compiled import compiled
+from .compiled import borrowing, compiled
 from .rows_kernel import own_normal
 
 Array = NDArray[np.float64]
@@ -22,6 +22,9 @@ Single = NDArray[np.float32]
 Index = NDArray[np.int32]
 Lanes = NDArray[np.uint64]
 
+NUMBERS = QUERY + WORK
+SINGLES = PROBE + LANES
+_COLUMNS, _FIRST, _STRIDE = np.uint64(10), np.uint64(COLUMNS), np.uint64(LANES)
 _COINCIDENT = 1e-9  # mm under which the direction between the two points is rounding only
 _FAR = np.float32(1e30)
 
@@ -43,7 +46,7 @@ class Candidates(NamedTuple):
     offset: Index
 
 
-@compiled
+@borrowing
 def box_of_block(corners: Array, frame: Array, lane: int, node: Single) -> None:
     """The box around the 16 triangles of one block as lane ``lane`` of a node, rounded outwards."""
     for k in range(3):
@@ -55,7 +58,7 @@ def box_of_block(corners: Array, frame: Array, lane: int, node: Single) -> None:
         put_box(low - frame[k], high - frame[k], frame[3], k, lane, node)
 
 
-@compiled
+@borrowing
 def put_box(low: float, high: float, far: float, k: int, lane: int, node: Single) -> None:
     """Extent k of a box, centre and half, into a lane of a node; grown by what float32 may lose."""
     centre = np.float32(0.5 * (low + high))
@@ -63,7 +66,7 @@ def put_box(low: float, high: float, far: float, k: int, lane: int, node: Single
     node[LANES * (3 + k) + lane] = np.float32((max(high - centre, centre - low) + 1e-7 * far) * 1.000001)
 
 
-@compiled
+@borrowing
 def empty_boxes(first: int, node: Single) -> None:
     """Lanes from ``first`` on get boxes that are infinitely far away."""
     for lane in range(first, LANES):
@@ -72,7 +75,7 @@ def empty_boxes(first: int, node: Single) -> None:
             node[LANES * (3 + k) + lane] = np.float32(0.0)
 
 
-@compiled
+@borrowing
 def fill_lane(corner: Array, block: Array, lane: int) -> None:
     """One triangle (9,) into a lane of a block."""
     for k in range(9):
@@ -110,25 +113,26 @@ def pack(
     return boxes, blocks, label, frame, offset
 
 
-@compiled
-def _face_normal(block: Array, lane: int) -> Array:
-    """Unit normal of the triangle in lane j; zero for one without area."""
-    j = int(lane)
-    ux, uy, uz = block[48 + j] - block[j], block[64 + j] - block[16 + j], block[80 + j] - block[32 + j]
-    vx, vy, vz = block[96 + j] - block[j], block[112 + j] - block[16 + j], block[128 + j] - block[32 + j]
-    normal = np.array([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx])
-    size = np.sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2])
-    return normal / size if size > 0.0 else normal
+@borrowing
+def _touching_row(corners: Array, j: int, query: Array, spare: Array, row: Array) -> None:
+    """Where axis and triangle meet the row's normal is the triangle's own, right-handed about its corners."""
+    ux, uy, uz = corners[48 + j] - corners[j], corners[64 + j] - corners[16 + j], corners[80 + j] - corners[32 + j]
+    vx, vy, vz = corners[96 + j] - corners[j], corners[112 + j] - corners[16 + j], corners[128 + j] - corners[32 + j]
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    size = np.sqrt(x * x + y * y + z * z)
+    share = 1.0 / size if size > 0.0 else 1.0
+    spare[0], spare[1], spare[2] = x * share, y * share, z * share
+    own_normal(query[3:6], spare, row)
 
 
-@compiled
+@borrowing
 def append_block(
     corners: Array, label: Index, query: Array, radius: float, limit: float, segment: int,
     work: Array, lanes: Lanes, rows: Array, labels: Index, found: int, best: float,
 ) -> tuple[int, float]:  # fmt: skip
     """The rows of a block's pairs within ``limit`` of the axis: (rows found so far, least squared distance so far).
 
-    rows: flat, (10 R,). Of more than R rows the first R are written and all are counted.
+    rows: (R, 10). Of more than R rows the first R are written and all are counted.
     """
     if block_gaps(corners, query, limit, work) == 0:
         return found, best
@@ -137,26 +141,20 @@ def append_block(
     for j in range(LANES):
         lanes[passing] = j
         passing += int((work[j] <= square) & (label[j] >= 0))
+    least = best
+    for i in range(passing):
+        least = min(least, work[lanes[i]])
     for i in range(min(passing, len(labels) - found)):
-        # Unsigned indices are not looked at for being negative.
-        j, k = lanes[i], np.uint64(10 * (found + i))
-        rows[k] = work[j + np.uint64(96)]
-        rows[k + np.uint64(1)] = work[j + np.uint64(112)]
-        rows[k + np.uint64(2)] = work[j + np.uint64(128)]
-        rows[k + np.uint64(3)] = work[j + np.uint64(144)]
-        rows[k + np.uint64(4)] = work[j + np.uint64(160)]
-        rows[k + np.uint64(5)] = work[j + np.uint64(176)]
-        rows[k + np.uint64(6)] = work[j + np.uint64(192)]
-        rows[k + np.uint64(7)] = work[j + np.uint64(208)]
-        rows[k + np.uint64(8)] = work[j + np.uint64(224)]
-        rows[k + np.uint64(9)] = work[j + np.uint64(240)]
-        labels[found + i, 0], labels[found + i, 1] = segment, label[j]
-        gap = work[j]
-        if gap < best:
-            best = gap
-        if gap < _COINCIDENT * _COINCIDENT:
-            own_normal(query[3:6], _face_normal(corners, j), rows[10 * (found + i) : 10 * (found + i) + 10])
-    return found + passing, best
+        # Unsigned indices: numba asks of every signed one whether it is negative.
+        j, row = lanes[i], np.uint64(found + i)
+        for k in range(_COLUMNS):
+            rows[row, k] = work[j + _FIRST + _STRIDE * k]
+        labels[row, 0], labels[row, 1] = segment, label[j]
+    if least < _COINCIDENT * _COINCIDENT:
+        for i in range(min(passing, len(labels) - found)):
+            if work[lanes[i]] < _COINCIDENT * _COINCIDENT:
+                _touching_row(corners, int(lanes[i]), query, work[COLUMNS : COLUMNS + 3], rows[found + i])
+    return found + passing, least
 
 
 @compiled
@@ -176,12 +174,25 @@ def segment_pairs(
         How many rows there are now, and the exact least distance (mm) of their pairs, ∞ where there is none.
         Of more than R rows the first R are written and all are counted.
     """
+    numbers, singles, lanes = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(LANES + 1, np.uint64)
+    return pairs_into(
+        boxes, corners, label, frame, first, last,
+        p, d, radius, threshold, segment, rows, labels, found, numbers, singles, lanes,
+    )  # fmt: skip
+
+
+@borrowing
+def pairs_into(
+    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
+    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
+    numbers: Array, singles: Single, lanes: Lanes,
+) -> tuple[int, float]:  # fmt: skip
+    """``segment_pairs`` with room to calculate in: (NUMBERS,), (SINGLES,) float32 and (17,) uint64."""
     limit = threshold + radius
     best = np.inf
-    flat = rows.reshape(-1)
     if limit >= 0.0:
-        query, work, lanes = np.empty(QUERY), np.empty(WORK), np.empty(LANES + 1, np.uint64)
-        probe, gaps = np.empty(PROBE, np.float32), np.empty(LANES, np.float32)
+        query, work = numbers[:QUERY], numbers[QUERY:NUMBERS]
+        probe, gaps = singles[:PROBE], singles[PROBE:SINGLES]
         describe(p, d, query)
         describe_single(p, d, frame, probe)
         for node in range(first, last):
@@ -191,9 +202,9 @@ def segment_pairs(
                 if not gaps[lane] > limit and label[LANES * k] >= 0:
                     found, best = append_block(
                         corners[CORNERS * k : CORNERS * (k + 1)], label[LANES * k : LANES * (k + 1)],
-                        query, radius, limit, segment, work, lanes, flat, labels, found, best,
+                        query, radius, limit, segment, work, lanes, rows, labels, found, best,
                     )  # fmt: skip
-    return found, np.sqrt(best) - radius if best <= limit * limit else np.inf
+    return found, np.sqrt(best) - radius
 
 
 @compiled
@@ -215,35 +226,43 @@ def segment_least(
     boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
     p: Array, d: Array, bound: float,
 ) -> float:  # fmt: skip
-    """Exact distance (mm) of the axis p + t·d to the nodes first … last − 1, or ``bound`` if nothing is nearer.
+    """Exact distance (mm) of the axis p + t·d to the nodes first … last − 1, or ``bound`` if nothing is nearer."""
+    numbers, singles = np.empty(NUMBERS), np.empty(SINGLES, np.float32)
+    gaps = np.empty(LANES * max(last - first, 0), np.float32)
+    return least_with(boxes, corners, label, frame, first, last, p, d, bound, numbers, singles, gaps)
+
+
+@borrowing
+def least_with(
+    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
+    p: Array, d: Array, bound: float, numbers: Array, singles: Single, gaps: Single,
+) -> float:  # fmt: skip
+    """``segment_least`` with room to calculate in: (NUMBERS,), (SINGLES,) float32 and 16 float32 for each node.
 
     The block with the nearest box goes first: its distance rejects most of the others unseen.
     """
-    query, work, probe = np.empty(QUERY), np.empty(WORK), np.empty(PROBE, np.float32)
-    gaps = np.empty(LANES * max(last - first, 0), np.float32)
+    query, work, probe = numbers[:QUERY], numbers[QUERY:NUMBERS], singles[:PROBE]
     describe(p, d, query)
     describe_single(p, d, frame, probe)
     seed, least = -1, np.float32(np.inf)
-    for node in range(first, last):
-        box_gaps(
-            boxes[NODE * node : NODE * (node + 1)], probe, gaps[LANES * (node - first) : LANES * (node - first + 1)]
-        )
-        for lane in range(LANES * (node - first), LANES * (node - first + 1)):
-            if gaps[lane] < least:
-                seed, least = lane, gaps[lane]
+    for node in range(last - first):
+        here = gaps[LANES * node : LANES * (node + 1)]
+        box_gaps(boxes[NODE * (first + node) : NODE * (first + node + 1)], probe, here)
+        for lane in range(LANES):
+            if here[lane] < least:
+                seed, least = LANES * node + lane, here[lane]
     best = bound
-    for turn in range(-1, len(gaps)):
+    for turn in range(-1, LANES * (last - first)):
         lane = seed if turn < 0 else turn
         if lane < 0 or turn == seed or gaps[lane] > best:
             continue
         k = LANES * first + lane
-        if label[LANES * k] < 0:
-            continue
-        best = nearest_of_block(corners[CORNERS * k : CORNERS * (k + 1)], query, best, work)[0]
+        if label[LANES * k] >= 0:
+            best = nearest_of_block(corners[CORNERS * k : CORNERS * (k + 1)], query, best, work)[0]
     return best
 
 
-@compiled
+@borrowing
 def nearest_of_block(corners: Array, query: Array, best: float, work: Array) -> tuple[float, int]:
     """Least of ``best`` (mm from the axis) and the 16 distances, and the lane it comes from, −1 if none is less."""
     if block_gaps(corners, query, best, work) == 0:

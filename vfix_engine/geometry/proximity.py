@@ -29,6 +29,8 @@ __all__ = [
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
+_ROOM = 128  # pairs that a first query has room for
+
 
 class Proximity(Protocol):
     """What is near a tool, or a point, among the triangles of one mesh."""
@@ -85,8 +87,9 @@ class ProximityTree:
     def _place(self, mesh: TriangleMesh, order: Index | None) -> None:
         self.mesh = mesh
         self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
+        self._room = _ROOM
         self._search = (wide.boxes, wide.corners, wide.label, wide.balls, wide.frame, wide.level)
-        self._group = (wide.boxes, wide.corners, wide.label, wide.shells, wide.frame, wide.level)
+        self._group = (wide.corners, wide.label, wide.balls, wide.shells, wide.frame, wide.level)
 
     def moved(self, mesh: TriangleMesh) -> ProximityTree:
         """The tree over the same faces with other vertices: without sorting, so in about half the time of a new one.
@@ -114,12 +117,16 @@ class ProximityTree:
         """See ``Proximity.pairs_within``."""
         tool = (segments.start, segments.end, segments.radius)
         if group_flat is None:
-            return pairs_from_rows(*wide_pairs(*self._search, *tool, threshold))
-        return pairs_from_rows(*wide_groups(*self._group, *tool, threshold, group_flat, exact_within))
+            found = wide_pairs(*self._search, *tool, threshold, self._room)
+        else:
+            found = wide_groups(*self._group, *tool, threshold, group_flat, exact_within, self._room)
+        # The next query is likely to find as many; too little room is only slower.
+        self._room = max(_ROOM, len(found[1]) * 5 // 4)
+        return pairs_from_rows(*found)
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """See ``Proximity.clearance``."""
-        return wide_clearance(*self._search, segments.start, segments.end, segments.radius, upper)[0]
+        return wide_clearance(*self._search, segments.start, segments.end, segments.radius, upper)
 
     def closest(self, segments: Segments) -> Pair:
         """The pair of the smallest distance."""
@@ -133,14 +140,8 @@ class ProximityTree:
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        lists = [
-            wide_places(
-                *self._search, segments.start[s], segments.end[s] - segments.start[s],
-                max(reach + float(segments.radius[s]), 0.0),
-            )
-            for s in range(len(segments))
-        ]  # fmt: skip
-        places = np.concatenate(lists) if lists else np.empty(0, np.int32)
-        count = np.array([len(each) for each in lists], np.int32)
+        places, count = wide_places(
+            *self._search, segments.start, segments.end, segments.radius, reach, max(1024, 4 * self._room)
+        )
         arrays = pack(corners_at(self.arrays.corners, places), self.arrays.label[places], count, self.arrays.frame)
         return CandidateList(segments, reach, Candidates(*arrays), len(places))
