@@ -111,6 +111,19 @@ def test_figures_of_the_last_ticks_and_of_all() -> None:
     assert clock.record().ticks == 2500
 
 
+def test_figures_that_are_asked_for_during_any_tick_are_those_of_the_ticks_before() -> None:
+    fake = FakeTime()
+    clock = FixedRateClock(0.001, fake.read, fake.sleep)
+    for tick in range(3100):
+        clock.wait()
+        if tick >= 2:
+            timing = clock.timing(at_once=True)
+            assert abs(timing.loop_hz - 1000) < 0.01, tick
+            assert abs(timing.step_us - 100) < 0.01, tick
+        fake.now += 0.0001
+        clock.worked()
+
+
 def test_figures_are_not_made_anew_at_every_look() -> None:
     fake = FakeTime()
     clock = FixedRateClock(0.001, fake.read, fake.sleep)
