@@ -48,7 +48,7 @@ def measure(
     Returns:
         How many pairs there are; the first R are written.
     """
-    found = 0
+    found = np.int64(0)  # a plain 0 is a type of its own: what it is handed to would be compiled twice
     along = np.empty(3)
     surfaces = len(cover.frame)
     scratch = np.empty((3, 10))

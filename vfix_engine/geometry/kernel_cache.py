@@ -30,7 +30,7 @@ from numba.core import caching
 KEPT_S = 14 * 86_400  # a folder of other kernels that was not used for so long is removed
 _PACKAGE = Path(__file__).resolve().parents[1]
 _KERNELS = re.compile(rb"^from [\w.]*compiled import", re.MULTILINE)
-_KERNEL = re.compile(rb"^@(?:compiled|vectorised)\b", re.MULTILINE)
+_KERNEL = re.compile(rb"^@(?:compiled|vectorised|borrowing)\b", re.MULTILINE)
 _IMPORTS = re.compile(rb"^from (\.+[\w.]*|vfix_engine[\w.]*) import ([^\n]*)", re.MULTILINE)
 
 
