@@ -5,27 +5,51 @@ What a certificate means, and why it holds, stands at ``judge_kernel`` and in do
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ControlError
 from ..fixtures import ToolState
-from ..fixtures.state import Near
-from ..geometry.capsules import Segments
+from ..fixtures.moment_kernel import moment_parts
+from ..fixtures.state import Layout, Near
 from ..geometry.pairs import MAX_ROWS
-from ..robots import TipState
 from .judge_kernel import KEPT, OVERFULL, UNCOVERED, judge, look
-from .moment_kernel import moment_parts, moment_size
-from .surroundings import Surroundings
+from .qp import DUAL_TOLERANCE, PRIMAL_TOLERANCE, ConstraintRows, ObjectiveRows, Solution
+from .step_kernel import attempt, room_parts, room_size
+from .surroundings import SLACK_MM, Surroundings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
-Kind = TypeVar("Kind")
 
 _ROOM = 2048  # pairs that the workspace holds at first
+LEAD = 0.6  # of the slack, how far ahead of a moving tool the triangles around it are gathered
+_RESTING_MM = 1e-6  # a shorter motion has no direction
 _ATTEMPTS = 4  # a motion is judged at most once more for each thing that can be missing
+
+
+class Attempt(NamedTuple):
+    """A certified step at its first attempt; what is in ``room`` (see ``step_kernel``) lasts until the next one."""
+
+    state: ToolState
+    room: Array
+    unknowns: int
+    rows: int
+    joints: int
+    scale: float
+    broken: int
+
+    @property
+    def step(self) -> Array:
+        """Δq (n,)."""
+        return self.room[: self.joints]
+
+    def solution(self) -> tuple[Solution, Array]:
+        """Copies of the answer of the program and of the joints' box (2, n)."""
+        parts = room_parts(self.room, self.unknowns, self.rows, self.joints)
+        x, multiplier, box, step = (part.copy() for part in (*parts[5:8], self.step))
+        return Solution(step, float(x[self.joints]), multiplier, self.unknowns), box
 
 
 class Certifier:
@@ -34,14 +58,13 @@ class Certifier:
     def __init__(self, surroundings: Surroundings):
         self.surroundings = surroundings
         world = surroundings.world
-        self._sizes = (len(world.lower), len(world.radius), len(world.margin))
-        self._radius = world.radius
-        self._workspace = _workspace(_ROOM)
+        self._layout = Layout(len(world.lower), world.radius, len(world.margin))
+        self._workspace, self._room = _workspace(_ROOM), np.empty(0)
 
     def measure(self, q: Array, velocity: Array | None = None) -> ToolState:
         """The state at joints q (n,), at rest unless a velocity (n,) is given; distances exact up to the threshold."""
-        dof = self._sizes[0]
-        moment = np.empty(moment_size(*self._sizes))
+        dof = self._layout.dof
+        moment = np.empty(self._layout.places[-1])
         moment[:dof] = q
         moment[dof : 2 * dof] = 0.0 if velocity is None else velocity
         for _ in range(_ATTEMPTS):
@@ -50,7 +73,7 @@ class Certifier:
             verdict, count = look(*self.surroundings.arrays, moment, rows, labels, body, pairs, tags)
             if verdict == KEPT:
                 return self._snapshot(moment, pairs, tags, count)
-            self._provide(verdict, count, moment, 0.0)
+            self._provide(verdict, count, moment, moment, 0.0)
         raise ControlError("the surroundings of the tool could not be gathered")
 
     def certify(self, state: ToolState, step: Array) -> ToolState | None:
@@ -59,8 +82,8 @@ class Certifier:
         From a state already inside a margin only motions that never deepen are accepted (HAZ-04).
         ``state`` must have been measured here.
         """
-        near = state.near
-        if near is None or near.source is not self:
+        near = measured(state)
+        if near.source is not self:
             raise ControlError("a motion is judged from a state that was measured among the same surroundings")
         after = np.empty(len(near.moment))
         pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
@@ -73,7 +96,31 @@ class Certifier:
                 return self._snapshot(after, pairs, tags, count)
             if verdict not in (UNCOVERED, OVERFULL):
                 return None
-            self._provide(verdict, count, after, way)
+            self._provide(verdict, count, near.moment, after, way)
+        return None
+
+    def attempt(
+        self, state: ToolState, wanted: ObjectiveRows, little: Array, given: ConstraintRows, scale: float
+    ) -> Attempt | None:
+        """The usual step in one compiled call; None where anything about it is unusual, and nothing has happened."""
+        near = measured(state)
+        n, c, m = self._layout.dof, len(little), len(given.bound) + len(near.pairs)
+        if len(self._room) < room_size(c, m, n):
+            self._room = np.empty(2 * room_size(c, m, n))
+        after = np.empty(len(near.moment))
+        pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
+        for _ in range(_ATTEMPTS):
+            rows, labels, body = self._workspace
+            verdict, count, way, scale_taken, broken = attempt(
+                *self.surroundings.arrays, near.moment, near.pairs, near.tags,
+                wanted.matrix, wanted.target, wanted.weight, little, given.matrix, given.bound,
+                scale, PRIMAL_TOLERANCE, DUAL_TOLERANCE, self._room, after, rows, labels, body, pairs, tags,
+            )  # fmt: skip
+            if verdict == KEPT:
+                return Attempt(self._snapshot(after, pairs, tags, count), self._room, c, m, n, scale_taken, broken)
+            if verdict not in (UNCOVERED, OVERFULL):
+                return None
+            self._provide(verdict, count, near.moment, after, way)
         return None
 
     def knows(self, state: ToolState) -> ToolState:
@@ -83,45 +130,28 @@ class Certifier:
             return state
         return self.measure(state.q, state.velocity)
 
-    def _provide(self, verdict: int, count: int, moment: Array, way: float) -> None:
-        """What a kernel missed: triangles around a pose, or room for its pairs."""
+    def _provide(self, verdict: int, count: int, before: Array, after: Array, way: float) -> None:
+        """What a kernel missed on the motion between two moments: room for pairs, or the triangles around it."""
         if verdict == OVERFULL:
             self._workspace = _workspace(2 * count)
-        else:
-            _, _, _, _, _, start, end, _ = moment_parts(moment, *self._sizes)
-            self.surroundings.gather(start, end, way)
+            return
+        _, _, _, _, _, start, end, _ = moment_parts(before, *self._layout.sizes)
+        _, _, _, _, _, new_start, new_end, _ = moment_parts(after, *self._layout.sizes)
+        # A tool that moves goes on for a while: triangles are gathered around where it will be.
+        ahead = LEAD * SLACK_MM / way if way > _RESTING_MM else 0.0
+        self.surroundings.gather(new_start + ahead * (new_start - start), new_end + ahead * (new_end - end), way)
 
     def _snapshot(self, moment: Array, pairs: Array, tags: Index, count: int) -> ToolState:
-        n, segments, bodies = self._sizes
         for array in (moment, pairs, tags):
             array.setflags(write=False)
-        a = 2 * n + 12
-        b = a + 6 * n
-        c = b + 3 * segments
-        d = c + 3 * segments
-        # Built past the dataclasses' constructors, which would take as long as the arithmetic of the step.
-        tip, tool, state = _new(TipState), _new(Segments), _new(ToolState)
-        tip.__dict__.update(
-            rotation=moment[2 * n + 3 : a].reshape(3, 3),
-            position=moment[2 * n : 2 * n + 3],
-            jacobian=moment[a:b].reshape(6, n),
-        )
-        tool.__dict__.update(
-            start=moment[b:c].reshape(segments, 3), end=moment[c:d].reshape(segments, 3), radius=self._radius
-        )
-        state.__dict__.update(
-            q=moment[:n],
-            velocity=moment[n : 2 * n],
-            tip=tip,
-            segments=tool,
-            distance=moment[d:].reshape(bodies, segments),
-            near=Near(self, moment, pairs[:count], tags[:count]),
-        )
-        return state
+        return ToolState.measured(Near(self, self._layout, moment, pairs[:count], tags[:count]))
 
 
-def _new(kind: type[Kind]) -> Kind:
-    return object.__new__(kind)
+def measured(state: ToolState) -> Near:
+    """What the measurement of a state has left, for those who need one that was measured."""
+    if state.near is None:
+        raise ControlError("the state was not measured by a controller")
+    return state.near
 
 
 def _workspace(room: int) -> tuple[Array, Index, Index]:

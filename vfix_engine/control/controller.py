@@ -10,12 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import StartRefused
-from ..fixtures import Constraint, Fixture, Objective, Situation, ToolState, brake, joint_bounds, little_motion
+from ..fixtures import (
+    Constraint,
+    Fixture,
+    Objective,
+    Situation,
+    ToolState,
+    brake,
+    joint_bounds,
+    little_motion,
+    step_box,
+)
 from ..fixtures.zones import Zone, refuse_start
 from ..geometry.proximity import Proximity
 from ..robots import PlacedRobot, Tool
 from . import qp
-from .certificate import Certifier
+from .certificate import Certifier, measured
 from .explain import Blocker, Box, Explainer
 from .problem_kernel import prepare
 from .settings import ControlSettings
@@ -24,6 +34,7 @@ from .surroundings import Surroundings
 Array = NDArray[np.float64]
 
 SHRINKS = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried before holding
+CREEPS = (0.03, 0.01)  # and out of a margin, where the bound on the way leaves no room but that of its tolerance
 HELD_SHARE = 0.02  # a step that achieves less of the wanted motion than this counts as held
 SLOWED_SHARE = 0.9  # a step that achieves less of it is explained
 _ROUNDING = 1e-9  # share of an acceleration limit that is the last bits of a velocity
@@ -86,7 +97,7 @@ class Controller:
     Args:
         tree: the anatomy, body 0; zones: further bodies, each with its own margin.
         fixtures: stand there whatever the task is; their rows join the task's, and they have a say in every verdict.
-        solver: of the QP; 'daqp' is called natively, any other name goes through qpsolvers.
+        solver: of the QP; 'dual' is part of the compiled step, 'daqp' is called natively, others through qpsolvers.
     """
 
     def __init__(
@@ -95,7 +106,7 @@ class Controller:
         tool: Tool,
         tree: Proximity,
         settings: ControlSettings,
-        solver: str = "daqp",
+        solver: str = qp.DUAL,
         zones: Sequence[Zone] = (),
         fixtures: Sequence[Fixture] = (),
     ):
@@ -155,14 +166,55 @@ class Controller:
             return self._rest(state, task)
         objectives, constraints = task.objectives, task.constraints
         if self.fixtures:
-            standing = [fixture.rows(now) for now in (self._situation(state, task),) for fixture in self.fixtures]
+            now = self._situation(state, task)
+            standing = [fixture.rows(now) for fixture in self.fixtures]
             objectives = (*objectives, *(o for rows in standing for o in rows.objectives))
             constraints = (*constraints, *(c for rows in standing for c in rows.constraints))
+        return self._at_once(state, task, objectives, constraints) or self._by_parts(
+            state, task, objectives, constraints
+        )
+
+    def _at_once(
+        self, state: ToolState, task: Task, objectives: Sequence[Objective], constraints: Sequence[Constraint]
+    ) -> StepReport | None:
+        """The step in one compiled call, as it goes nearly always; None where it does not."""
+        if self.solver != qp.DUAL:
+            return None
+        size = len(self._little)
+        given = qp.join_constraints(constraints, size) if constraints else self._nothing_given
+        if given.soft:
+            return None
+        wanted = qp.join_objectives(objectives, size)
+        done = self._certifier.attempt(state, wanted, self._little, given, task.scale)
+        if done is None or not self._accepted(state, done.state, task):
+            return None
+        step, rows = done.step, done.rows + 2 * done.joints
+        rushed = done.broken > 0 and self._rushed(state, step)
+        achieved = task.achieved(step)
+        if achieved >= SLOWED_SHARE:
+            return StepReport(done.state, "moved", achieved, (), rows, rushed)
+        solution, box = done.solution()
+        plan = _Plan(state, task, solution, constraints, box, rows, done.broken == 0)
+        outcome, why = self._slowed(plan, achieved, "moved")
+        return StepReport(done.state, outcome, achieved, why, rows, rushed)
+
+    def _by_parts(
+        self, state: ToolState, task: Task, objectives: Sequence[Objective], constraints: Sequence[Constraint]
+    ) -> StepReport:
+        """The step part by part: any solver, soft rows, programs without a solution, motions to be cut short."""
         problem, box, broken = self._problem(state, objectives, constraints, task.scale)
         solution = qp.solve(problem, self.solver)
         gently = solution is not None and broken == 0
         if solution is None:
+            # Where a retreat cannot be had as a whole, as much of it as the accelerations allow.
+            solution = qp.solve(problem.holdable(len(problem.rows) - len(measured(state).pairs)), self.solver)
+            gently = solution is not None and broken == 0
+        if solution is None:
             # Where braking within the accelerations is not enough, keeping the distance comes first.
+            hard = tuple(c for c in constraints if c.kind != "acceleration")
+            if len(hard) < len(constraints):
+                constraints = hard
+                problem, _, _ = self._problem(state, objectives, constraints, task.scale)
             low, high = joint_bounds(self.robot.robot, state.q, self._world.dt)
             box, problem = np.stack([low, high]), problem.boxed(low, high)
             # Walls on opposite sides may leave no room for the buffer: then holding must be allowed.
@@ -174,9 +226,7 @@ class Controller:
 
     def _situation(self, state: ToolState, task: Task) -> Situation:
         """What the standing fixtures are told."""
-        near = state.near
-        if near is None:
-            raise ValueError("the state was not measured by this controller")
+        near = measured(state)
         settings = self.settings
         compliance = settings.gain_mm_per_s_per_n * settings.dt_s if task.compliance is None else task.compliance
         return Situation(
@@ -188,9 +238,7 @@ class Controller:
         self, state: ToolState, objectives: Sequence[Objective], constraints: Sequence[Constraint], scale: float
     ) -> tuple[qp.Problem, Array, int]:
         """The QP of this step with the boundary's rows last, the joints' box, and how many joints break a limit."""
-        near = state.near
-        if near is None:
-            raise ValueError("the state was not measured by this controller")
+        near = measured(state)
         n = len(state.q)
         given = qp.join_constraints(constraints, n + 1) if constraints else self._nothing_given
         arrays, box = qp.blank(n, given, len(near.pairs)), np.empty((2, n))
@@ -209,8 +257,12 @@ class Controller:
     def _take(self, plan: _Plan) -> StepReport:
         """The largest certified share of the solution's step."""
         state, task = plan.state, plan.task
-        for share in SHRINKS:
-            step = plan.solution.step if share == 1.0 else share * plan.solution.step
+        inside = bool((state.distance < self._world.margin[:, None]).any())
+        for share in (*SHRINKS, *CREEPS) if inside else SHRINKS:
+            step = plan.solution.step
+            if share < 1.0:  # less of a step is more of braking, not of halting: it keeps the accelerations
+                slow = self._braking(state)
+                step = slow + share * (step - slow)
             after = self._certified(state, step, task)
             if after is None:
                 continue
@@ -228,7 +280,7 @@ class Controller:
         why, gathering = self._why(plan)
         # A robot that gathers speed is not held, however little it makes of its first step.
         held = achieved < HELD_SHARE and (len(why) > 0 or not gathering)
-        return "held" if held else outcome, why
+        return ("held", why or self._explainer.nearest(plan.state)) if held else (outcome, why)
 
     def _why(self, plan: _Plan) -> tuple[tuple[Blocker, ...], bool]:
         """What acts on a step, but for accelerations; and whether those do as well."""
@@ -241,23 +293,33 @@ class Controller:
         """Nothing is wanted: the tool stands still, or comes to rest as gently as the joints' accelerations ask for."""
         if not state.velocity.any():
             return StepReport(state, "idle", 1.0, (), 0)
-        world = self._world
-        step = brake(state.velocity, world.acceleration, world.dt)
+        step = self._braking(state)
         for share in SHRINKS:
             after = self._certified(state, share * step, task)
             if after is not None:
                 return StepReport(after, "idle", 1.0, (), 0, self._rushed(state, share * step))
         return StepReport(self._stopped(state), "idle", 1.0, (), 0, self._rushed(state, 0.0 * step))
 
+    def _braking(self, state: ToolState) -> Array:
+        """The step (n,) of a robot that comes to rest, within every limit of its joints."""
+        if not state.velocity.any():
+            return np.zeros(len(state.q))
+        world, low, high = self._world, np.empty(len(state.q)), np.empty(len(state.q))
+        limits = (world.lower, world.upper, world.speed, world.acceleration, world.dt)
+        step_box(state.q, state.velocity, *limits, low, high)
+        step: Array = np.clip(brake(state.velocity, world.acceleration, world.dt), low, high)
+        return step
+
     def _certified(self, state: ToolState, step: Array, task: Task) -> ToolState | None:
         """The state after ``step``, if the certificate, the task and every fixture take it."""
         after = self._certifier.certify(state, step)
-        if after is None or (task.accepts is not None and not task.accepts(after)):
-            return None
-        for fixture in self.fixtures:
-            if not fixture.keeps(state, after):
-                return None
-        return after
+        return after if after is not None and self._accepted(state, after, task) else None
+
+    def _accepted(self, state: ToolState, after: ToolState, task: Task) -> bool:
+        """Whether the task and every standing fixture take a certified state."""
+        if task.accepts is not None and not task.accepts(after):
+            return False
+        return not self.fixtures or all(fixture.keeps(state, after) for fixture in self.fixtures)
 
     def _held(self, state: ToolState, why: tuple[Blocker, ...], rows: int) -> StepReport:
         rushed = self._rushed(state, np.zeros(len(state.q)))

@@ -16,10 +16,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fixtures.moment_kernel import moment_parts
 from ..geometry.compiled import compiled
 from .bind_kernel import binding, largest_moves
 from .measure_kernel import covered, measure, place
-from .moment_kernel import moment_parts
 from .sweep_kernel import bend, chords
 from .world import Counts, Cover, Single, World, unpack_cover, unpack_world
 
@@ -65,8 +65,12 @@ def _clear_in_halves(
     n, count, bodies = len(q), len(start), len(floor)
     starts, ends = np.empty((_GRID + 1, count, 3)), np.empty((_GRID + 1, count, 3))
     distances = np.empty((_GRID + 1, bodies, count))
-    starts[0], ends[0], distances[0] = start, end, distance
-    starts[_GRID], ends[_GRID], distances[_GRID] = last_start, last_end, last_distance
+    for s in range(count):  # whole slices would compile numba's texts about shapes, which takes seconds
+        for k in range(3):
+            starts[0, s, k], ends[0, s, k] = start[s, k], end[s, k]
+            starts[_GRID, s, k], ends[_GRID, s, k] = last_start[s, k], last_end[s, k]
+        for b in range(bodies):
+            distances[0, b, s], distances[_GRID, b, s] = distance[b, s], last_distance[b, s]
     between, chord = np.empty(n), np.empty(count)
     position, rotation, jacobian = np.empty(3), np.empty((3, 3)), np.empty((6, n))
     rows, labels, body = np.empty((0, 10)), np.empty((0, 2), np.int32), np.empty(0, np.int32)
@@ -75,7 +79,7 @@ def _clear_in_halves(
     top = 1
     while top > 0:
         top -= 1
-        i, j = stack[top]
+        i, j = stack[top, 0], stack[top, 1]
         share = (j - i) / _GRID
         chords(starts[i], ends[i], starts[j], ends[j], chord)
         if _clear_between(distances[i], distances[j], chord, share * share * curve / 8.0, floor):

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..fixtures.boundary import approach, room_to_step
 from ..fixtures.joint_limits import step_box
+from ..fixtures.moment_kernel import moment_parts
 from ..geometry.compiled import compiled
-from .moment_kernel import moment_parts
 from .world import Counts, unpack_world
 
 Array = NDArray[np.float64]

@@ -7,6 +7,7 @@ The step is scaled by its length L before solving, so that tolerances mean the s
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import daqp
@@ -17,12 +18,15 @@ from scipy.sparse import csc_matrix
 
 from ..errors import ControlError
 from ..fixtures import Constraint, Objective
+from .dual_kernel import solve_dual
 from .problem_kernel import UNBOUNDED, fill, set_box, settle
 
 Array = NDArray[np.float64]
 
+DUAL = "dual"  # our own solver, a part of the compiled step
 PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
 DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
+RETREAT = 100.0  # what a missing mm² of a retreat costs where not all of it can be had, against one of the wanted step
 LARGEST = 1e15  # of a number in a problem that goes to a solver by name
 # What a solver is asked for so that its answer stands the check: by default a first-order one stops too early.
 _ACCURACY: dict[str, dict[str, Any]] = {"osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20_000}}
@@ -82,12 +86,19 @@ class Problem(NamedTuple):
         """Inequality rows the way the papers count them: constraints and both sides of every joint bound."""
         return len(self.rows) + 2 * self.joints
 
-    def holdable(self) -> Problem:
-        """The same problem with every row's bound widened so far that x = 0 is feasible."""
+    def holdable(self, first: int = 0) -> Problem:
+        """The same problem with every bound widened so far that x = 0 is feasible, from row ``first`` on.
+
+        What the widened rows asked for, such as a retreat from both walls of a gap, is a strong wish from then on.
+        """
         upper = self.upper.copy()
         bound = upper[len(self.gradient) :]
-        np.maximum(bound, 0.0, out=bound)
-        return self._replace(upper=upper)
+        asked = (bound < 0.0) & (np.arange(len(bound)) >= first)
+        asked &= ~self.rows[:, self.joints + 1 :].any(axis=1)  # a soft row is never in the way
+        rows, target = self.rows[asked], bound[asked]
+        bound[asked] = 0.0
+        hessian = self.hessian + RETREAT * (rows.T @ rows)
+        return self._replace(hessian=hessian, gradient=self.gradient - RETREAT * (target @ rows), upper=upper)
 
     def boxed(self, low: Array, high: Array) -> Problem:
         """The same problem with another box (n,), (n,) for Δq."""
@@ -123,7 +134,7 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
         alone = objectives[0]
         matrix, target = alone.matrix, alone.target
         if matrix.flags.carray and target.flags.carray and matrix.dtype == target.dtype == np.float64:
-            return ObjectiveRows(matrix, target, np.full(len(target), alone.weight))
+            return ObjectiveRows(matrix, target, _weights(len(target), alone.weight))
     count = sum([len(o.target) for o in objectives])
     matrix, target, weight = np.empty((count, size)), np.empty(count), np.empty(count)
     row = 0
@@ -132,6 +143,11 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
         matrix[row:last], target[row:last], weight[row:last] = objective.matrix, objective.target, objective.weight
         row = last
     return ObjectiveRows(matrix, target, weight)
+
+
+@lru_cache(maxsize=256)
+def _weights(count: int, weight: float) -> Array:
+    return np.full(count, weight)
 
 
 def join_constraints(constraints: Sequence[Constraint], size: int) -> ConstraintRows:
@@ -198,16 +214,23 @@ def stack(
     return problem
 
 
-def solve(problem: Problem, solver: str = "daqp") -> Solution | None:
+def solve(problem: Problem, solver: str = DUAL) -> Solution | None:
     """The minimiser, or None when the problem has none or the solver's answer does not stand its check.
 
     Several solvers return a finite, wrong x on an infeasible problem, so the answer is judged by its residuals:
     no row violated, and the gradient balanced by multipliers of the right sign, of rows that are reached.
 
     Args:
-        solver: 'daqp' is called natively; any other name goes through qpsolvers.
+        solver: 'dual' is our own (``dual_kernel``), 'daqp' is called natively; any other goes through qpsolvers.
     """
-    answer = _solve_natively(problem) if solver == "daqp" else _solve_by_name(problem, solver)
+    if solver == DUAL:
+        # Where rounding got the upper hand over our own, another one is asked before the step is given up.
+        return _settled(problem, _solve_here(problem)) or _settled(problem, _solve_natively(problem))
+    return _settled(problem, _solve_natively(problem) if solver == "daqp" else _solve_by_name(problem, solver))
+
+
+def _settled(problem: Problem, answer: tuple[Array, Array] | None) -> Solution | None:
+    """The answer, if there is one and it stands the check."""
     if answer is None:
         return None
     x, multiplier = answer
@@ -215,6 +238,11 @@ def solve(problem: Problem, solver: str = "daqp") -> Solution | None:
         return None
     n = problem.joints
     return Solution(x[:n] * problem.scale, x[n], multiplier, len(x))
+
+
+def _solve_here(problem: Problem) -> tuple[Array, Array] | None:
+    x, multiplier = np.empty(len(problem.gradient)), np.empty(len(problem.upper))
+    return (x, multiplier) if solve_dual(*problem[:5], x, multiplier) else None
 
 
 def _solve_natively(problem: Problem) -> tuple[Array, Array] | None:
@@ -236,7 +264,8 @@ def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array] | None:
         lb=problem.low,
         ub=problem.high,
     )
-    if not all(np.abs(part).max(initial=0.0) < LARGEST for part in (problem.hessian, problem.gradient, problem.rows)):
+    parts = (problem.hessian, problem.gradient, problem.rows, np.minimum(problem.bound, 0.0))
+    if not all(np.abs(part).max(initial=0.0) < LARGEST for part in parts):
         return None  # beyond what a solver can factor; some print about it, some raise
     try:
         solution = qpsolvers.solve_problem(stated, solver=solver, **_ACCURACY.get(solver, {}))

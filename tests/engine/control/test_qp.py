@@ -87,12 +87,37 @@ def test_infeasible_problems_have_no_solution(seed: int) -> None:
 
 def test_a_wrong_answer_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     _, _, problem = random_problem(1)
-    lie = (np.full(N + 1, 0.1), 0.0, 1, {"lam": np.zeros(N + 1 + len(problem.bound))})
+    for x in (0.1, np.nan):
+        lie = (np.full(N + 1, x), 0.0, 1, {"lam": np.zeros(N + 1 + len(problem.bound))})
+        monkeypatch.setattr(qp.daqp, "solve", lambda *_, lie=lie: lie)
+        assert qp.solve(problem, "daqp") is None
+
+
+def test_multipliers_of_limits_that_are_not_reached_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A feasible point whose gradient is balanced by rows that it does not touch is no minimum."""
+    _, _, problem = random_problem(1)
+    away = problem._replace(rows=np.eye(N + 1), upper=np.full(2 * N + 2, 10.0), lower=np.full(2 * N + 2, -1e30))
+    x = np.linalg.solve(away.hessian, -away.gradient - 1.0)
+    assert (np.abs(x) < 9.0).all()
+    lie = (x, 0.0, 1, {"lam": np.concatenate([np.zeros(N + 1), np.ones(N + 1)])})
     monkeypatch.setattr(qp.daqp, "solve", lambda *_: lie)
-    assert qp.solve(problem) is None
-    nan = (np.full(N + 1, np.nan), 0.0, 1, {"lam": np.zeros(N + 1 + len(problem.bound))})
-    monkeypatch.setattr(qp.daqp, "solve", lambda *_: nan)
-    assert qp.solve(problem) is None
+    assert qp.solve(away, "daqp") is None
+
+
+def test_where_our_own_solver_errs_another_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, _, problem = random_problem(1)
+    right = qp.solve(problem, "daqp")
+
+    def lie(*arrays: np.ndarray) -> bool:
+        arrays[5][:], arrays[6][:] = 0.1, 0.0
+        return True
+
+    for wrong in (lie, lambda *_: False):
+        monkeypatch.setattr(qp, "solve_dual", wrong)
+        solution = qp.solve(problem)
+        assert right is not None
+        assert solution is not None
+        np.testing.assert_array_equal(solution.step, right.step)
 
 
 @pytest.mark.filterwarnings("ignore:The default value of raise_error:PendingDeprecationWarning")

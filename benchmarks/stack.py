@@ -1,0 +1,208 @@
+"""The same control step built from what is on the shelf: Pinocchio, coal and qpsolvers, glued in numpy.
+
+It is written to be fast, not to look slow: shapes and requests are made once, contacts are read only where their rows
+can bind, the reduction to the rows that say something is the engine's own compiled one, the QP is daqp's through
+qpsolvers (the fastest there for a dense problem of this size), and nothing is formatted or copied for show.
+It shares the laws of the limits with the engine, but no kinematics, no distance, no row and no solver call: that both
+take the same step is a check as well.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import qpsolvers
+from numpy.typing import NDArray
+
+from vfix_engine.control import ControlSettings, Task, ToolState
+from vfix_engine.control.surroundings import BUFFER_MM
+from vfix_engine.fixtures.boundary import approach_rooms
+from vfix_engine.fixtures.joint_limits import little_motion, step_box
+from vfix_engine.fixtures.stopping import stopping_distance
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.pairs import Pairs, reduce_pairs
+from vfix_engine.robots import PlacedRobot, TipState, Tool
+
+Array = NDArray[np.float64]
+
+PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
+_MANY = 1_000_000  # contacts: all of them
+_REGULARISATION = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class StackStep:
+    """What the stack makes of one state and task; ``seconds``: by part, in the order of ``PARTS``."""
+
+    step: Array | None
+    clearance: float | None
+    pairs: int
+    rows: int
+    seconds: tuple[float, ...]
+
+
+class Stack:
+    """One robot with one tool among one surface.
+
+    Args:
+        coal: the module, see ``report.need_coal``.
+        exact_check: the predicted pose's clearance is measured, as the engine's step tells it, instead of only being
+            compared with the margin.
+    """
+
+    def __init__(
+        self, coal: ModuleType, mesh: TriangleMesh, robot: PlacedRobot, tool: Tool, settings: ControlSettings,
+        exact_check: bool = True,
+    ):  # fmt: skip
+        self._coal, self._robot, self._radius, self._exact = coal, robot, tool.radius, exact_check
+        self._surface, self._still = surface_of(coal, mesh), coal.Transform3s.Identity()
+        ends = tool.segments(np.eye(3), np.zeros(3))
+        self._start, self._end = ends.start, ends.end
+        self._capsules = [
+            coal.Capsule(float(radius), float(np.linalg.norm(end - start)))
+            for start, end, radius in zip(ends.start, ends.end, ends.radius, strict=True)
+        ]
+        # Placements of the capsules, whose axis is z, in the tip frame.
+        self._turns = [_turning_z_to(e - s) for s, e in zip(ends.start, ends.end, strict=True)]
+        self._centres = 0.5 * (ends.start + ends.end)
+        self._near, self._close = coal.CollisionRequest(), coal.CollisionRequest()
+        self._near.security_margin, self._near.num_max_contacts = settings.reach_mm, _MANY
+        self._close.security_margin, self._close.num_max_contacts = settings.margin_mm, 1
+        self._close.enable_contact = False
+        self._distance = coal.DistanceRequest()
+        self._little = little_motion(robot.robot).matrix
+        self._keep, self._dt = settings.margin_mm + BUFFER_MM, settings.dt_s
+        self._change = settings.approach_deceleration_mm_per_s2 * settings.dt_s**2
+
+    def step(self, state: ToolState, task: Task) -> StackStep:
+        """One step from the state's joints and velocity."""
+        marks = [time.perf_counter()]
+        tip = self._robot.tip(state.q)
+        places = self._placed(tip.rotation, tip.position)
+        low, high = self._box(state)
+        marks.append(time.perf_counter())
+        pairs, count = self._pairs(places, self._limits(tip, np.maximum(-low, high)))
+        marks.append(time.perf_counter())
+        problem = self._problem(task, tip, pairs, low, high)
+        marks.append(time.perf_counter())
+        solution = qpsolvers.solve_problem(problem, solver="daqp")
+        marks.append(time.perf_counter())
+        step = solution.x[: len(state.q)] * task.scale if solution.found and solution.x is not None else None
+        clearance = None if step is None else self._check(state.q + step)
+        marks.append(time.perf_counter())
+        return StackStep(step, clearance, count, len(pairs), tuple(np.diff(marks).tolist()))
+
+    def _placed(self, rotation: Array, position: Array) -> list[Any]:
+        """The capsules' placements with the tip there."""
+        centres = self._centres @ rotation.T + position
+        return [
+            self._coal.Transform3s(rotation @ turn, centre) for turn, centre in zip(self._turns, centres, strict=True)
+        ]
+
+    def _box(self, state: ToolState) -> tuple[Array, Array]:
+        """The box of the joints' limits: the same law as the engine's."""
+        robot = self._robot.robot
+        low, high = np.empty(len(state.q)), np.empty(len(state.q))
+        step_box(
+            state.q, state.velocity, robot.lower, robot.upper, robot.speed, robot.acceleration, self._dt, low, high
+        )
+        return low, high
+
+    def _limits(self, tip: TipState, size: Array) -> list[float]:
+        """Gap of each capsule above which no row can bind in a step of joints no larger than ``size`` (n,)."""
+        linear, turning = tip.jacobian[:3], tip.jacobian[3:]
+        limits = []
+        for ends in zip(self._start, self._end, strict=True):
+            levers = [tip.rotation @ end for end in ends]
+            moves = [np.linalg.norm(linear + np.cross(turning.T, lever).T, axis=0) @ size for lever in levers]
+            limits.append(self._keep + stopping_distance(float(max(moves)), self._change))
+        return limits
+
+    def _pairs(self, places: list[Any], limits: list[float]) -> tuple[Pairs, int]:
+        """The reduced pairs that can bind, and how many lie within the threshold."""
+        coal = self._coal
+        rows: list[Array] = []
+        segment, triangle = [], []
+        count = 0
+        for s, (capsule, place) in enumerate(zip(self._capsules, places, strict=True)):
+            result = coal.CollisionResult()
+            coal.collide(self._surface, self._still, capsule, place, self._near, result)
+            contacts = result.getContacts()
+            count += len(contacts)
+            limit, radius = limits[s], self._radius[s]
+            for contact in contacts:
+                gap = contact.penetration_depth
+                if gap < limit:
+                    normal = contact.normal  # from the surface to the capsule
+                    on_tool = contact.getNearestPoint2() + radius * normal
+                    rows.append(np.concatenate([[gap], normal, on_tool, contact.getNearestPoint1()]))
+                    segment.append(s)
+                    triangle.append(contact.b1)
+        table = np.array(rows).reshape(-1, 10)
+        every = Pairs(
+            table[:, 0].copy(), table[:, 1:4].copy(), table[:, 4:7].copy(), table[:, 7:10].copy(),
+            np.array(segment, dtype=np.int32), np.array(triangle, dtype=np.int32),
+        )  # fmt: skip
+        return reduce_pairs(every) if rows else every, count
+
+    def _problem(self, task: Task, tip: TipState, pairs: Pairs, low: Array, high: Array) -> qpsolvers.Problem:
+        """Li 2007, eq. 14-20 in numpy, scaled by the length of the wanted step."""
+        n, scale = len(low), task.scale
+        column = np.append(np.ones(n), 1.0 / scale)
+        matrix = np.concatenate([np.sqrt(o.weight) * o.matrix for o in task.objectives] + [self._little]) * column
+        target = np.concatenate([np.sqrt(o.weight) * o.target for o in task.objectives] + [np.zeros(n)]) / scale
+        lever = pairs.on_tool - tip.position
+        linear = pairs.normal @ tip.jacobian[:3] + np.cross(lever, pairs.normal) @ tip.jacobian[3:]
+        rows = np.concatenate(
+            [c.matrix for c in task.constraints] + [np.column_stack([-linear, np.zeros(len(linear))])]
+        )
+        bound = np.concatenate(
+            [c.bound for c in task.constraints] + [approach_rooms(pairs.distance - self._keep, self._change)]
+        )
+        return qpsolvers.Problem(
+            matrix.T @ matrix + _REGULARISATION * np.eye(n + 1),
+            -(matrix.T @ target),
+            rows * column,
+            bound / scale,
+            lb=np.append(low / scale, 0.0),
+            ub=np.append(high / scale, 1.0),
+        )
+
+    def _check(self, q: Array) -> float | None:
+        """Clearance of the predicted pose; of a mere comparison the margin, or None where it is not kept."""
+        places = self._placed(*self._robot.tip_pose(q))
+        coal, least = self._coal, np.inf
+        for capsule, place in zip(self._capsules, places, strict=True):
+            if self._exact:
+                result = coal.DistanceResult()
+                least = min(least, coal.distance(self._surface, self._still, capsule, place, self._distance, result))
+            elif coal.collide(self._surface, self._still, capsule, place, self._close, coal.CollisionResult()):
+                return None
+        return float(least) if self._exact else float(self._close.security_margin)
+
+
+def surface_of(coal: ModuleType, mesh: TriangleMesh) -> Any:
+    """A mesh as coal's tree of boxes (OBBRSS)."""
+    model = coal.BVHModelOBBRSS()
+    model.beginModel(len(mesh.faces), len(mesh.vertices))
+    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    for vertex in mesh.vertices:
+        points.append(vertex)
+    for a, b, c in mesh.faces:
+        triangles.append(coal.Triangle(int(a), int(b), int(c)))
+    model.addSubModel(points, triangles)
+    model.endModel()
+    return model
+
+
+def _turning_z_to(along: Array) -> Array:
+    """A rotation (3, 3) whose third column is the direction of ``along``."""
+    direction = along / np.linalg.norm(along)
+    helper = np.eye(3)[int(np.abs(direction).argmin())]
+    x = np.cross(helper, direction)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(direction, x), direction])

@@ -1,0 +1,87 @@
+"""A whole step in one compiled call: program, solution, check, predicted pose and certificate (Li 2007, section IV).
+
+It is the usual course of things, made of the same parts that ``controller`` calls one by one where anything is unusual.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.compiled import compiled
+from .dual_kernel import solve_dual
+from .judge_kernel import judge
+from .problem_kernel import prepare, settle
+from .world import Counts, Single
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
+
+UNSOLVED = 4  # what an attempt can end in besides the verdicts of ``judge_kernel``
+
+
+def room_size(unknowns: int, rows: int, joints: int) -> int:
+    """Numbers that an attempt with c unknowns and m rows needs for its program."""
+    return unknowns * (unknowns + 2) + 3 * (unknowns + rows) + unknowns * rows + 3 * joints
+
+
+@compiled
+def room_parts(
+    room: Array, c: int, m: int, n: int
+) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array]:
+    """Views of the room of an attempt.
+
+    They are H (c, c), f (c,), G (m, c), upper (c + m,), lower (c + m,), x (c,), multipliers (c + m,), box (2, n) and
+    the step (n,), with which the room begins.
+    """
+    box = n
+    hessian = box + 2 * n
+    gradient = hessian + c * c
+    upper = gradient + c
+    lower = upper + c + m
+    x = lower + c + m
+    multiplier = x + c
+    rows = multiplier + c + m
+    return (
+        room[hessian:gradient].reshape(c, c), room[gradient:upper], room[rows : rows + m * c].reshape(m, c),
+        room[upper:lower], room[lower:x], room[x:multiplier], room[multiplier:rows],
+        room[box:hessian].reshape(2, n), room[:n],
+    )  # fmt: skip
+
+
+@compiled
+def attempt(
+    numbers: Array, counts: Counts,
+    boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
+    before: Array, near: Array, near_tags: Index,
+    matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
+    scale: float, primal: float, dual: float, room: Array,
+    after: Array, rows: Array, labels: Index, body: Index, pairs: Array, tags: Index,
+) -> tuple[int, int, float, float, int]:  # fmt: skip
+    """One step of a program without slacks.
+
+    Args:
+        numbers … poses: packed world and cover; before, near, near_tags: a measured moment and its pairs.
+        matrix … bound: rows of the program, see ``problem_kernel.fill``; scale: length of the wanted step in mm.
+        primal, dual: tolerances of the check, see ``settle``; room: work, see ``room_parts``.
+        after, rows, labels, body, pairs, tags: out, see ``judge``.
+
+    Returns:
+        The verdict of ``judge``, its count and its way, or UNSOLVED; the scale of the program; how many joints cannot
+        keep their acceleration.
+    """
+    c, m, n = matrix.shape[1], len(bound) + len(near), counts[0]
+    hessian, gradient, program, upper, lower, x, multiplier, box, step = room_parts(room, c, m, n)
+    scale, broken = prepare(
+        numbers, counts, before, matrix, target, weight, little, given, bound, near, near_tags, scale,
+        hessian, gradient, program, upper, lower, box,
+    )  # fmt: skip
+    solved = solve_dual(hessian, gradient, program, upper, lower, x, multiplier)
+    if not (solved and settle(hessian, gradient, program, upper, lower, x, multiplier, primal, dual)):
+        return UNSOLVED, 0, 0.0, scale, broken
+    for j in range(n):
+        step[j] = x[j] * scale
+    verdict, count, way = judge(
+        numbers, counts, boxes, corners, label, first, poses, before, step, after, rows, labels, body, pairs, tags
+    )
+    return verdict, count, way, scale, broken
