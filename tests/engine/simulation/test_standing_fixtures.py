@@ -177,3 +177,18 @@ def test_the_inner_half_of_a_real_corridor_through_the_nostril(trial_data: Path)
         worst[len(fixtures)] = max(errors)
     assert worst[0] > 3.0
     assert worst[1] < 0.1
+
+
+def test_bone_comes_before_a_limit_of_comfort() -> None:
+    """A tip that may only brake at 20 mm/s² cannot stop before bone as the boundary asks: the boundary wins."""
+    scene = straight_scene(wall(12.0))
+    limits = CartesianLimits(acceleration_mm_per_s2=20.0)
+    rehearsal = Rehearsal(replace(scene, fixtures=(limits,)), FAST)
+    state = rehearsal.start("free")
+    least, fastest = np.inf, 0.0
+    for _ in range(1000):
+        state, snapshot = rehearsal.step(state, Command(np.array([0.0, 5.0, 0.0])))
+        least, fastest = min(least, snapshot.clearance_mm), max(fastest, limits.speeds(state.tool)[0])
+    assert fastest > 8.0
+    assert FAST.margin_mm <= least < FAST.margin_mm + 0.03
+    assert state.emergencies <= 3  # the joints could do it all along
