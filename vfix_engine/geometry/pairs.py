@@ -64,12 +64,15 @@ def pairs_from_rows(rows: Array, labels: Index) -> Pairs:
     """Pairs from the kernels' rows: (N, 10) distance, normal, on_tool, on_surface; (N, 2) segment, triangle."""
     rows.setflags(write=False)
     labels.setflags(write=False)
-    return Pairs(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], labels[:, 0], labels[:, 1])
+    pairs = object.__new__(Pairs)  # without the constructor, which takes as long as a small query
+    pairs.__dict__.update(
+        distance=rows[:, 0], normal=rows[:, 1:4], on_tool=rows[:, 4:7], on_surface=rows[:, 7:10],
+        segment=labels[:, 0], triangle=labels[:, 1],
+    )  # fmt: skip
+    return pairs
 
 
-def reduce_pairs(
-    pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE, radius: float = RADIUS_MM
-) -> Pairs:
+def reduce_pairs(pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE, radius: float = RADIUS_MM) -> Pairs:
     """The nearest pairs that say something of their own, nearest first.
 
     A pair is dropped when a nearer kept one of the same segment has a normal within ``cosine`` and a point on the axis

@@ -29,7 +29,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-_ROOM = 128  # pairs that a first query has room for
+_ROOM = 256  # pairs that a first query has room for
 
 
 class Proximity(Protocol):
@@ -117,12 +117,12 @@ class ProximityTree:
         """See ``Proximity.pairs_within``."""
         tool = (segments.start, segments.end, segments.radius)
         if group_flat is None:
-            found = wide_pairs(*self._search, *tool, threshold, self._room)
+            rows, labels = wide_pairs(*self._search, *tool, threshold, self._room)
         else:
-            found = wide_groups(*self._group, *tool, threshold, group_flat, exact_within, self._room)
-        # The next query is likely to find as many; too little room is only slower.
-        self._room = max(_ROOM, len(found[1]) * 5 // 4)
-        return pairs_from_rows(*found)
+            rows, labels = wide_groups(*self._group, *tool, threshold, group_flat, exact_within, self._room)
+        if 5 * len(labels) > 4 * self._room:  # the next query is likely to find as many; too little room is only slower
+            self._room = 2 * len(labels)
+        return pairs_from_rows(rows, labels)
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """See ``Proximity.clearance``."""
@@ -140,8 +140,6 @@ class ProximityTree:
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        places, count = wide_places(
-            *self._search, segments.start, segments.end, segments.radius, reach, max(1024, 4 * self._room)
-        )
+        places, count = wide_places(*self._search, segments.start, segments.end, segments.radius, reach, 4 * self._room)
         arrays = pack(corners_at(self.arrays.corners, places), self.arrays.label[places], count, self.arrays.frame)
         return CandidateList(segments, reach, Candidates(*arrays), len(places))
