@@ -13,7 +13,8 @@ from vfix_engine.control.tasks import move_freely
 from vfix_engine.fixtures import Zone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.shapes import Box, Sphere
+from vfix_engine.geometry.shapes import Box, HalfSpace, Sphere
+from vfix_engine.robots import Tool
 from vfix_engine.simulation.rehearsal import Command, Rehearsal
 from vfix_engine.simulation.scene import Scene
 
@@ -85,6 +86,38 @@ def test_the_tool_comes_out_of_the_margin_whatever_the_hand_wants(push: list[flo
         state = report.state
     assert state.clearance >= FAST.margin_mm
     assert CoalJudge(scene.tree.mesh).clearance(state.segments) >= FAST.margin_mm - 1e-6
+
+
+def test_between_two_walls_the_tool_takes_what_room_there_is() -> None:
+    """The retreat from one wall is more than the other leaves: as much of it as can be had, and none of the other's."""
+    tool, settings = Tool.load("straight_pointer"), replace(FAST, dt_s=2e-2)
+    base, radius = np.eye(4), float(tool.radius.max())
+    base[:3, 3] = -tool.tip_in_flange
+    left, right = HalfSpace([radius + 0.9, 0, 0], [-1, 0, 0]), HalfSpace([-radius - 1.06, 0, 0], [1, 0, 0])
+    zones = (Zone("left", left, 1.0), Zone("right", right, 1.0))
+    scene = replace(straight_scene(wall(200.0)), tool=tool, base=base, zones=zones)
+    control = Rehearsal(scene, settings).controller
+    state = control.measure(np.zeros(7))
+    assert state.distance[1:].min(axis=1) == pytest.approx([0.9, 1.06])
+    for _ in range(100):
+        state = control.step(state, move_freely(state, np.array([3.0, 0, 0]), np.zeros(3), settings)).state
+    one, other = state.distance[1:].min(axis=1)
+    assert one > 0.93
+    assert other >= 1.0
+
+
+def test_a_long_step_out_of_a_margin_is_cut_until_it_can_be_proven() -> None:
+    """At 50 Hz a turn moves the shaft's far end by a millimetre: the bound on the way refuses all but a creep."""
+    scene = straight_scene(wall(200.0))
+    zone = Zone("eye", Sphere([3.4, -20.0, -7.5], 1.2), 1.0)
+    settings = replace(FAST, dt_s=2e-2)
+    control = Rehearsal(replace(scene, zones=(zone,)), settings).controller
+    state = control.measure(np.zeros(7))
+    start = float(state.distance[1].min())
+    assert start < 1.0
+    for _ in range(300):
+        state = control.step(state, move_freely(state, np.array([5.0, 0, 0]), np.array([0, 0, 600.0]), settings)).state
+    assert state.distance[1].min() > min(start + 0.2, 0.999)
 
 
 def test_breathing_anatomy() -> None:
