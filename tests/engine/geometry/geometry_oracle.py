@@ -8,6 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
+from vfix_engine.geometry.compiled import compiled
 from vfix_engine.geometry.triangle_kernels import segment_triangle
 
 Vector = list[Fraction]
@@ -78,6 +79,21 @@ def kernel(p: np.ndarray, q: np.ndarray, triangle: np.ndarray) -> tuple[float, f
     return math.sqrt(gap), t, np.array([x, y, z]), crosses
 
 
+@compiled
+def _every(start: np.ndarray, end: np.ndarray, corners: np.ndarray, out: np.ndarray) -> None:
+    for s in range(len(start)):
+        p, d = start[s], end[s] - start[s]
+        for f in range(len(corners)):
+            c = corners[f]
+            gap = segment_triangle(
+                p[0], p[1], p[2], d[0], d[1], d[2], c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8]
+            )[0]
+            out[s, f] = np.sqrt(gap)
+
+
 def every_distance(p: np.ndarray, q: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Distances (F,) of one segment to all triangles, none left out."""
-    return np.array([kernel(p, q, t)[0] for t in triangles])
+    """Distances (F,) of one segment to all triangles, or (S, F) of segments (S, 3); none left out."""
+    start, end = np.atleast_2d(p).astype(float), np.atleast_2d(q).astype(float)
+    out = np.empty((len(start), len(triangles)))
+    _every(start, end, np.ascontiguousarray(triangles.reshape(-1, 9)), out)
+    return out if np.ndim(p) == 2 else out[0]

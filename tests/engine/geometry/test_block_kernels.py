@@ -1,0 +1,67 @@
+"""Sixteen triangles at once against the scalar kernel, which exact arithmetic checks (HAZ-08)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from geometry_oracle import every_distance, exact_distance
+
+from vfix_engine.geometry.block_kernels import LANES, QUERY, WORK, block_gaps, describe
+
+_TINY = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5, 1e-3])
+
+
+def measured(p: np.ndarray, q: np.ndarray, triangles: np.ndarray, limit: float = np.inf) -> tuple[np.ndarray, ...]:
+    """Distances (16,), t (16,) and points (16, 3) of one segment and 16 triangles."""
+    query, work = np.empty(QUERY), np.empty(WORK)
+    describe(p, q - p, query)
+    within = block_gaps(np.ascontiguousarray(triangles.reshape(LANES, 9).T).ravel(), query, limit, work)
+    assert within == (work[:LANES] <= limit * limit).sum()
+    return np.sqrt(work[:LANES]), work[16:32].copy(), p + work[32:80].reshape(3, LANES).T
+
+
+def check(p: np.ndarray, q: np.ndarray, triangles: np.ndarray) -> None:
+    """Distances are the scalar kernel's, and the points really have them."""
+    distance, t, points = measured(p, q, triangles)
+    scale = 1.0 + max(np.abs(p).max(), np.abs(q).max(), np.abs(triangles).max())
+    truth = every_distance(p, q, triangles)
+    assert np.abs(distance - truth).max() <= 1e-9 * scale
+    assert ((t >= 0.0) & (t <= 1.0)).all()
+    on_axis = p + t[:, None] * (q - p)
+    assert np.linalg.norm(on_axis - points, axis=1) == pytest.approx(distance, abs=1e-12 * scale)
+    assert every_distance(points[0], points[0], triangles[:1]) <= 1e-12 * scale
+    limit = float(np.median(truth))
+    near = measured(p, q, triangles, limit)[0]
+    assert np.abs(near - truth)[truth <= limit - 1e-9 * scale].max(initial=0.0) <= 1e-9 * scale
+    assert (near[truth > limit + 1e-9 * scale] > limit).all()
+
+
+def test_random_triangles() -> None:
+    random = np.random.default_rng(1)
+    for _ in range(1500):
+        p, q = random.normal(size=(2, 3)) * 10.0 ** random.uniform(-2, 2, (2, 1))
+        check(p, q, random.normal(size=(LANES, 3, 3)) * 10.0 ** random.uniform(-2, 2, (LANES, 1, 1)))
+
+
+def test_near_degenerate_triangles() -> None:
+    """On a coarse grid with tiny nudges parallel, touching, crossing, collinear and coinciding cases abound."""
+    random = np.random.default_rng(2)
+    for _ in range(4000):
+        grid = random.integers(-3, 4, (2 + 3 * LANES, 3)) + random.choice(_TINY, (2 + 3 * LANES, 3))
+        p, q = grid[:2]
+        check(p, q if random.uniform() < 0.8 else p, grid[2:].reshape(LANES, 3, 3))
+
+
+@pytest.mark.parametrize("width", [0.0, 1e-14, 1e-10, 1e-8, 1e-6, 1e-4])
+def test_needles(width: float) -> None:
+    """Triangles thin as a needle and segments almost along them, crossing and beside; exact arithmetic judges."""
+    random = np.random.default_rng(3)
+    for _ in range(6):
+        a, along, across, up = random.normal(size=(4, 3))
+        share = random.uniform(size=(LANES, 1))
+        triangles = np.stack([a + 0 * share, a + along + 0 * share, a + share * along + width * across], axis=1)
+        p = a + random.uniform(-0.2, 1.2) * along + random.choice([0.0, 0.3, 1.0]) * width * across - width * up
+        q = p + random.choice([0.0, 1.0]) * along + 2 * width * up
+        distance = measured(p, q, triangles)[0]
+        truth = [exact_distance(p, q, triangle) for triangle in triangles]
+        assert distance == pytest.approx(np.array(truth), abs=1e-8)
