@@ -13,7 +13,7 @@ from ..control import ControlSettings
 from ..errors import StartRefused
 from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
-from ..geometry.proximity import ProximityTree
+from ..geometry.proximity import Proximity
 from ..robots import RobotModel, Tool
 from .dry_run import DryRun, dry_run
 from .scene import Scene
@@ -38,7 +38,7 @@ class Placing:
 
 
 def place_robot(
-    tree: ProximityTree,
+    tree: Proximity,
     robot: RobotModel,
     tool: Tool,
     path: SplinePath,
@@ -117,7 +117,7 @@ def _across(shaft: Array) -> tuple[Array, Array]:
     return side, np.cross(side, shaft)
 
 
-def _room(tree: ProximityTree, tool: Tool, path: SplinePath, rotation: Array, settings: ControlSettings) -> float:
+def _room(tree: Proximity, tool: Tool, path: SplinePath, rotation: Array, settings: ControlSettings) -> float:
     """Mean clearance along the path with this orientation, each sample cut at the threshold."""
     cap = settings.reach_mm
     stations = np.linspace(0.0, path.length, _SAMPLES)

@@ -19,7 +19,7 @@ from ..control.tasks import (
 )
 from ..errors import ControlError
 from ..fixtures import Zone
-from ..geometry.proximity import ProximityTree
+from ..geometry.proximity import Proximity
 from .scene import Scene
 from .snapshot import Snapshot
 from .teleoperation import Master, followed, led, spring
@@ -86,7 +86,7 @@ class Rehearsal:
             robot, scene.tool, scene.tree, settings, zones=scene.zones, fixtures=scene.fixtures
         )
 
-    def with_anatomy(self, tree: ProximityTree, zones: tuple[Zone, ...] | None = None) -> Rehearsal:
+    def with_anatomy(self, tree: Proximity, zones: tuple[Zone, ...] | None = None) -> Rehearsal:
         """The same rehearsal among anatomy that has moved; its states go on from where the tool is (HAZ-04).
 
         Args:
@@ -279,7 +279,7 @@ class Rehearsal:
             held=held,
             slowed=bool(why) and not held,
             reason=end or (why[0].text if why else ""),
-            active=tuple(b.text for b in why),
+            active=() if report is None else tuple(b.text for b in report.acting()),
             blocking_point=next((b.point for b in why if b.point is not None), None),
             tip_error_mm=error,
             clearance_mm=tool.clearance,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
-from ..geometry.proximity import ProximityTree
+from ..geometry.proximity import Proximity
 from ..robots import PlacedRobot, RobotModel, Tool
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ class Scene:
     zones: no-fly zones; fixtures: virtual fixtures that stand whatever the task is (Li 2007, eq. 1-5).
     """
 
-    tree: ProximityTree
+    tree: Proximity
     robot: RobotModel
     tool: Tool
     base: Array
