@@ -279,7 +279,7 @@ class Rehearsal:
             held=held,
             slowed=bool(why) and not held,
             reason=end or (why[0].text if why else ""),
-            active=() if report is None else tuple(b.text for b in report.acting()),
+            active=tuple(b.text for b in why),
             blocking_point=next((b.point for b in why if b.point is not None), None),
             tip_error_mm=error,
             clearance_mm=tool.clearance,
