@@ -11,22 +11,26 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def near_triangles(start: Array, end: Array, triangles: Array, reach: float) -> tuple[NDArray[np.int64], Array]:
-    """Triangles (n,) of (F, 3, 3) within ``reach`` mm of the axis from start to end, and their distances (n,)."""
-    centre, radius = _balls(triangles)
-    away = _point_segment(centre, start, end) - radius
-    picked = np.flatnonzero(away <= reach + 1e-6)
-    distance = segment_triangles(start, end, triangles[picked])
-    keep = distance <= reach
-    return picked[keep], distance[keep]
+class BruteForce:
+    """All triangles (F, 3, 3) of a mesh, in mm."""
 
+    def __init__(self, triangles: Array):
+        self._triangles = triangles
+        self._centre = triangles.mean(axis=1)
+        self._radius: Array = np.linalg.norm(triangles - self._centre[:, None], axis=2).max(axis=1)
 
-def least_distance(start: Array, end: Array, triangles: Array) -> float:
-    """Distance of the axis to the nearest triangle."""
-    centre, radius = _balls(triangles)
-    away = _point_segment(centre, start, end)  # the centroid lies on the triangle
-    picked = np.flatnonzero(away - radius <= away.min() + 1e-6)
-    return float(segment_triangles(start, end, triangles[picked]).min())
+    def near(self, start: Array, end: Array, reach: float) -> tuple[NDArray[np.int64], Array]:
+        """Triangles (n,) within ``reach`` mm of the axis from start to end, and their distances (n,)."""
+        picked = np.flatnonzero(_point_segment(self._centre, start, end) - self._radius <= reach + 1e-6)
+        distance = segment_triangles(start, end, self._triangles[picked])
+        keep = distance <= reach
+        return picked[keep], distance[keep]
+
+    def least(self, start: Array, end: Array) -> float:
+        """Distance of the axis to the nearest triangle."""
+        away = _point_segment(self._centre, start, end)  # the centroid lies on the triangle
+        picked = np.flatnonzero(away - self._radius <= away.min() + 1e-6)
+        return float(segment_triangles(start, end, self._triangles[picked]).min())
 
 
 def segment_triangles(p: Array, q: Array, triangles: Array) -> Array:
@@ -48,11 +52,6 @@ def segment_triangles(p: Array, q: Array, triangles: Array) -> Array:
     meets = (t >= 0.0) & (t <= 1.0)
     cross = p + np.where(meets, t, 0.0)[:, None] * (q - p)
     return np.where(meets & _inside(cross, a, b, c, normal), 0.0, best)
-
-
-def _balls(triangles: Array) -> tuple[Array, Array]:
-    centre = triangles.mean(axis=1)
-    return centre, np.linalg.norm(triangles - centre[:, None], axis=2).max(axis=1)
 
 
 def _inside(points: Array, a: Array, b: Array, c: Array, normal: Array) -> NDArray[np.bool_]:

@@ -15,7 +15,8 @@ import fast_simplification
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import brute_force, cases, report
+from benchmarks import cases, report
+from benchmarks.brute_force import BruteForce
 from benchmarks.coal_peer import CoalPeer, build
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -168,7 +169,7 @@ class _Check:
     """Every answer of one pose against brute force and against coal."""
 
     def __init__(self, tree: ProximityTree, peer: CoalPeer, triangles: Array, threshold: float):
-        self._tree, self._peer, self._triangles, self._threshold = tree, peer, triangles, threshold
+        self._tree, self._peer, self._brute, self._threshold = tree, peer, BruteForce(triangles), threshold
         self._scale = 1.0 + float(np.abs(triangles).max())
 
     def faults(self, pose: Segments) -> list[str]:
@@ -178,9 +179,9 @@ class _Check:
         least = np.inf
         for s in range(len(pose)):
             axis = (pose.start[s], pose.end[s])
-            which, distance = brute_force.near_triangles(*axis, self._triangles, threshold + pose.radius[s] + eps)
+            which, distance = self._brute.near(*axis, threshold + pose.radius[s] + eps)
             truth |= {(s, int(f)): float(d - pose.radius[s]) for f, d in zip(which, distance, strict=True)}
-            least = min(least, brute_force.least_distance(*axis, self._triangles) - float(pose.radius[s]))
+            least = min(least, self._brute.least(*axis) - float(pose.radius[s]))
         near = tree.candidates(pose, threshold + COHERENT_MM)
         faults = [
             *self._wrong_pairs("all pairs", tree.pairs_within(pose, threshold), truth, eps),
