@@ -48,7 +48,7 @@ def measure(
     Returns:
         How many pairs there are; the first R are written.
     """
-    found = np.int64(0)  # a plain 0 is a type of its own: what it is handed to would be compiled twice
+    found = 0
     along = np.empty(3)
     surfaces = len(cover.frame)
     scratch = np.empty((3, 10))
@@ -74,7 +74,8 @@ def measure(
                 )
                 for i in range(count):
                     if found < len(rows):
-                        rows[found] = scratch[i]
+                        for k in range(10):  # a slice would compile numba's texts about shapes, which takes seconds
+                            rows[found, k] = scratch[i, k]
                         labels[found, 0], labels[found, 1] = s, -1
                     found += 1
             distance[b, s] = min(least, world.threshold)  # a NaN stays one

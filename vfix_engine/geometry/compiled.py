@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core import config
+from numba.core import config, types
 
 from .kernel_cache import KernelCache, cache_folder
 
@@ -50,4 +50,20 @@ def _kept(function: Function, dispatcher: Any) -> Function:
     elif cache_folder() is not None:
         # What enable_caching() does with a cache of numba's own.
         dispatcher._cache = KernelCache(function)  # type: ignore[no-untyped-call]
+    _forget_literals(dispatcher)
     return cast(Function, dispatcher)
+
+
+def _forget_literals(dispatcher: Any) -> None:
+    """Compile for the type of a whole number and not for the number: to numba a plain 0 is a type of its own.
+
+    A kernel that is handed a 0 first and a counter later would be compiled for each, and so would all below it. What
+    a constant is good for, LLVM finds out when it puts the kernel into its caller.
+    """
+    template_of, unliteral = dispatcher.get_call_template, cast(Any, types.unliteral)
+
+    def get_call_template(args: Any, keywords: Any) -> Any:
+        plain = {name: unliteral(kind) for name, kind in keywords.items()}
+        return template_of([unliteral(kind) for kind in args], plain)
+
+    dispatcher.get_call_template = get_call_template

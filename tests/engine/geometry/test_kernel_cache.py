@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from vfix_engine.geometry import kernel_cache
+from vfix_engine.geometry.compiled import compiled
 
 PACKAGE = Path(kernel_cache.__file__).parents[1]
 SAMPLE = """
@@ -141,3 +142,21 @@ def test_its_place_can_be_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert kernel_cache.cache_root() == tmp_path
     monkeypatch.delenv("VFIX_CACHE")
     assert kernel_cache.cache_root().name in ("vfix", "Cache")
+
+
+def test_a_plain_number_is_no_type_of_its_own() -> None:
+    """Else whatever is handed a 0 and then a counter is compiled twice, with all below it."""
+
+    @compiled
+    def callee(count: int) -> int:
+        return count + 1
+
+    @compiled
+    def caller(turns: int) -> int:
+        count = callee(0)
+        for _ in range(turns):
+            count = callee(count)
+        return count
+
+    assert caller(4) == 5
+    assert len(callee.signatures) == 1  # type: ignore[attr-defined]
