@@ -110,6 +110,8 @@ def _measure(coal: Any, case: cases.BenchCase, poses: list[Segments], rounds: in
             "all_pairs_vs_coal_collide": times["coal_collide"] / times["all_pairs"],
             "closest_vs_coal_distance": times["coal_distance"] / times["closest"],
             "grouped_vs_coal_collide": times["coal_collide"] / min(times["grouped"], times["coherent"]),
+            "all_pairs_vs_coal_obb_collide": times["coal_collide_obb"] / times["all_pairs"],
+            "grouped_vs_coal_obb_collide": times["coal_collide_obb"] / min(times["grouped"], times["coherent"]),
             "build_vs_coal": build_s["ours"] / build_s["coal"],
             "memory_vs_coal": tree.nbytes / peer.nbytes,
         },
@@ -159,8 +161,8 @@ def _queries(
         "clearance": lambda: tree.clearance(pose),
         "coherent_clearance": lambda: near.clearance(pose),
         "candidates": lambda: tree.candidates(pose, threshold + COHERENT_MM),
-        "coal_collide": lambda: peer.collide(tool, request, peer.collide_model),
-        "coal_collide_obbrss": lambda: peer.collide(tool, request, peer.model),
+        "coal_collide": lambda: peer.collide(tool, request, peer.model),
+        "coal_collide_obb": lambda: peer.collide(tool, request, peer.collide_model),
         "coal_distance": lambda: peer.distance(tool),
     }
 

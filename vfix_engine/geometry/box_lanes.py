@@ -83,16 +83,20 @@ def shell_gaps(shell: Single, probe: Single, gaps: Single) -> None:
 
 
 @vectorised
-def ball_gaps(balls: Single, probe: Single, gaps: Single) -> None:
-    """Lower bounds (16,) of the distances from the segment's axis to the triangles in 16 balls."""
+def ball_gaps(balls: Single, probe: Single, limit: np.float32, gaps: Single) -> int:
+    """Lower bounds (16,) of the distances from the axis to the triangles in 16 balls; how many are over ``limit``."""
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
     hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
+    over = 0
     for j in range(16):
         gx, gy, gz = balls[j] - px, balls[16 + j] - py, balls[32 + j] - pz
         t = gx * hx + gy * hy + gz * hz
         t = min(max(t, _ZERO), _ONE)
         gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
-        gaps[j] = np.sqrt(gx * gx + gy * gy + gz * gz) - balls[48 + j] - slack
+        gap = np.sqrt(gx * gx + gy * gy + gz * gz) - balls[48 + j] - slack
+        gaps[j] = gap
+        over += int(gap > limit)
+    return over
 
 
 @vectorised

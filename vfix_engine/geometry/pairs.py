@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,16 @@ Index = NDArray[np.int32]
 
 MAX_ROWS = 40  # pairs that one program of the control loop gets at most
 COSINE, RADIUS_MM = 0.95, 4.0  # a nearer pair says the same when normals and points on the axis agree so far
+
+# Where the fields of Pairs are in the kernels' rows and labels.
+_COLUMNS: dict[str, tuple[str, int | slice]] = {
+    "distance": ("_rows", 0),
+    "normal": ("_rows", slice(1, 4)),
+    "on_tool": ("_rows", slice(4, 7)),
+    "on_surface": ("_rows", slice(7, 10)),
+    "segment": ("_labels", 0),
+    "triangle": ("_labels", 1),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +46,15 @@ class Pairs:
 
     def __len__(self) -> int:
         return len(self.distance)
+
+    def __getattr__(self, name: str) -> Any:
+        """A column of the kernels' rows, where ``pairs_from_rows`` made these pairs and it is asked for first."""
+        place = _COLUMNS.get(name)
+        if place is None or "_rows" not in self.__dict__:
+            raise AttributeError(f"pairs have no {name}")
+        column = self.__dict__[place[0]][:, place[1]]
+        self.__dict__[name] = column
+        return column
 
     def take(self, rows: NDArray[np.int64]) -> Pairs:
         """The pairs with these indices, in that order."""
@@ -64,11 +84,10 @@ def pairs_from_rows(rows: Array, labels: Index) -> Pairs:
     """Pairs from the kernels' rows: (N, 10) distance, normal, on_tool, on_surface; (N, 2) segment, triangle."""
     rows.setflags(write=False)
     labels.setflags(write=False)
-    pairs = object.__new__(Pairs)  # without the constructor, which takes as long as a small query
-    pairs.__dict__.update(
-        distance=rows[:, 0], normal=rows[:, 1:4], on_tool=rows[:, 4:7], on_surface=rows[:, 7:10],
-        segment=labels[:, 0], triangle=labels[:, 1],
-    )  # fmt: skip
+    pairs = object.__new__(
+        Pairs
+    )  # the columns are cut out when they are asked for: that takes as long as a small query
+    pairs.__dict__["_rows"], pairs.__dict__["_labels"] = rows, labels
     return pairs
 
 

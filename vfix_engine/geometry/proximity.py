@@ -20,7 +20,8 @@ from .mesh import TriangleMesh
 from .pairs import Pair, Pairs, pairs_from_rows, reduce_pairs
 from .points import checked_points
 from .wide_build import build_wide
-from .wide_query import corners_at, wide_clearance, wide_closest, wide_groups, wide_pairs, wide_places, wide_points
+from .wide_nearest import wide_clearance, wide_closest, wide_points
+from .wide_pairs import corners_at, wide_groups, wide_pairs, wide_places
 
 __all__ = [
     "CandidateList", "CovarianceTree", "Pair", "Pairs", "Proximity", "ProximityTree", "reduce_pairs",

@@ -1,0 +1,290 @@
+"""Pairs within a distance in the wide box tree, one by one or grouped, compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
+from .box_lanes import NODE, PROBE, SHELL, box_gaps, shell_gaps
+from .candidate_kernels import append_block
+from .compiled import borrowing, compiled
+from .wide_search import NAMES, NUMBERS, PICKED, PLACES, SINGLES, STACK, children, in_reach, keep_near, pick, set_out
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+Index = NDArray[np.int32]
+Lanes = NDArray[np.uint64]
+
+
+@compiled
+def wide_pairs(
+    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    start: Array, end: Array, radius: Array, threshold: float, room: int,
+) -> tuple[Array, Index]:  # fmt: skip
+    """All pairs with distance − radius ≤ threshold as rows (see ``pairs_from_rows``); ``room`` rows are expected."""
+    numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
+    lanes = np.empty(LANES + 1, np.uint64)
+    while True:
+        rows, labels = np.empty((room, 10)), np.empty((room, 2), np.int32)
+        found = _pairs(
+            boxes, corners, label, balls, frame, level, start, end, radius, threshold,
+            rows, labels, numbers, singles, places, lanes,
+        )  # fmt: skip
+        if found <= room:
+            return rows[:found], labels[:found]
+        room = found
+
+
+@borrowing
+def _pairs(
+    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    start: Array, end: Array, radius: Array, threshold: float,
+    rows: Array, labels: Index, numbers: Array, singles: Single, places: Index, lanes: Lanes,
+) -> int:  # fmt: skip
+    query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
+    probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
+    waiting, near, picked = places[:STACK], places[STACK : STACK + LANES], places[PICKED:PLACES]
+    names = places[NAMES:PICKED]
+    found, blocks = 0, level[1]
+    for s in range(len(radius)):
+        limit = threshold + radius[s]
+        if limit < 0.0:
+            continue
+        set_out(start[s], end[s], frame, numbers, singles)
+        top, chosen = 1, 0
+        waiting[0] = level[len(level) - 1] - 1
+        while top > 0:
+            top -= 1
+            node = waiting[top]
+            box_gaps(boxes[NODE * (node - blocks) : NODE * (node - blocks + 1)], probe, gaps)
+            first, last = children(node, level)
+            if first >= blocks:
+                top = keep_near(first, last, gaps, limit, waiting, top)
+                continue
+            count = keep_near(first, last, gaps, limit, near, 0)
+            for i in range(count):
+                block = near[i]
+                after = in_reach(balls, block, probe, limit, gaps, picked, chosen)
+                if after < 0:
+                    found, _ = append_block(
+                        corners[CORNERS * block : CORNERS * (block + 1)], label[LANES * block : LANES * (block + 1)],
+                        query, radius[s], limit, s, work, lanes, rows, labels, found, np.inf,
+                    )  # fmt: skip
+                elif after >= LANES:
+                    chosen, found = _rows_of_picked(
+                        corners, label, picked, after, radius[s], limit, s, rows, labels, found, numbers, names, lanes
+                    )
+                else:
+                    chosen = after
+        if chosen > 0:
+            chosen, found = _rows_of_picked(
+                corners, label, picked, chosen, radius[s], limit, s, rows, labels, found, numbers, names, lanes
+            )
+    return found
+
+
+@borrowing
+def _rows_of_picked(
+    corners: Array, label: Index, picked: Index, count: int, radius: float, limit: float, segment: int,
+    rows: Array, labels: Index, found: int, numbers: Array, names: Index, lanes: Lanes,
+) -> tuple[int, int]:  # fmt: skip
+    """The rows of the last at most 16 picked triangles: (how many are still picked, how many rows there are)."""
+    block = numbers[NUMBERS - CORNERS : NUMBERS]
+    count = pick(corners, label, picked, count, block, names)
+    found, _ = append_block(
+        block, names, numbers[:QUERY], radius, limit, segment,
+        numbers[QUERY : QUERY + WORK], lanes, rows, labels, found, np.inf,
+    )  # fmt: skip
+    return count, found
+
+
+@compiled
+def wide_groups(
+    corners: Array, label: Index, balls: Single, shells: Single, frame: Array, level: Index,
+    start: Array, end: Array, radius: Array, threshold: float, flat: float, exact_within: float, room: int,
+) -> tuple[Array, Index]:  # fmt: skip
+    """As ``wide_pairs``, but with one pair for all of a flat block or node that is not too near.
+
+    That is where its box is no thicker than ``flat`` and farther than ``exact_within``; the pair is the segment's and
+    the plane's that separates it from that box.
+    """
+    numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
+    lanes = np.empty(LANES + 1, np.uint64)
+    while True:
+        rows, labels = np.empty((room, 10)), np.empty((room, 2), np.int32)
+        found = _groups(
+            corners, label, balls, shells, frame, level, start, end, radius, threshold, flat, exact_within,
+            rows, labels, numbers, singles, places, lanes,
+        )  # fmt: skip
+        if found <= room:
+            return rows[:found], labels[:found]
+        room = found
+
+
+@borrowing
+def _groups(
+    corners: Array, label: Index, balls: Single, shells: Single, frame: Array, level: Index,
+    start: Array, end: Array, radius: Array, threshold: float, flat: float, exact_within: float,
+    rows: Array, labels: Index, numbers: Array, singles: Single, places: Index, lanes: Lanes,
+) -> int:  # fmt: skip
+    query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
+    probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
+    waiting, near, picked = places[:STACK], places[STACK : STACK + LANES], places[PICKED:PLACES]
+    names = places[NAMES:PICKED]
+    found, blocks, thin = 0, level[1], np.float32(0.5 * flat)
+    for s in range(len(radius)):
+        limit, exact = threshold + radius[s], max(exact_within + radius[s], 0.0)
+        if limit < 0.0:
+            continue
+        set_out(start[s], end[s], frame, numbers, singles)
+        top, chosen = 1, 0
+        waiting[0] = level[len(level) - 1] - 1
+        while top > 0:
+            top -= 1
+            node = waiting[top]
+            shell = shells[SHELL * (node - blocks) : SHELL * (node - blocks + 1)]
+            shell_gaps(shell, probe, gaps)
+            first, last = children(node, level)
+            count = 0
+            for child in range(first, last):
+                lane = child - first
+                inside = not gaps[lane] > limit
+                grouped = (gaps[lane] > exact) & (shell[14 * LANES + lane] <= thin)
+                near[count] = child
+                count += int(inside & (not grouped))
+                if inside & grouped:
+                    if found < len(labels):
+                        _group_row(shell, lane, query, probe, frame, radius[s], rows[found])
+                        labels[found, 0], labels[found, 1] = s, -1
+                    found += 1
+            if first >= blocks:
+                for i in range(count):
+                    waiting[top + i] = near[i]
+                top += count
+                continue
+            for i in range(count):
+                block = near[i]
+                after = in_reach(balls, block, probe, limit, gaps, picked, chosen)
+                if after < 0:
+                    found, _ = append_block(
+                        corners[CORNERS * block : CORNERS * (block + 1)], label[LANES * block : LANES * (block + 1)],
+                        query, radius[s], limit, s, work, lanes, rows, labels, found, np.inf,
+                    )  # fmt: skip
+                elif after >= LANES:
+                    chosen, found = _rows_of_picked(
+                        corners, label, picked, after, radius[s], limit, s, rows, labels, found, numbers, names, lanes
+                    )
+                else:
+                    chosen = after
+        if chosen > 0:
+            chosen, found = _rows_of_picked(
+                corners, label, picked, chosen, radius[s], limit, s, rows, labels, found, numbers, names, lanes
+            )
+    return found
+
+
+@borrowing
+def _group_row(shell: Single, lane: int, query: Array, probe: Single, frame: Array, radius: float, row: Array) -> None:
+    """The pair of the segment's point nearest to a box's centre and the plane across the way there, before the box."""
+    x = shell[lane] + frame[0] - query[0]
+    y = shell[LANES + lane] + frame[1] - query[1]
+    z = shell[2 * LANES + lane] + frame[2] - query[2]
+    t = min(max(query[15] + x * query[12] + y * query[13] + z * query[14], 0.0), 1.0)
+    x, y, z = t * query[3] - x, t * query[4] - y, t * query[5] - z
+    size = np.sqrt(x * x + y * y + z * z)
+    x, y, z = x / size, y / size, z / size
+    gap = size - probe[9]
+    for i in range(3):
+        along = x * shell[LANES * (3 + 3 * i) + lane]
+        along += y * shell[LANES * (4 + 3 * i) + lane] + z * shell[LANES * (5 + 3 * i) + lane]
+        gap -= abs(along) * shell[LANES * (12 + i) + lane]
+    row[0], row[1], row[2], row[3] = gap - radius, x, y, z
+    row[4], row[5], row[6] = query[0] + t * query[3], query[1] + t * query[4], query[2] + t * query[5]
+    row[7], row[8], row[9] = row[4] - gap * x, row[5] - gap * y, row[6] - gap * z
+
+
+@compiled
+def wide_places(
+    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    start: Array, end: Array, radius: Array, reach: float, room: int,
+) -> tuple[Index, Index]:  # fmt: skip
+    """Places (n,) of the triangles within ``reach`` of each segment's surface, and how many (S,) for each segment."""
+    numbers, singles, work = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
+    count = np.empty(len(radius), np.int32)
+    while True:
+        places = np.empty(room, np.int32)
+        found = _places(
+            boxes, corners, label, balls, frame, level, start, end, radius, reach,
+            places, count, numbers, singles, work,
+        )  # fmt: skip
+        if found + LANES <= room:
+            return places[:found], count
+        room = found + LANES
+
+
+@borrowing
+def _places(
+    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    start: Array, end: Array, radius: Array, reach: float,
+    places: Index, counts: Index, numbers: Array, singles: Single, room: Index,
+) -> int:  # fmt: skip
+    probe, gaps, waiting, near = singles[:PROBE], singles[PROBE : PROBE + LANES], room[:STACK], room[STACK:PLACES]
+    picked = room[PICKED:PLACES]
+    found, blocks = 0, level[1]
+    for s in range(len(radius)):
+        limit, before = max(reach + radius[s], 0.0), found
+        set_out(start[s], end[s], frame, numbers, singles)
+        top, chosen = 1, 0
+        waiting[0] = level[len(level) - 1] - 1
+        while top > 0:
+            top -= 1
+            node = waiting[top]
+            box_gaps(boxes[NODE * (node - blocks) : NODE * (node - blocks + 1)], probe, gaps)
+            first, last = children(node, level)
+            if first >= blocks:
+                top = keep_near(first, last, gaps, limit, waiting, top)
+                continue
+            for i in range(keep_near(first, last, gaps, limit, near, 0)):
+                after = in_reach(balls, near[i], probe, limit, gaps, picked, chosen)
+                if after < 0:
+                    for j in range(LANES):
+                        picked[chosen + j] = LANES * near[i] + j
+                    after = chosen + LANES
+                chosen = after
+                if chosen >= LANES:
+                    chosen, found = _places_of_picked(
+                        corners, label, picked, chosen, limit, places, found, numbers, room
+                    )
+        if chosen > 0:
+            chosen, found = _places_of_picked(corners, label, picked, chosen, limit, places, found, numbers, room)
+        counts[s] = found - before
+    return found
+
+
+@borrowing
+def _places_of_picked(
+    corners: Array, label: Index, picked: Index, count: int, limit: float,
+    places: Index, found: int, numbers: Array, room: Index,
+) -> tuple[int, int]:  # fmt: skip
+    """As ``_rows_of_picked``, but only the places of the triangles that are near enough."""
+    block, names, work = numbers[NUMBERS - CORNERS : NUMBERS], room[NAMES:PICKED], numbers[QUERY : QUERY + WORK]
+    last = count - 1
+    count = pick(corners, label, picked, count, block, names)
+    block_gaps(block, numbers[:QUERY], limit, work)
+    for j in range(LANES):
+        if found < len(places):
+            places[found] = picked[min(count + j, last)]
+        found += int((work[j] <= limit * limit) & (names[j] >= 0))
+    return count, found
+
+
+@compiled
+def corners_at(corners: Array, places: Index) -> Array:
+    """Corners (n, 9) of the triangles at some places."""
+    picked = np.empty((len(places), 9))
+    for i in range(len(places)):
+        at = CORNERS * (places[i] // LANES) + places[i] % LANES
+        for k in range(9):
+            picked[i, k] = corners[at + LANES * k]
+    return picked

@@ -1,0 +1,88 @@
+"""What every search of the wide box tree has in common, compiled: the way down and the picking of triangles.
+
+A query is a shell that makes room and a part that searches; the latter makes no array (``compiled.borrowing``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
+from .box_lanes import BALLS, PROBE, ball_gaps, describe_single
+from .compiled import borrowing
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+Index = NDArray[np.int32]
+
+STACK = 16 * 10  # room for a descent: at most 16 entries wait on each level of an index of 32 bits
+LEFT = 256  # blocks that are kept for a look at their exact distances
+
+# Room that a query calculates in: float64, float32 and int32.
+NUMBERS = QUERY + WORK + 3 + CORNERS
+SINGLES = PROBE + LANES + STACK + LEFT
+NAMES = STACK + LEFT
+PICKED = NAMES + LANES
+PLACES = PICKED + 2 * LANES
+
+_PICKED_OVER = 6  # of 16 triangles too far away: fewer, and the block is measured as it lies
+
+
+@borrowing
+def set_out(start: Array, end: Array, frame: Array, numbers: Array, singles: Single) -> None:
+    """Describe the segment from ``start`` to ``end`` (3,) in the room of a query."""
+    d = numbers[QUERY + WORK : QUERY + WORK + 3]
+    for k in range(3):
+        d[k] = end[k] - start[k]
+    describe(start, d, numbers[:QUERY])
+    describe_single(start, d, frame, singles[:PROBE])
+
+
+@borrowing
+def children(node: int, level: Index) -> tuple[int, int]:
+    """The first child of a node and the one behind its last; blocks are numbered from 0, nodes behind them."""
+    deep = 1
+    while node >= level[deep + 1]:
+        deep += 1
+    first = level[deep - 1] + LANES * (node - level[deep])
+    return first, min(first + LANES, level[deep])
+
+
+@borrowing
+def keep_near(first: int, last: int, gaps: Single, limit: float, places: Index, top: int) -> int:
+    """Those of the children first … last − 1 that may be within ``limit``, from places[top] on; the place behind."""
+    for child in range(first, last):
+        places[top] = child
+        top += int(not gaps[child - first] > limit)
+    return top
+
+
+@borrowing
+def in_reach(balls: Single, block: int, probe: Single, limit: float, gaps: Single, picked: Index, count: int) -> int:
+    """Places of a block's triangles that may be within ``limit``, from picked[count] on; the place behind.
+
+    −1 when most of the block may be: then it is measured as it is, which costs less than picking.
+    """
+    over = ball_gaps(balls[BALLS * block : BALLS * (block + 1)], probe, np.float32(limit), gaps)
+    if over == LANES:
+        return count
+    if over <= _PICKED_OVER:
+        return -1
+    for j in range(LANES):
+        picked[count] = LANES * block + j
+        count += int(not gaps[j] > limit)
+    return count
+
+
+@borrowing
+def pick(corners: Array, label: Index, picked: Index, count: int, block: Array, names: Index) -> int:
+    """The last at most 16 of ``count`` picked triangles into a block of their own; how many are left."""
+    first = max(count - LANES, 0)
+    for j in range(LANES):
+        place = picked[min(first + j, count - 1)]
+        names[j] = label[place] if first + j < count else -1
+        lane = corners[CORNERS * (place // LANES) + place % LANES : CORNERS * (place // LANES + 1)]
+        for k in range(9):
+            block[LANES * k + j] = lane[LANES * k]
+    return first
