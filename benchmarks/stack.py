@@ -18,6 +18,7 @@ import numpy as np
 import qpsolvers
 from numpy.typing import NDArray
 
+from benchmarks.coal_peer import build, turning_z_to
 from vfix_engine.control import ControlSettings, Task, ToolState
 from vfix_engine.control.surroundings import BUFFER_MM
 from vfix_engine.fixtures.boundary import approach_rooms
@@ -59,7 +60,10 @@ class Stack:
         exact_check: bool = True,
     ):  # fmt: skip
         self._coal, self._robot, self._radius, self._exact = coal, robot, tool.radius, exact_check
-        self._surface, self._still = surface_of(coal, mesh), coal.Transform3s.Identity()
+        # coal's fastest trees for either question.
+        self._surface, _ = build(coal, mesh, "BVHModelOBB")
+        self._measured = build(coal, mesh)[0] if exact_check else None
+        self._still = coal.Transform3s.Identity()
         ends = tool.segments(np.eye(3), np.zeros(3))
         self._start, self._end = ends.start, ends.end
         self._capsules = [
@@ -67,7 +71,7 @@ class Stack:
             for start, end, radius in zip(ends.start, ends.end, ends.radius, strict=True)
         ]
         # Placements of the capsules, whose axis is z, in the tip frame.
-        self._turns = [_turning_z_to(e - s) for s, e in zip(ends.start, ends.end, strict=True)]
+        self._turns = [turning_z_to((e - s) / np.linalg.norm(e - s)) for s, e in zip(ends.start, ends.end, strict=True)]
         self._centres = 0.5 * (ends.start + ends.end)
         self._near, self._close = coal.CollisionRequest(), coal.CollisionRequest()
         self._near.security_margin, self._near.num_max_contacts = settings.reach_mm, _MANY
@@ -179,30 +183,7 @@ class Stack:
         for capsule, place in zip(self._capsules, places, strict=True):
             if self._exact:
                 result = coal.DistanceResult()
-                least = min(least, coal.distance(self._surface, self._still, capsule, place, self._distance, result))
+                least = min(least, coal.distance(self._measured, self._still, capsule, place, self._distance, result))
             elif coal.collide(self._surface, self._still, capsule, place, self._close, coal.CollisionResult()):
                 return None
         return float(least) if self._exact else float(self._close.security_margin)
-
-
-def surface_of(coal: ModuleType, mesh: TriangleMesh) -> Any:
-    """A mesh as coal's tree of boxes (OBBRSS)."""
-    model = coal.BVHModelOBBRSS()
-    model.beginModel(len(mesh.faces), len(mesh.vertices))
-    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
-    for vertex in mesh.vertices:
-        points.append(vertex)
-    for a, b, c in mesh.faces:
-        triangles.append(coal.Triangle(int(a), int(b), int(c)))
-    model.addSubModel(points, triangles)
-    model.endModel()
-    return model
-
-
-def _turning_z_to(along: Array) -> Array:
-    """A rotation (3, 3) whose third column is the direction of ``along``."""
-    direction = along / np.linalg.norm(along)
-    helper = np.eye(3)[int(np.abs(direction).argmin())]
-    x = np.cross(helper, direction)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(direction, x), direction])

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixtures.joint_limits import step_box
+from ..fixtures.moment_kernel import BODY, SEGMENT, TRIANGLE
 from ..fixtures.stopping import stopping_distance
 from ..geometry.compiled import compiled
 from ..geometry.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
@@ -45,21 +46,19 @@ def largest_moves(
 
 
 @compiled
-def binding(
-    world: World, move: Array, rows: Array, labels: Index, body: Index, found: int, pairs: Array, tags: Index
-) -> int:  # fmt: skip
-    """Write the pairs that can bind, nearest to their margin first; how many they are.
+def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, found: int, pairs: Array) -> int:
+    """Write those of some pairs, at least one, that can bind, nearest to their margin first; how many they are.
 
     The nearest of all is always among them.
 
     Args:
         move: (S,) from ``largest_moves``; rows, labels, body: the ``found`` pairs of ``measure``.
-        pairs: (MAX_ROWS, 10), tags: (MAX_ROWS, 3) segment, triangle, body; out.
+        pairs: (MAX_ROWS, 13) out, see ``moment_kernel``.
     """
     limit = np.empty(len(move))
     for s in range(len(move)):
         limit[s] = stopping_distance(move[s], world.change)
-    waiting, room = np.empty(found + 1, np.int32), np.empty(found + 1)
+    waiting, room = np.empty(found, np.int32), np.empty(found)
     left, nearest, least = 0, -1, np.inf
     for i in range(found):
         free = rows[i, 0] - world.keep[body[i]]
@@ -68,9 +67,9 @@ def binding(
         if free < limit[labels[i, 0]]:
             waiting[left], room[left] = i, free
             left += 1
-    if left == 0 and nearest >= 0:
-        waiting[0], room[0] = nearest, least
-        left = 1
+    if left <= 1:
+        _write_pair(rows, labels, body, max(nearest, 0), pairs[0])
+        return 1
     normal, point, segment = np.empty((left, 3)), np.empty((left, 3)), np.empty(left, np.int32)
     for i in range(left):
         row = rows[waiting[i]]
@@ -79,7 +78,12 @@ def binding(
         segment[i] = labels[waiting[i], 0]
     chosen = select(room[:left], normal, point, segment, MAX_ROWS, COSINE, RADIUS_MM)
     for i in range(len(chosen)):
-        source = waiting[chosen[i]]
-        pairs[i] = rows[source]
-        tags[i, 0], tags[i, 1], tags[i, 2] = labels[source, 0], labels[source, 1], body[source]
+        _write_pair(rows, labels, body, waiting[chosen[i]], pairs[i])
     return len(chosen)
+
+
+@compiled
+def _write_pair(rows: Array, labels: Index, body: Index, source: int, pair: Array) -> None:
+    for k in range(10):
+        pair[k] = rows[source, k]
+    pair[SEGMENT], pair[TRIANGLE], pair[BODY] = labels[source, 0], labels[source, 1], body[source]

@@ -30,14 +30,13 @@ _ATTEMPTS = 4  # a motion is judged at most once more for each thing that can be
 
 
 class Attempt(NamedTuple):
-    """A certified step at its first attempt; what is in ``room`` (see ``step_kernel``) lasts until the next one."""
+    """A certified step at its first attempt, with the numbers of its program in ``room`` (see ``step_kernel``)."""
 
     state: ToolState
     room: Array
     unknowns: int
     rows: int
     joints: int
-    scale: float
     broken: int
 
     @property
@@ -46,9 +45,8 @@ class Attempt(NamedTuple):
         return self.room[: self.joints]
 
     def solution(self) -> tuple[Solution, Array]:
-        """Copies of the answer of the program and of the joints' box (2, n)."""
-        parts = room_parts(self.room, self.unknowns, self.rows, self.joints)
-        x, multiplier, box, step = (part.copy() for part in (*parts[5:8], self.step))
+        """The answer of the program, and the joints' box (2, n)."""
+        *_, x, multiplier, box, step = room_parts(self.room, self.unknowns, self.rows, self.joints)
         return Solution(step, float(x[self.joints]), multiplier, self.unknowns), box
 
 
@@ -59,21 +57,20 @@ class Certifier:
         self.surroundings = surroundings
         world = surroundings.world
         self._layout = Layout(len(world.lower), world.radius, len(world.margin))
-        self._workspace, self._room = _workspace(_ROOM), np.empty(0)
+        self._workspace, self._size = _workspace(_ROOM), self._layout.places[-1]
 
     def measure(self, q: Array, velocity: Array | None = None) -> ToolState:
         """The state at joints q (n,), at rest unless a velocity (n,) is given; distances exact up to the threshold."""
         dof = self._layout.dof
-        moment = np.empty(self._layout.places[-1])
+        moment = np.empty(self._size)
         moment[:dof] = q
         moment[dof : 2 * dof] = 0.0 if velocity is None else velocity
         for _ in range(_ATTEMPTS):
-            pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
             rows, labels, body = self._workspace
-            verdict, count = look(*self.surroundings.arrays, moment, rows, labels, body, pairs, tags)
+            verdict, needed = look(*self.surroundings.arrays, moment, rows, labels, body)
             if verdict == KEPT:
-                return self._snapshot(moment, pairs, tags, count)
-            self._provide(verdict, count, moment, moment, 0.0)
+                return self._snapshot(moment)
+            self._provide(verdict, needed, moment, moment, 0.0)
         raise ControlError("the surroundings of the tool could not be gathered")
 
     def certify(self, state: ToolState, step: Array) -> ToolState | None:
@@ -85,42 +82,34 @@ class Certifier:
         near = measured(state)
         if near.source is not self:
             raise ControlError("a motion is judged from a state that was measured among the same surroundings")
-        after = np.empty(len(near.moment))
-        pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
+        after = np.empty(self._size)
         for _ in range(_ATTEMPTS):
             rows, labels, body = self._workspace
-            verdict, count, way = judge(
-                *self.surroundings.arrays, near.moment, step, after, rows, labels, body, pairs, tags
-            )
+            verdict, needed, way = judge(*self.surroundings.arrays, near.moment, step, after, rows, labels, body)
             if verdict == KEPT:
-                return self._snapshot(after, pairs, tags, count)
+                return self._snapshot(after)
             if verdict not in (UNCOVERED, OVERFULL):
                 return None
-            self._provide(verdict, count, near.moment, after, way)
+            self._provide(verdict, needed, near.moment, after, way)
         return None
 
     def attempt(
         self, state: ToolState, wanted: ObjectiveRows, little: Array, given: ConstraintRows, scale: float
     ) -> Attempt | None:
         """The usual step in one compiled call; None where anything about it is unusual, and nothing has happened."""
-        near = measured(state)
-        n, c, m = self._layout.dof, len(little), len(given.bound) + len(near.pairs)
-        if len(self._room) < room_size(c, m, n):
-            self._room = np.empty(2 * room_size(c, m, n))
-        after = np.empty(len(near.moment))
-        pairs, tags = np.empty((MAX_ROWS, 10)), np.empty((MAX_ROWS, 3), np.int32)
+        near, n, c = measured(state), self._layout.dof, len(little)
+        after, room = np.empty(self._size), np.empty(room_size(c, len(given.bound) + MAX_ROWS, n))
         for _ in range(_ATTEMPTS):
             rows, labels, body = self._workspace
-            verdict, count, way, scale_taken, broken = attempt(
-                *self.surroundings.arrays, near.moment, near.pairs, near.tags,
-                wanted.matrix, wanted.target, wanted.weight, little, given.matrix, given.bound,
-                scale, PRIMAL_TOLERANCE, DUAL_TOLERANCE, self._room, after, rows, labels, body, pairs, tags,
+            verdict, needed, way, m, broken = attempt(
+                *self.surroundings.arrays, near.moment, wanted.matrix, wanted.target, wanted.weight, little,
+                given.matrix, given.bound, scale, PRIMAL_TOLERANCE, DUAL_TOLERANCE, room, after, rows, labels, body,
             )  # fmt: skip
             if verdict == KEPT:
-                return Attempt(self._snapshot(after, pairs, tags, count), self._room, c, m, n, scale_taken, broken)
+                return Attempt(self._snapshot(after), room, c, m, n, broken)
             if verdict not in (UNCOVERED, OVERFULL):
                 return None
-            self._provide(verdict, count, near.moment, after, way)
+            self._provide(verdict, needed, near.moment, after, way)
         return None
 
     def knows(self, state: ToolState) -> ToolState:
@@ -130,10 +119,10 @@ class Certifier:
             return state
         return self.measure(state.q, state.velocity)
 
-    def _provide(self, verdict: int, count: int, before: Array, after: Array, way: float) -> None:
+    def _provide(self, verdict: int, needed: int, before: Array, after: Array, way: float) -> None:
         """What a kernel missed on the motion between two moments: room for pairs, or the triangles around it."""
         if verdict == OVERFULL:
-            self._workspace = _workspace(2 * count)
+            self._workspace = _workspace(2 * needed)
             return
         _, _, _, _, _, start, end, _ = moment_parts(before, *self._layout.sizes)
         _, _, _, _, _, new_start, new_end, _ = moment_parts(after, *self._layout.sizes)
@@ -141,10 +130,9 @@ class Certifier:
         ahead = LEAD * SLACK_MM / way if way > _RESTING_MM else 0.0
         self.surroundings.gather(new_start + ahead * (new_start - start), new_end + ahead * (new_end - end), way)
 
-    def _snapshot(self, moment: Array, pairs: Array, tags: Index, count: int) -> ToolState:
-        for array in (moment, pairs, tags):
-            array.setflags(write=False)
-        return ToolState.measured(Near(self, self._layout, moment, pairs[:count], tags[:count]))
+    def _snapshot(self, moment: Array) -> ToolState:
+        moment.setflags(write=False)
+        return ToolState.measured(Near(self, self._layout, moment))
 
 
 def measured(state: ToolState) -> Near:

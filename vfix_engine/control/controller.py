@@ -65,6 +65,7 @@ class StepReport(NamedTuple):
     outcome: 'idle' (nothing wanted), 'moved', 'shrunk' or 'held'; share: part of the wanted motion that was made.
     blockers: what made it less, strongest first; told where the share is under 0.9.
     emergency: a joint had to exceed its acceleration limit so that the tool keeps its distance.
+    told: gives every constraint that acts on the step, also where it costs little; to be asked before the next step.
     """
 
     state: ToolState
@@ -73,6 +74,11 @@ class StepReport(NamedTuple):
     blockers: tuple[Blocker, ...]
     rows: int
     emergency: bool = False
+    told: Callable[[], tuple[Blocker, ...]] = tuple
+
+    def acting(self) -> tuple[Blocker, ...]:
+        """What acts on the step, strongest first: a tool that slides along bone loses no motion and still touches."""
+        return self.blockers or self.told()
 
     @property
     def held(self) -> bool:
@@ -191,11 +197,14 @@ class Controller:
         step, rows = done.step, done.rows + 2 * done.joints
         rushed = done.broken > 0 and self._rushed(state, step)
         achieved = task.achieved(step)
+
+        def plan() -> _Plan:
+            solution, box = done.solution()
+            return _Plan(state, task, solution, constraints, box, rows, done.broken == 0)
+
         if achieved >= SLOWED_SHARE:
-            return StepReport(done.state, "moved", achieved, (), rows, rushed)
-        solution, box = done.solution()
-        plan = _Plan(state, task, solution, constraints, box, rows, done.broken == 0)
-        outcome, why = self._slowed(plan, achieved, "moved")
+            return StepReport(done.state, "moved", achieved, (), rows, rushed, lambda: self._why(plan())[0])
+        outcome, why = self._slowed(plan(), achieved, "moved")
         return StepReport(done.state, outcome, achieved, why, rows, rushed)
 
     def _by_parts(
@@ -230,7 +239,7 @@ class Controller:
         settings = self.settings
         compliance = settings.gain_mm_per_s_per_n * settings.dt_s if task.compliance is None else task.compliance
         return Situation(
-            state, near.as_pairs(), near.tags[:, 2], self.robot.robot, self.tool, settings.dt_s, task.scale, compliance,
+            state, near.as_pairs(), near.bodies, self.robot.robot, self.tool, settings.dt_s, task.scale, compliance,
             self.tree,
         )  # fmt: skip
 
@@ -246,7 +255,7 @@ class Controller:
         hessian, gradient, matrix, upper, lower = arrays
         scale, broken = prepare(
             self._packed.numbers, self._packed.counts, near.moment, wanted.matrix, wanted.target, wanted.weight,
-            self._little, given.matrix, given.bound, near.pairs, near.tags, scale,
+            self._little, given.matrix, given.bound, scale,
             hessian, gradient, matrix, upper, lower, box,
         )  # fmt: skip
         problem = qp.Problem(*arrays, scale, n)
@@ -272,7 +281,7 @@ class Controller:
             if achieved < SLOWED_SHARE:
                 outcome, why = self._slowed(plan, achieved, outcome)
             rushed = not (share == 1.0 and plan.gently) and self._rushed(state, step)
-            return StepReport(after, outcome, achieved, why, plan.rows, rushed)
+            return StepReport(after, outcome, achieved, why, plan.rows, rushed, lambda: self._why(plan)[0])
         return self._held(state, self._why(plan)[0], plan.rows)
 
     def _slowed(self, plan: _Plan, achieved: float, outcome: str) -> tuple[str, tuple[Blocker, ...]]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixtures import Constraint, ToolState
+from ..fixtures.moment_kernel import BODY, SEGMENT
 from ..fixtures.zones import Zone, zone_text
 from ..robots import RobotModel, Tool
 from .qp import Solution
@@ -87,7 +88,8 @@ class Explainer:
         """'bone on the shaft, 0.4 mm', or the zone's own words, for one pair of a measured state."""
         if state.near is None:
             raise ValueError("the state was not measured by a controller")
-        pair, (segment, _, body) = state.near.pairs[index], state.near.tags[index]
+        pair = state.near.pairs[index]
+        segment, body = int(pair[SEGMENT]), int(pair[BODY])
         part, distance, point = self._tool.segment_names[segment], float(pair[0]), np.array(pair[7:10])
         if body > 0:
             return Blocker("zone", zone_text(self._zones[body - 1], distance, part), weight, point)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.moment_kernel import moment_parts
+from ..fixtures.moment_kernel import moment_pairs, moment_parts
 from ..geometry.compiled import compiled
 from .bind_kernel import binding, largest_moves
 from .measure_kernel import covered, measure, place
@@ -102,54 +102,73 @@ def _clear_in_halves(
 
 
 @compiled
+def _keep_pairs(world: World, moment: Array, rows: Array, labels: Index, body: Index, found: int) -> None:
+    """Write those of the pairs into a moment that can bind in the step from it."""
+    pairs = moment_pairs(moment)
+    kept = 0
+    if found > 0:
+        n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
+        q, velocity, position, _, jacobian, start, end, _ = moment_parts(moment, n, count, bodies)
+        move = np.empty(count)
+        largest_moves(world, q, velocity, position, jacobian, start, end, move)
+        kept = binding(world, move, rows, labels, body, found, pairs)
+    moment[len(moment) - pairs.size - 1] = kept  # see pair_count
+
+
+@compiled
 def look(
     numbers: Array, counts: Counts,
     boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
-    moment: Array, rows: Array, labels: Index, body: Index, pairs: Array, tags: Index,
+    moment: Array, rows: Array, labels: Index, body: Index,
 ) -> tuple[int, int]:  # fmt: skip
-    """Complete a moment whose joints and velocity are given, and write the pairs that can bind in its next step.
+    """Complete a moment whose joints and velocity are given.
 
     Args: see ``judge``.
 
     Returns:
-        KEPT, UNCOVERED or OVERFULL, and how many pairs there are (or rows are needed), see ``judge``.
+        KEPT, UNCOVERED or OVERFULL, and how many rows are needed, see ``judge``.
     """
     world = unpack_world(numbers, counts)
     cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
     n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
-    q, velocity, position, rotation, jacobian, start, end, distance = moment_parts(moment, n, count, bodies)
+    q, _, position, rotation, jacobian, start, end, distance = moment_parts(moment, n, count, bodies)
     place(world, q, position, rotation, jacobian, start, end)
     if not covered(world, cover, start, end):
         return UNCOVERED, 0
     found = measure(world, cover, start, end, world.threshold, distance, rows, labels, body)
     if found > len(rows):
         return OVERFULL, found
-    move = np.empty(count)
-    largest_moves(world, q, velocity, position, jacobian, start, end, move)
-    return KEPT, binding(world, move, rows, labels, body, found, pairs, tags)
+    _keep_pairs(world, moment, rows, labels, body, found)
+    return KEPT, 0
 
 
 @compiled
 def judge(
     numbers: Array, counts: Counts,
     boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
-    before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index, pairs: Array, tags: Index,
+    before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Judge the motion from the moment ``before`` by ``step`` (n,), and write the moment and the pairs it ends in.
+    """``judge_motion`` among a ``PackedWorld`` (numbers, counts) and a ``PackedCover`` (boxes … poses)."""
+    world = unpack_world(numbers, counts)
+    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
+    return judge_motion(world, cover, before, step, after, rows, labels, body)
+
+
+@compiled
+def judge_motion(
+    world: World, cover: Cover, before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index
+) -> tuple[int, int, float]:
+    """Judge the motion from the moment ``before`` by ``step`` (n,), and write the moment that it ends in.
 
     Args:
-        numbers, counts: the ``PackedWorld``; boxes, corners, label, first, poses: the ``PackedCover``.
         after: out, a moment (see ``moment_kernel``); its pose is written whatever the verdict.
         rows, labels, body: (R, …) room for the pairs within the threshold.
-        pairs, tags: (MAX_ROWS, …) out, those that can bind in the next step, see ``binding``.
 
     Returns:
         KEPT, REFUSED, UNCOVERED (gather the triangles around the end with the returned way more slack) or OVERFULL
-        (so many rows are needed); how many pairs are written or rows needed; how far from its place at the end any
-        point of the tool is on the way, mm.
+        (so many rows are needed); how many rows are needed; how far from its place at the end any point of the tool
+        is on the way, mm.
     """
-    world = unpack_world(numbers, counts)
-    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
     n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
     q, _, _, _, _, start, end, distance = moment_parts(before, n, count, bodies)
     new_q, velocity, position, rotation, jacobian, new_start, new_end, new_distance = moment_parts(
@@ -187,6 +206,5 @@ def judge(
         )
         if verdict != KEPT:
             return verdict, 0, way
-    move = np.empty(count)
-    largest_moves(world, new_q, velocity, position, jacobian, new_start, new_end, move)
-    return KEPT, binding(world, move, rows, labels, body, found, pairs, tags), way
+    _keep_pairs(world, after, rows, labels, body, found)
+    return KEPT, 0, way

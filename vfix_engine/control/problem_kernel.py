@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from ..fixtures.boundary import approach, room_to_step
 from ..fixtures.joint_limits import step_box
-from ..fixtures.moment_kernel import moment_parts
+from ..fixtures.moment_kernel import BODY, moment_pairs, moment_parts, pair_count
 from ..geometry.compiled import compiled
-from .world import Counts, unpack_world
+from .world import Counts, World, unpack_world
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 UNBOUNDED = 1e30
 REGULARISATION = 1e-9  # keeps H positive definite where an objective says nothing, e.g. about λ
@@ -43,7 +42,7 @@ def add_objective(matrix: Array, target: Array, weight: Array, scale: float, hes
 @compiled
 def fill(
     matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
-    pairs: Array, tags: Index, keep: Array, change: float, position: Array, jacobian: Array, scale: float,
+    pairs: Array, keep: Array, change: float, position: Array, jacobian: Array, scale: float,
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> None:  # fmt: skip
     """H, f, G and the limits of all rows of one step, the given constraints first, then one row per pair.
@@ -54,8 +53,7 @@ def fill(
         matrix, target, weight: objective rows (m, n + 1), (m,), (m,).
         little: (n + 1, n + 1) matrix AᵀA of objective rows without target that every step has.
         given, bound: constraint rows (k, n + 1), (k,).
-        pairs: (p, 10) as in ``rows_kernel``; tags: (p, 3) segment, triangle, body.
-        keep: (B,) mm, what is kept from each body; change: see ``room_to_step``.
+        pairs: (p, 13), see ``moment_kernel``; keep: (B,) mm, what is kept from each body; change: see ``room_to_step``.
         position, jacobian: of the tip, (3,), (6, n); scale: L in mm.
         hessian, gradient, rows, upper, lower: out, (c, c), (c,), (k + p, c), (c + k + p,) twice.
     """
@@ -82,7 +80,7 @@ def fill(
     done = len(bound)
     for i in range(len(pairs)):
         approach(pairs[i, 1:4], pairs[i, 4:7], position, jacobian, rows[done + i])
-        upper[first + done + i] = room_to_step(pairs[i, 0] - keep[tags[i, 2]], change) / scale
+        upper[first + done + i] = room_to_step(pairs[i, 0] - keep[int(pairs[i, BODY])], change) / scale
 
 
 @compiled
@@ -95,16 +93,14 @@ def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -
 
 
 @compiled
-def prepare(
-    numbers: Array, counts: Counts, moment: Array, matrix: Array, target: Array, weight: Array,
-    little: Array, given: Array, bound: Array, pairs: Array, tags: Index, scale: float,
-    hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, box: Array,
+def assemble(
+    world: World, moment: Array, matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
+    scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, box: Array,
 ) -> tuple[float, int]:  # fmt: skip
-    """The QP of one step from a measured moment and its pairs: ``fill`` with the box of the joints' limits.
+    """The QP of one step from a measured moment: ``fill`` with the box of the joints' limits.
 
     Args:
-        numbers, counts: the ``PackedWorld``; the others as in ``fill``.
-        scale: length of the wanted step in mm.
+        scale: length of the wanted step in mm; the others as in ``fill``.
         box: out, (2, n) least and largest Δq that every limit of the joints allows.
 
     Returns:
@@ -112,19 +108,32 @@ def prepare(
         What the joints do already counts for L as well, so that a robot that has to brake under a light hand is no
         badly scaled problem.
     """
-    world = unpack_world(numbers, counts)
     n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
     q, velocity, position, _, jacobian, _, _, _ = moment_parts(moment, n, count, bodies)
     for j in range(n):
         scale = max(scale, abs(velocity[j]) * world.dt)
+    pairs = moment_pairs(moment)[: pair_count(moment)]
     fill(
-        matrix, target, weight, little, given, bound, pairs, tags, world.keep, world.change, position, jacobian, scale,
+        matrix, target, weight, little, given, bound, pairs, world.keep, world.change, position, jacobian, scale,
         hessian, gradient, rows, upper, lower,
     )  # fmt: skip
     low, high = box[0], box[1]
     broken = step_box(q, velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt, low, high)
     set_box(low, high, scale, upper, lower)
     return scale, broken
+
+
+@compiled
+def prepare(
+    numbers: Array, counts: Counts, moment: Array, matrix: Array, target: Array, weight: Array, little: Array,
+    given: Array, bound: Array, scale: float,
+    hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, box: Array,
+) -> tuple[float, int]:  # fmt: skip
+    """``assemble`` with a ``PackedWorld``."""
+    return assemble(
+        unpack_world(numbers, counts), moment, matrix, target, weight, little, given, bound, scale,
+        hessian, gradient, rows, upper, lower, box,
+    )  # fmt: skip
 
 
 @compiled

@@ -18,6 +18,7 @@ from scipy.sparse import csc_matrix
 
 from ..errors import ControlError
 from ..fixtures import Constraint, Objective
+from ..fixtures.moment_kernel import PAIR
 from .dual_kernel import solve_dual
 from .problem_kernel import UNBOUNDED, fill, set_box, settle
 
@@ -206,7 +207,7 @@ def stack(
     arrays = blank(n, given, 0)
     fill(
         wanted.matrix, wanted.target, wanted.weight, np.zeros((n + 1, n + 1)), given.matrix, given.bound,
-        _NO_PAIRS, _NO_TAGS, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *arrays,
+        _NO_PAIRS, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *arrays,
     )  # fmt: skip
     problem = Problem(*arrays, float(scale), n)
     set_box(np.array(low, dtype=float), np.array(high, dtype=float), scale, problem.upper, problem.lower)
@@ -290,4 +291,4 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 _NOTHING = _read_only(np.zeros(0))
 # Nothing near: the same types that a state's pairs have, so that the kernels need no second compilation.
-_NO_PAIRS, _NO_TAGS = _read_only(np.zeros((0, 10))), _read_only(np.zeros((0, 3), np.int32))
+_NO_PAIRS = _read_only(np.zeros((0, PAIR)))

@@ -8,11 +8,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fixtures.moment_kernel import pair_count
 from ..geometry.compiled import compiled
 from .dual_kernel import solve_dual
-from .judge_kernel import judge
-from .problem_kernel import prepare, settle
-from .world import Counts, Single
+from .judge_kernel import judge_motion
+from .problem_kernel import assemble, settle
+from .world import Counts, Single, unpack_cover, unpack_world
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -53,35 +54,34 @@ def room_parts(
 def attempt(
     numbers: Array, counts: Counts,
     boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
-    before: Array, near: Array, near_tags: Index,
-    matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
+    before: Array, matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
     scale: float, primal: float, dual: float, room: Array,
-    after: Array, rows: Array, labels: Index, body: Index, pairs: Array, tags: Index,
-) -> tuple[int, int, float, float, int]:  # fmt: skip
+    after: Array, rows: Array, labels: Index, body: Index,
+) -> tuple[int, int, float, int, int]:  # fmt: skip
     """One step of a program without slacks.
 
     Args:
-        numbers … poses: packed world and cover; before, near, near_tags: a measured moment and its pairs.
+        numbers … poses: packed world and cover; before: a measured moment.
         matrix … bound: rows of the program, see ``problem_kernel.fill``; scale: length of the wanted step in mm.
-        primal, dual: tolerances of the check, see ``settle``; room: work, see ``room_parts``.
-        after, rows, labels, body, pairs, tags: out, see ``judge``.
+        primal, dual: tolerances of the check, see ``settle``; room: for MAX_ROWS pairs, see ``room_parts``.
+        after, rows, labels, body: out, see ``judge_motion``.
 
     Returns:
-        The verdict of ``judge``, its count and its way, or UNSOLVED; the scale of the program; how many joints cannot
-        keep their acceleration.
+        The verdict of ``judge_motion``, its rows and its way, or UNSOLVED; how many rows the program has; how many
+        joints cannot keep their acceleration.
     """
-    c, m, n = matrix.shape[1], len(bound) + len(near), counts[0]
+    world = unpack_world(numbers, counts)
+    c, m, n = len(little), len(bound) + pair_count(before), len(world.lower)
     hessian, gradient, program, upper, lower, x, multiplier, box, step = room_parts(room, c, m, n)
-    scale, broken = prepare(
-        numbers, counts, before, matrix, target, weight, little, given, bound, near, near_tags, scale,
+    scale, broken = assemble(
+        world, before, matrix, target, weight, little, given, bound, scale,
         hessian, gradient, program, upper, lower, box,
     )  # fmt: skip
     solved = solve_dual(hessian, gradient, program, upper, lower, x, multiplier)
     if not (solved and settle(hessian, gradient, program, upper, lower, x, multiplier, primal, dual)):
-        return UNSOLVED, 0, 0.0, scale, broken
+        return UNSOLVED, 0, 0.0, m, broken
     for j in range(n):
         step[j] = x[j] * scale
-    verdict, count, way = judge(
-        numbers, counts, boxes, corners, label, first, poses, before, step, after, rows, labels, body, pairs, tags
-    )
-    return verdict, count, way, scale, broken
+    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
+    verdict, needed, way = judge_motion(world, cover, before, step, after, rows, labels, body)
+    return verdict, needed, way, m, broken

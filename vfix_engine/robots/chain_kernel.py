@@ -76,8 +76,10 @@ def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, ja
         jacobian_out: (6, n), rows 0-2 the tip's velocity, rows 3-5 the angular velocity per unit of joint speed.
     """
     n = len(q)
-    frame, placed = np.eye(3), np.empty((3, 3))
-    origin, at = np.zeros(3), np.empty((n, 3))
+    frame, placed, origin = np.empty((3, 3)), np.empty((3, 3)), np.zeros(3)
+    for i in range(3):
+        for k in range(3):
+            frame[i, k] = 1.0 if i == k else 0.0
     for j in range(n):
         for i in range(3):
             for k in range(3):
@@ -86,11 +88,13 @@ def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, ja
         for i in range(3):
             along = placed[i, 0] * chain.axis[j, 0] + placed[i, 1] * chain.axis[j, 1] + placed[i, 2] * chain.axis[j, 2]
             if chain.revolute[j]:
-                jacobian_out[3 + i, j] = along
+                jacobian_out[i, j], jacobian_out[3 + i, j] = (
+                    origin[i],
+                    along,
+                )  # the joint's place until the tip's is known
             else:
                 jacobian_out[i, j], jacobian_out[3 + i, j] = along, 0.0
                 origin[i] += along * q[j]
-            at[j, i] = origin[i]
         if chain.revolute[j]:
             _turned(placed, chain.axis[j], q[j], frame)
         else:
@@ -105,7 +109,11 @@ def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, ja
     for j in range(n):
         if chain.revolute[j]:
             x, y, z = jacobian_out[3, j], jacobian_out[4, j], jacobian_out[5, j]
-            rx, ry, rz = position_out[0] - at[j, 0], position_out[1] - at[j, 1], position_out[2] - at[j, 2]
+            rx, ry, rz = (
+                position_out[0] - jacobian_out[0, j],
+                position_out[1] - jacobian_out[1, j],
+                position_out[2] - jacobian_out[2, j],
+            )
             jacobian_out[0, j] = y * rz - z * ry
             jacobian_out[1, j] = z * rx - x * rz
             jacobian_out[2, j] = x * ry - y * rx

@@ -1,0 +1,159 @@
+"""The parts of the compiled step one by one: what each takes when it is called, and what it takes at the very least.
+
+A part is called from Python in the course of a drive, once, and what handing over its arguments costs is taken off
+again (an empty compiled function gets the same ones).
+Its floor is the same kernel repeated inside compiled code: everything in the fastest cache, nothing handed over.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.control import Controller, Task, ToolState, qp
+from vfix_engine.control.certificate import measured
+from vfix_engine.control.dual_kernel import solve_dual
+from vfix_engine.control.judge_kernel import judge
+from vfix_engine.control.measure_kernel import measure, place
+from vfix_engine.control.problem_kernel import prepare, settle
+from vfix_engine.control.step_kernel import attempt, room_parts, room_size
+from vfix_engine.control.world import unpack_cover, unpack_world
+from vfix_engine.fixtures.moment_kernel import moment_parts
+from vfix_engine.geometry.pairs import MAX_ROWS
+
+PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
+REPEATS = 20  # of a kernel for its floor
+
+Array = NDArray[np.float64]
+_bare = numba.njit(error_model="numpy")
+
+
+@_bare
+def _nothing(*arguments: Any) -> int:
+    return 0
+
+
+@_bare
+def _kinematics(times: int, numbers: Any, counts: Any, after: Array) -> None:
+    world = unpack_world(numbers, counts)
+    q, _, position, rotation, jacobian, start, end, _ = moment_parts(
+        after, len(world.lower), len(world.radius), len(world.margin)
+    )
+    for _ in range(times):
+        place(world, q, position, rotation, jacobian, start, end)
+
+
+@_bare
+def _proximity(
+    times: int, numbers: Any, counts: Any, boxes: Any, corners: Any, label: Any, first: Any, poses: Any,
+    after: Array, rows: Array, labels: Any, body: Any,
+) -> None:  # fmt: skip
+    world = unpack_world(numbers, counts)
+    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
+    _, _, _, _, _, start, end, distance = moment_parts(after, len(world.lower), len(world.radius), len(world.margin))
+    for _ in range(times):
+        measure(world, cover, start, end, world.threshold, distance, rows, labels, body)
+
+
+@_bare
+def _rows(
+    times: int, numbers: Any, counts: Any, before: Array, matrix: Array, target: Array, weight: Array, little: Array,
+    given: Array, bound: Array, scale: float,
+    hessian: Array, gradient: Array, program: Array, upper: Array, lower: Array, box: Array,
+) -> None:  # fmt: skip
+    for _ in range(times):
+        prepare(
+            numbers, counts, before, matrix, target, weight, little, given, bound, scale,
+            hessian, gradient, program, upper, lower, box,
+        )  # fmt: skip
+
+
+@_bare
+def _qp(
+    times: int, hessian: Array, gradient: Array, program: Array, upper: Array, lower: Array, x: Array, multiplier: Array
+) -> None:
+    for _ in range(times):
+        solve_dual(hessian, gradient, program, upper, lower, x, multiplier)
+        settle(hessian, gradient, program, upper, lower, x, multiplier, qp.PRIMAL_TOLERANCE, qp.DUAL_TOLERANCE)
+
+
+@_bare
+def _judge(
+    times: int, numbers: Any, counts: Any, boxes: Any, corners: Any, label: Any, first: Any, poses: Any,
+    before: Array, step: Array, after: Array, rows: Array, labels: Any, body: Any,
+) -> None:  # fmt: skip
+    for _ in range(times):
+        judge(
+            numbers, counts, boxes, corners, label, first, poses,
+            before, step, after, rows, labels, body,
+        )  # fmt: skip
+
+
+class StepParts:
+    """Times the parts of one controller's steps."""
+
+    def __init__(self, controller: Controller):
+        self._controller = controller
+        self._taken: dict[str, list[float]] = {}
+        self._least: dict[str, list[float]] = {}
+
+    def time(self, state: ToolState, task: Task) -> None:
+        """One pass over the parts of the step from a state that this controller has measured; nothing is kept of it."""
+        if not task.scale > 0.0 or task.constraints:
+            return
+        near, certifier = measured(state), self._controller._certifier
+        arrays, (rows, labels, body) = certifier.surroundings.arrays, certifier._workspace
+        n, little = len(state.q), self._controller._little
+        wanted, given = qp.join_objectives(task.objectives, n + 1), qp.join_constraints((), n + 1)
+        room = np.zeros(room_size(n + 1, MAX_ROWS, n))
+        after = near.moment.copy()
+        program = (
+            near.moment, *wanted, little, given.matrix, given.bound, task.scale,
+        )  # fmt: skip
+        hessian, gradient, matrix, upper, lower, x, multiplier, box, step = room_parts(room, n + 1, len(near.pairs), n)
+        solver = (hessian, gradient, matrix, upper, lower)
+        whole = (
+            *arrays, near.moment, *wanted, little, given.matrix, given.bound,
+            task.scale, qp.PRIMAL_TOLERANCE, qp.DUAL_TOLERANCE, room, after, rows, labels, body,
+        )  # fmt: skip
+        called = _seconds(attempt, whole)
+        self._note("handing over", _seconds(_nothing, whole), 0.0)
+        self._note("whole step", _seconds(self._controller.step, (state, task)), 0.0)
+        self._note("compiled", called, 0.0)
+        self._part("rows", _rows, (*arrays[:2], *program, *solver, box))
+        self._part("qp", _qp, (*solver, x, multiplier))
+        step[:] = x[:n] * task.scale
+        self._part("kinematics", _kinematics, (*arrays[:2], after))
+        self._part("proximity", _proximity, (*arrays, after, rows, labels, body))
+        self._part("judge", _judge, (*arrays, near.moment, step, after, rows, labels, body))
+
+    def told(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Median µs of each part as called, and its floor; 'python' and 'handing_over' are what is around them."""
+        taken = {name: 1e6 * float(np.median(values)) for name, values in self._taken.items()}
+        least = {name: 1e6 * float(np.median(values)) for name, values in self._least.items()}
+        for every in (taken, least):
+            every["certificate"] = max(every["judge"] - every["kinematics"] - every["proximity"], 0.0)
+        split = {name: taken[name] for name in PARTS}
+        split["handing_over"] = taken["handing over"]
+        split["python"] = max(taken["whole step"] - taken["compiled"], 0.0)
+        return split, {name: least[name] for name in PARTS} | {"handing_over": 0.0, "python": 0.0}
+
+    def _part(self, name: str, kernel: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        """Once as called, without the handing over, and many times in compiled code."""
+        taken = _seconds(kernel, (1, *arguments)) - _seconds(_nothing, (1, *arguments))
+        self._note(name, max(taken, 0.0), _seconds(kernel, (REPEATS, *arguments)) / REPEATS)
+
+    def _note(self, name: str, taken: float, least: float) -> None:
+        self._taken.setdefault(name, []).append(taken)
+        self._least.setdefault(name, []).append(least)
+
+
+def _seconds(call: Callable[..., Any], arguments: tuple[Any, ...]) -> float:
+    begin = time.perf_counter()
+    call(*arguments)
+    return time.perf_counter() - begin
