@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import os
+import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -16,6 +17,8 @@ from benchmarks.attack.campaign import Campaign
 from benchmarks.report import BenchmarkRefused, machine, need_coal
 
 SUMMARY = "attack the certificate: adversarial steps, every accepted motion measured again"
+
+Job = tuple[str, int, int, int]  # scene, seed, steps, replays for coal
 
 DEFAULT_STEPS = 100_000
 COAL_SHARE = 0.12  # of all steps: their poses are measured by coal as well
@@ -78,15 +81,20 @@ def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
     return total
 
 
-def _attack(job: tuple[str, int, int, int]) -> dict[str, Any]:
+def _attack(job: Job) -> dict[str, Any]:
     name, seed, steps, replays = job
     return Campaign(name, seed, steps, need_coal(), COAL_SHARE, replays).run()
 
 
-def _in_processes(jobs: list[tuple[str, int, int, int]], count: int) -> list[dict[str, Any]]:
+def _in_processes(jobs: list[Job], count: int) -> list[dict[str, Any]]:
     """Each scene in one of ``count`` processes; the order of the results is that of the jobs."""
+    done = []
     with ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_quiet) as pool:
-        return list(pool.map(_attack, jobs))
+        for scene in pool.map(_attack, jobs):
+            done.append(scene)
+            found = scene.get("skipped") or f"{scene['steps']:,} steps, {scene['violations']} violations"
+            print(f"vfix: {len(done)} of {len(jobs)}, {scene['name']}: {found}", file=sys.stderr)
+    return done
 
 
 def _quiet() -> None:
