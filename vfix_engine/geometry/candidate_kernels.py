@@ -75,42 +75,48 @@ def empty_boxes(first: int, node: Single) -> None:
             node[LANES * (3 + k) + lane] = np.float32(0.0)
 
 
-@borrowing
-def fill_lane(corner: Array, block: Array, lane: int) -> None:
-    """One triangle (9,) into a lane of a block."""
-    for k in range(9):
-        block[LANES * k + lane] = corner[k]
-
-
 @compiled
 def pack(
-    corners: Array, triangle: Index, count: Index, frame: Array
+    vertices: Array, faces: Index, labels: Index, segments: int, frame: Array
 ) -> tuple[Single, Array, Index, Array, Index]:  # fmt: skip
-    """Candidates from triangles (n, 9) with numbers (n,), the first count[0] for segment 0, then count[1] and so on."""
-    offset = np.zeros(len(count) + 1, np.int32)
-    for s in range(len(count)):
-        offset[s + 1] = offset[s] + (count[s] + LANES * LANES - 1) // (LANES * LANES)
-    nodes = offset[len(count)]
-    boxes, blocks = np.empty(NODE * nodes, np.float32), np.empty(CORNERS * LANES * nodes)
-    label = np.full(LANES * LANES * nodes, -1, np.int32)
-    place = 0
-    for s in range(len(count)):
-        slot = LANES * LANES * offset[s]
-        end = place + count[s]
-        for node in range(offset[s], offset[s + 1]):
-            box = boxes[NODE * node : NODE * (node + 1)]
-            empty_boxes(0, box)
-            for lane in range(LANES):
-                if place < end:
-                    block = blocks[CORNERS * (LANES * node + lane) : CORNERS * (LANES * node + lane + 1)]
-                    for j in range(LANES):
-                        fill_lane(corners[min(place, end - 1)], block, j)
-                        if place < end:
-                            label[slot] = triangle[place]
-                            place += 1
-                        slot += 1
-                    box_of_block(block, frame, lane, box)
-    return boxes, blocks, label, frame, offset
+    """Candidates from labels (n, 2) of pairs, segment by segment; the triangles stay in their order."""
+    offset = np.zeros(segments + 1, np.int32)
+    for i in range(len(labels)):
+        offset[labels[i, 0] + 1] += 1
+    for s in range(segments):
+        offset[s + 1] = offset[s] + (offset[s + 1] + LANES * LANES - 1) // (LANES * LANES)
+    nodes = offset[segments]
+    boxes, corners = np.empty(NODE * nodes, np.float32), np.empty(CORNERS * LANES * nodes)
+    names = np.full(LANES * LANES * nodes, -1, np.int32)
+    _fill(vertices, faces, labels, frame, offset, boxes, corners, names)
+    return boxes, corners, names, frame, offset
+
+
+@borrowing
+def _fill(
+    vertices: Array, faces: Index, labels: Index, frame: Array, offset: Index,
+    boxes: Single, corners: Array, names: Index,
+) -> None:  # fmt: skip
+    for node in range(len(boxes) // NODE):
+        empty_boxes(0, boxes[NODE * node : NODE * (node + 1)])
+    first = 0
+    while first < len(labels):
+        segment, last = labels[first, 0], first
+        while last < len(labels) and labels[last, 0] == segment:
+            last += 1
+        slot = LANES * LANES * offset[segment]
+        for place in range(first, first + LANES * ((last - first + LANES - 1) // LANES)):
+            face, k = labels[min(place, last - 1), 1], slot // LANES
+            block = corners[CORNERS * k : CORNERS * (k + 1)]
+            for c in range(3):
+                for i in range(3):
+                    block[LANES * (3 * c + i) + slot % LANES] = vertices[faces[face, c], i]
+            if place < last:
+                names[slot] = face
+            slot += 1
+            if slot % LANES == 0:
+                box_of_block(block, frame, k % LANES, boxes[NODE * (k // LANES) : NODE * (k // LANES + 1)])
+        first = last
 
 
 @borrowing

@@ -57,7 +57,7 @@ class CandidateList:
 
     def clearance(self, segments: Segments) -> float:
         """Smallest distance from the whole tool's surface to the anatomy; infinity when nothing is in reach."""
-        return _least_of_all(*self.arrays, segments.start, segments.end, segments.radius)
+        return float(self.min_distance_per_segment(segments).min(initial=np.inf))
 
 
 @compiled
@@ -105,19 +105,4 @@ def _least(
             boxes, corners, label, frame, offset[s], offset[s + 1], start[s], end[s] - start[s], np.inf
         )  # fmt: skip
         least[s] = gap - radius[s]
-    return least
-
-
-@compiled
-def _least_of_all(
-    boxes: Single, corners: Array, label: Index, frame: Array, offset: Index, start: Array, end: Array, radius: Array
-) -> float:
-    least = np.inf
-    for s in range(len(radius)):
-        bound = least + radius[s]
-        if bound > 0.0:
-            gap = segment_least(
-                boxes, corners, label, frame, offset[s], offset[s + 1], start[s], end[s] - start[s], bound
-            )  # fmt: skip
-            least = min(least, gap - radius[s])
     return least

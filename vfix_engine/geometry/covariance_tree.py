@@ -19,7 +19,7 @@ from .points import checked_points
 from .rows_kernel import write_row
 from .spheres import enclosing_spheres
 from .tree_build import Nodes, build
-from .tree_query import tree_nearest, tree_pairs, tree_places, tree_points
+from .tree_query import tree_nearest, tree_pairs, tree_points
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -84,19 +84,14 @@ class CovarianceTree:
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """The triangles within ``reach`` mm of each segment's surface, for exact queries around this pose."""
-        lists = [
-            tree_places(
-                *self.nodes[:5], self._corners, self._spheres,
-                segments.start[s], segments.end[s] - segments.start[s], max(reach + float(segments.radius[s]), 0.0),
-            )
-            for s in range(len(segments))
-        ]  # fmt: skip
-        places = np.concatenate(lists) if lists else np.empty(0, np.int32)
+        labels = tree_pairs(
+            *self.nodes, self._corners, self._spheres, self._normals,
+            segments.start, segments.end, segments.radius, reach, -1.0, 0.0,
+        )[1]  # fmt: skip
         low, high = self.mesh.bounds
         frame = np.array([*(0.5 * (low + high)), np.abs(high - low).max()])
-        count = np.array([len(each) for each in lists], np.int32)
-        arrays = Candidates(*pack(self._corners[places], self.nodes.order[places], count, frame))
-        return CandidateList(segments, reach, arrays, len(places))
+        arrays = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), frame)
+        return CandidateList(segments, reach, Candidates(*arrays), len(labels))
 
     def _nearest(self, segments: Segments, upper: float) -> tuple[float, int, int]:
         """Smallest distance, its segment, its place in the leaves' order; (upper, −1, −1) when none is nearer."""

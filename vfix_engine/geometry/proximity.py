@@ -21,7 +21,7 @@ from .pairs import Pair, Pairs, pairs_from_rows, reduce_pairs
 from .points import checked_points
 from .wide_build import build_wide
 from .wide_nearest import wide_clearance, wide_closest, wide_points
-from .wide_pairs import corners_at, wide_groups, wide_pairs, wide_places
+from .wide_pairs import wide_groups, wide_pairs
 
 __all__ = [
     "CandidateList", "CovarianceTree", "Pair", "Pairs", "Proximity", "ProximityTree", "reduce_pairs",
@@ -141,6 +141,6 @@ class ProximityTree:
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        places, count = wide_places(*self._search, segments.start, segments.end, segments.radius, reach, 4 * self._room)
-        arrays = pack(corners_at(self.arrays.corners, places), self.arrays.label[places], count, self.arrays.frame)
-        return CandidateList(segments, reach, Candidates(*arrays), len(places))
+        labels = wide_pairs(*self._search, segments.start, segments.end, segments.radius, reach, 2 * self._room)[1]
+        arrays = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), self.arrays.frame)
+        return CandidateList(segments, reach, Candidates(*arrays), len(labels))

@@ -98,44 +98,6 @@ def tree_pairs(
 
 
 @compiled
-def tree_places(
-    frame: Array, box: Array, child: Index, first: Index, last: Index, corners: Array, spheres: Array,
-    p: Array, d: Array, limit: float,
-) -> Index:  # fmt: skip
-    """Places of all triangles whose sphere comes within ``limit`` of one axis segment p + t·d."""
-    places = np.empty(256, np.int32)
-    found = 0
-    stack, lp, ld = np.empty(STACK, np.int32), np.empty(3), np.empty(3)
-    dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-    top = 1
-    stack[0] = 0
-    while top > 0:
-        top -= 1
-        node = stack[top]
-        gap, _ = node_gap(frame[node], box[node], p, d, lp, ld)
-        if gap > limit * limit:
-            continue
-        if child[node] >= 0:
-            stack[top], stack[top + 1] = child[node] + 1, child[node]
-            top += 2
-            continue
-        for place in range(first[node], last[node]):
-            if fits(p, d, dd, spheres[place], limit):
-                c = corners[place]
-                near = segment_triangle(
-                    p[0], p[1], p[2], d[0], d[1], d[2], c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8]
-                )[0]
-                if near <= limit * limit:
-                    if found == len(places):
-                        wider = np.empty(2 * found, np.int32)
-                        wider[:found] = places
-                        places = wider
-                    places[found] = place
-                    found += 1
-    return places[:found].copy()
-
-
-@compiled
 def tree_nearest(
     frame: Array, box: Array, child: Index, first: Index, last: Index, corners: Array, spheres: Array,
     p: Array, d: Array, bound: float,

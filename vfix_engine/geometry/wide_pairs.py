@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
+from .block_kernels import CORNERS, LANES, QUERY, WORK
 from .box_lanes import NODE, PROBE, SHELL, box_gaps, shell_gaps
 from .candidate_kernels import append_block
 from .compiled import borrowing, compiled
@@ -202,89 +202,3 @@ def _group_row(shell: Single, lane: int, query: Array, probe: Single, frame: Arr
     row[0], row[1], row[2], row[3] = gap - radius, x, y, z
     row[4], row[5], row[6] = query[0] + t * query[3], query[1] + t * query[4], query[2] + t * query[5]
     row[7], row[8], row[9] = row[4] - gap * x, row[5] - gap * y, row[6] - gap * z
-
-
-@compiled
-def wide_places(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array, reach: float, room: int,
-) -> tuple[Index, Index]:  # fmt: skip
-    """Places (n,) of the triangles within ``reach`` of each segment's surface, and how many (S,) for each segment."""
-    numbers, singles, work = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
-    count = np.empty(len(radius), np.int32)
-    while True:
-        places = np.empty(room, np.int32)
-        found = _places(
-            boxes, corners, label, balls, frame, level, start, end, radius, reach,
-            places, count, numbers, singles, work,
-        )  # fmt: skip
-        if found + LANES <= room:
-            return places[:found], count
-        room = found + LANES
-
-
-@borrowing
-def _places(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array, reach: float,
-    places: Index, counts: Index, numbers: Array, singles: Single, room: Index,
-) -> int:  # fmt: skip
-    probe, gaps, waiting, near = singles[:PROBE], singles[PROBE : PROBE + LANES], room[:STACK], room[STACK:PLACES]
-    picked = room[PICKED:PLACES]
-    found, blocks = 0, level[1]
-    for s in range(len(radius)):
-        limit, before = max(reach + radius[s], 0.0), found
-        set_out(start[s], end[s], frame, numbers, singles)
-        top, chosen = 1, 0
-        waiting[0] = level[len(level) - 1] - 1
-        while top > 0:
-            top -= 1
-            node = waiting[top]
-            box_gaps(boxes[NODE * (node - blocks) : NODE * (node - blocks + 1)], probe, gaps)
-            first, last = children(node, level)
-            if first >= blocks:
-                top = keep_near(first, last, gaps, limit, waiting, top)
-                continue
-            for i in range(keep_near(first, last, gaps, limit, near, 0)):
-                after = in_reach(balls, near[i], probe, limit, gaps, picked, chosen)
-                if after < 0:
-                    for j in range(LANES):
-                        picked[chosen + j] = LANES * near[i] + j
-                    after = chosen + LANES
-                chosen = after
-                if chosen >= LANES:
-                    chosen, found = _places_of_picked(
-                        corners, label, picked, chosen, limit, places, found, numbers, room
-                    )
-        if chosen > 0:
-            chosen, found = _places_of_picked(corners, label, picked, chosen, limit, places, found, numbers, room)
-        counts[s] = found - before
-    return found
-
-
-@borrowing
-def _places_of_picked(
-    corners: Array, label: Index, picked: Index, count: int, limit: float,
-    places: Index, found: int, numbers: Array, room: Index,
-) -> tuple[int, int]:  # fmt: skip
-    """As ``_rows_of_picked``, but only the places of the triangles that are near enough."""
-    block, names, work = numbers[NUMBERS - CORNERS : NUMBERS], room[NAMES:PICKED], numbers[QUERY : QUERY + WORK]
-    last = count - 1
-    count = pick(corners, label, picked, count, block, names)
-    block_gaps(block, numbers[:QUERY], limit, work)
-    for j in range(LANES):
-        if found < len(places):
-            places[found] = picked[min(count + j, last)]
-        found += int((work[j] <= limit * limit) & (names[j] >= 0))
-    return count, found
-
-
-@compiled
-def corners_at(corners: Array, places: Index) -> Array:
-    """Corners (n, 9) of the triangles at some places."""
-    picked = np.empty((len(places), 9))
-    for i in range(len(places)):
-        at = CORNERS * (places[i] // LANES) + places[i] % LANES
-        for k in range(9):
-            picked[i, k] = corners[at + LANES * k]
-    return picked
