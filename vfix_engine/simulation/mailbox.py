@@ -2,7 +2,9 @@
 
 A mailbox holds one message: a sequence number, its length, its checksum and its bytes.
 The writer makes the sequence odd while it writes; a reader that meets an odd or changed number, or a wrong
-checksum, tries again, so that no half message is ever read whatever the processor reorders.
+checksum, tries again, so that no half message is ever read whatever the processor reorders. The checksum begins with
+the sequence, so that it fits no other message and no empty one either: packing a header clears it first, and a
+message of no bytes with the checksum 0 would pass for whole in that moment.
 """
 
 from __future__ import annotations
@@ -48,7 +50,7 @@ class Mailbox:
         self._sequence += 1
         _HEADER.pack_into(buffer, 0, 2 * self._sequence - 1, len(message), 0)
         buffer[_HEADER.size : _HEADER.size + len(message)] = message
-        _HEADER.pack_into(buffer, 0, 2 * self._sequence, len(message), zlib.crc32(message))
+        _HEADER.pack_into(buffer, 0, 2 * self._sequence, len(message), _checksum(message, 2 * self._sequence))
 
     def read(self, seen: int = 0) -> tuple[int, bytes] | None:
         """The newest message and its number, or None when there is none newer than ``seen``."""
@@ -60,7 +62,7 @@ class Mailbox:
             if sequence % 2 or _HEADER.size + length > len(buffer):
                 continue
             message = bytes(buffer[_HEADER.size : _HEADER.size + length])
-            if zlib.crc32(message) == checksum and _HEADER.unpack_from(buffer, 0)[0] == sequence:
+            if _checksum(message, sequence) == checksum and _HEADER.unpack_from(buffer, 0)[0] == sequence:
                 return int(sequence), message
         return None
 
@@ -69,6 +71,11 @@ class Mailbox:
         self._memory.close()
         if self._owner:
             self._memory.unlink()
+
+
+def _checksum(message: bytes, sequence: int) -> int:
+    """Of a message under its number, never 0: that is what a cleared header holds."""
+    return zlib.crc32(message, sequence & 0xFFFFFFFF) | 1 << 32
 
 
 def _buffer(memory: SharedMemory) -> memoryview:

@@ -1,5 +1,6 @@
 """The mailboxes: newest wins, nothing torn."""
 
+import struct
 import threading
 import time
 import zlib
@@ -23,6 +24,27 @@ def test_newest_wins_and_nothing_is_read_twice() -> None:
         assert reader.read(news[0]) is None
         with pytest.raises(ControlError, match="does not fit"):
             box.write(bytes(101))
+    finally:
+        reader.close()
+        box.close()
+
+
+def test_a_header_that_is_only_half_written_is_no_empty_message() -> None:
+    """Packing clears the whole header before it writes the sequence: for a moment length and checksum are 0."""
+    box = Mailbox.create(100)
+    reader = Mailbox.attach(box.name)
+    try:
+        box.write(b"one")
+        struct.pack_into("<QQQ", box._memory.buf, 0, 4, 0, 0)
+        assert reader.read() is None
+        box.write(b"two")
+        news = reader.read()
+        assert news is not None
+        assert news[1] == b"two"
+        box.write(b"")
+        news = reader.read()
+        assert news is not None
+        assert news[1] == b""
     finally:
         reader.close()
         box.close()
