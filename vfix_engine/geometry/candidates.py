@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .candidate_kernels import Candidates, segment_least, segment_rows
+from .block_kernels import LANES
+from .candidate_kernels import NUMBERS, SINGLES, Candidates, pairs_into, segment_least
 from .capsules import Segments
-from .compiled import compiled
+from .compiled import borrowing, compiled
 from .pairs import Pairs, pairs_from_rows
-from .rows_kernel import widened
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Index = NDArray[np.int32]
+Lanes = NDArray[np.uint64]
 
 
 class CandidateList:
@@ -48,8 +49,8 @@ class CandidateList:
 
     def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
         """All pairs whose distance is at most ``threshold`` mm, segment by segment."""
-        rows, labels = _pairs(*self.arrays, segments.start, segments.end, segments.radius, threshold)
-        return pairs_from_rows(rows, labels)
+        tool = (segments.start, segments.end, segments.radius)
+        return pairs_from_rows(*_pairs(*self.arrays, *tool, threshold, self._size))
 
     def min_distance_per_segment(self, segments: Segments) -> Array:
         """Smallest distance (S,) from each segment's surface to the anatomy; infinity where nothing is in reach."""
@@ -78,21 +79,32 @@ def still_valid(
 @compiled
 def _pairs(
     boxes: Single, corners: Array, label: Index, frame: Array, offset: Index,
-    start: Array, end: Array, radius: Array, threshold: float,
+    start: Array, end: Array, radius: Array, threshold: float, size: int,
 ) -> tuple[Array, Index]:  # fmt: skip
-    rows, labels = np.empty((1024, 10)), np.empty((1024, 2), np.int32)
+    rows, labels, along = np.empty((size, 10)), np.empty((size, 2), np.int32), np.empty(3)
+    numbers, singles, lanes = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(LANES + 1, np.uint64)
+    found = _pairs_into(
+        boxes, corners, label, frame, offset, start, end, radius, threshold,
+        rows, labels, along, numbers, singles, lanes,
+    )  # fmt: skip
+    return rows[:found], labels[:found]
+
+
+@borrowing
+def _pairs_into(
+    boxes: Single, corners: Array, label: Index, frame: Array, offset: Index,
+    start: Array, end: Array, radius: Array, threshold: float,
+    rows: Array, labels: Index, along: Array, numbers: Array, singles: Single, lanes: Lanes,
+) -> int:  # fmt: skip
     found = 0
     for s in range(len(radius)):
-        before = found
-        while True:
-            found, _ = segment_rows(
-                boxes, corners, label, frame, offset[s], offset[s + 1],
-                start[s], end[s] - start[s], radius[s], threshold, s, rows, labels, before,
-            )  # fmt: skip
-            if found <= len(rows):
-                break
-            rows, labels = widened(rows, labels)
-    return rows[:found].copy(), labels[:found].copy()
+        for k in range(3):
+            along[k] = end[s, k] - start[s, k]
+        found, _ = pairs_into(
+            boxes, corners, label, frame, offset[s], offset[s + 1],
+            start[s], along, radius[s], threshold, s, rows, labels, found, numbers, singles, lanes,
+        )  # fmt: skip
+    return found
 
 
 @compiled

@@ -14,7 +14,7 @@ from .candidate_kernels import Candidates, pack
 from .candidates import CandidateList
 from .capsules import Segments
 from .mesh import TriangleMesh
-from .pairs import Pair, Pairs, pairs_from_rows
+from .pairs import Pair, Pairs, pair_from_row, pairs_from_rows
 from .points import checked_points
 from .rows_kernel import write_row
 from .spheres import enclosing_spheres
@@ -75,8 +75,7 @@ class CovarianceTree:
         along = segments.end[segment] - start
         radius = float(segments.radius[segment])
         write_row(start, along, radius, np.inf, self._corners[place], self._normals[place], row)
-        row.setflags(write=False)
-        return Pair(float(row[0]), row[1:4], row[4:7], row[7:10], segment, int(self.nodes.order[place]))
+        return pair_from_row(row, segment, int(self.nodes.order[place]))
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
         """Distance (n,), closest point (n, 3) and its triangle (n,) for points (n, 3)."""

@@ -79,6 +79,22 @@ class Pair:
     segment: int
     triangle: int
 
+    def __getattr__(self, name: str) -> Any:
+        """As in ``Pairs``: a part of the kernel's row, where ``pair_from_row`` made this pair."""
+        place = _COLUMNS.get(name)
+        if place is None or "_row" not in self.__dict__:
+            raise AttributeError(f"a pair has no {name}")
+        part = self.__dict__[name] = self.__dict__["_row"][place[1]]
+        return part
+
+
+def pair_from_row(row: Array, segment: int, triangle: int) -> Pair:
+    """A pair from a kernel's row (10,)."""
+    row.setflags(write=False)
+    pair = object.__new__(Pair)
+    pair.__dict__.update(distance=float(row[0]), segment=segment, triangle=triangle, _row=row)
+    return pair
+
 
 def pairs_from_rows(rows: Array, labels: Index) -> Pairs:
     """Pairs from the kernels' rows: (N, 10) distance, normal, on_tool, on_surface; (N, 2) segment, triangle."""

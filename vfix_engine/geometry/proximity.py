@@ -17,7 +17,7 @@ from .candidates import CandidateList
 from .capsules import Segments
 from .covariance_tree import CovarianceTree
 from .mesh import TriangleMesh
-from .pairs import Pair, Pairs, pairs_from_rows, reduce_pairs
+from .pairs import Pair, Pairs, pair_from_row, pairs_from_rows, reduce_pairs
 from .points import checked_points
 from .wide_build import build_wide
 from .wide_nearest import wide_clearance, wide_closest, wide_points
@@ -131,9 +131,7 @@ class ProximityTree:
 
     def closest(self, segments: Segments) -> Pair:
         """The pair of the smallest distance."""
-        row, segment, triangle = wide_closest(*self._search, segments.start, segments.end, segments.radius)
-        row.setflags(write=False)
-        return Pair(float(row[0]), row[1:4], row[4:7], row[7:10], segment, triangle)
+        return pair_from_row(*wide_closest(*self._search, segments.start, segments.end, segments.radius))
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
         """See ``Proximity.point_distance``."""
