@@ -2,6 +2,8 @@
 
 A pair's row is −n·ΔP ≤ bound, and no point of segment s moves further than m_s in one step within the joints' box:
 a row with a bound of m_s or more holds for every such step and may be left out without any change of the answer.
+That box keeps the accelerations. An emergency's program has a wider one (``joint_bounds``), in which a row that was
+left out may be missed; as with every row, the certificate then refuses what comes too near.
 Of the others those are kept that say something of their own, nearest first (``geometry.pairs.select``).
 What that drops is nearly a copy of a nearer row; should it matter all the same, the certificate refuses the step.
 """

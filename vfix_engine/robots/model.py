@@ -16,6 +16,7 @@ from .tool import HOLDS, Tool
 
 Array = NDArray[np.float64]
 
+MOST_JOINTS = 32  # between base and tool frame: a control step goes over all pairs of joints
 _EDGE = 0.1  # share of a joint's range at either end that is no place to start from
 
 
@@ -64,6 +65,7 @@ class Joint:
 
     @property
     def unit(self) -> str:
+        """Of its range: 'mm' (prismatic) or 'rad' (revolute)."""
         return "mm" if self.kind == "prismatic" else "rad"
 
 
@@ -115,7 +117,7 @@ class RobotModel:
     notes: what was assumed or left out when the description was read, in words.
 
     Raises:
-        RobotError: no joint, or a home outside the joints' ranges.
+        RobotError: no joint, more than 32 of them (HAZ-23), or a home outside the joints' ranges.
     """
 
     def __init__(
@@ -132,6 +134,11 @@ class RobotModel:
     ):
         if not joints:
             raise RobotError(f"robot '{name}' has no joint between its base and its tool frame")
+        if len(joints) > MOST_JOINTS:
+            raise RobotError(
+                f"robot '{name}' has {len(joints):,} moving joints between its base and its tool frame; "
+                f"at most {MOST_JOINTS} can be controlled"
+            )
         self.name, self.title, self.source, self.joints, self.visuals = name, title, source, joints, visuals
         self.mount, self.stands, self.notes = mount or Mount(), stands, notes
         self.lower = np.array([j.lower for j in joints])

@@ -68,6 +68,7 @@ class PlacedRobot:
 
     @property
     def dof(self) -> int:
+        """n, how many joints move."""
         return len(self.robot.joints)
 
     def tip(self, q: Array) -> TipState:

@@ -104,6 +104,7 @@ class RehearsalProcess:
 
     @property
     def alive(self) -> bool:
+        """Whether the control process runs and has not been closed."""
         return not self._closed and self._process.is_alive()
 
     def set_grip(self, position: ArrayLike) -> None:
@@ -131,9 +132,11 @@ class RehearsalProcess:
         self._put(lambda i: replace(i, twist=_sign(direction), beats=i.beats + 1))
 
     def run(self) -> None:
+        """Let the clock tick; the tool moves when a hand moves it."""
         self._send("run")
 
     def pause(self) -> None:
+        """Stop the clock where it is; ``run`` goes on from there."""
         self._send("pause")
 
     def reset(self) -> None:
@@ -141,6 +144,7 @@ class RehearsalProcess:
         self._send("reset")
 
     def set_mode(self, mode: str, target_index: int | None = None) -> None:
+        """Another of ``rehearsal.MODES``; ``target_index`` is the target of 'inspect', the first by default."""
         self._send("mode", mode, 0 if target_index is None else int(target_index))
 
     def set_settings(self, settings: ControlSettings) -> None:

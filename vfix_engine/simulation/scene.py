@@ -36,4 +36,5 @@ class Scene:
     fixtures: tuple[Fixture, ...] = ()
 
     def placed_robot(self) -> PlacedRobot:
+        """The robot with its base in the patient frame and the tool's tip as its tip."""
         return self.robot.placed(self.base, self.tool)

@@ -26,10 +26,12 @@ class HandInput:
     twist: int = 0
 
     def to_bytes(self) -> bytes:
+        """Packed for the shared memory, as ``from_bytes`` reads it."""
         return _ENCODER.encode(self)
 
     @classmethod
     def from_bytes(cls, data: bytes) -> HandInput:
+        """What ``to_bytes`` packed; msgspec's errors where it is something else."""
         return _HAND.decode(data)
 
 

@@ -13,6 +13,7 @@ from tests.engine.robots.urdf_texts import GOOD, LIMIT, joint, links, urdf
 from vfix_engine.errors import RobotError
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.robots.model import MOST_JOINTS
 from vfix_engine.robots.urdf import parse_urdf
 
 
@@ -216,6 +217,23 @@ def test_a_joint_that_follows_another_cannot_be_in_the_chain(tmp_path: Path) -> 
     with pytest.raises(RobotError, match="mimics 'one'"):
         load(tmp_path, text)
     assert len(load(tmp_path, text, "b").joints) == 1
+
+
+def chain(count: int) -> str:
+    """A URDF of so many continuous joints in a row."""
+    names = [f"l{i}" for i in range(count + 1)]
+    every = (joint(f"j{i}", names[i], names[i + 1], "continuous", "") for i in range(count))
+    return urdf(links(*names), *every)
+
+
+def test_a_chain_has_at_most_as_many_joints_as_can_be_controlled(tmp_path: Path) -> None:
+    """HAZ-23: fixed joints and branches do not count; 3,000 joints are refused when they are read, not in a step."""
+    longest = load(tmp_path, chain(MOST_JOINTS))
+    assert longest.placed(np.eye(4)).tip(longest.home).jacobian.shape == (6, MOST_JOINTS)
+    assert len(load(tmp_path, chain(100), f"l{MOST_JOINTS}").joints) == MOST_JOINTS
+    for count in (MOST_JOINTS + 1, 3_000):
+        with pytest.raises(RobotError, match=f"{count:,} moving joints .* at most {MOST_JOINTS}"):
+            load(tmp_path, chain(count))
 
 
 def mutants() -> Iterator[str]:
