@@ -1,7 +1,7 @@
 """The same control step built from what is on the shelf: Pinocchio, coal and qpsolvers, glued in numpy.
 
-It is written to be fast, not to look slow: shapes and requests are made once, contacts are read only where their rows
-can bind, the reduction to the rows that say something is the engine's own compiled one, the QP is daqp's through
+It is written to be fast, not to look slow: shapes and requests are made once, coal has the faster of its trees for
+either question, the reduction to the rows that say something is the engine's own compiled one, the QP is daqp's through
 qpsolvers (the fastest there for a dense problem of this size), and nothing is formatted or copied for show.
 It shares the laws of the limits with the engine, but no kinematics, no distance, no row and no solver call: that both
 take the same step is a check as well.
@@ -23,7 +23,6 @@ from vfix_engine.control import ControlSettings, Task, ToolState
 from vfix_engine.control.surroundings import BUFFER_MM
 from vfix_engine.fixtures.boundary import approach_rooms
 from vfix_engine.fixtures.joint_limits import little_motion, step_box
-from vfix_engine.fixtures.stopping import stopping_distance
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.pairs import Pairs, reduce_pairs
 from vfix_engine.robots import PlacedRobot, TipState, Tool
@@ -65,7 +64,6 @@ class Stack:
         self._measured = build(coal, mesh)[0] if exact_check else None
         self._still = coal.Transform3s.Identity()
         ends = tool.segments(np.eye(3), np.zeros(3))
-        self._start, self._end = ends.start, ends.end
         self._capsules = [
             coal.Capsule(float(radius), float(np.linalg.norm(end - start)))
             for start, end, radius in zip(ends.start, ends.end, ends.radius, strict=True)
@@ -89,7 +87,7 @@ class Stack:
         places = self._placed(tip.rotation, tip.position)
         low, high = self._box(state)
         marks.append(time.perf_counter())
-        pairs, count = self._pairs(places, self._limits(tip, np.maximum(-low, high)))
+        pairs, count = self._pairs(places)
         marks.append(time.perf_counter())
         problem = self._problem(task, tip, pairs, low, high)
         marks.append(time.perf_counter())
@@ -116,42 +114,31 @@ class Stack:
         )
         return low, high
 
-    def _limits(self, tip: TipState, size: Array) -> list[float]:
-        """Gap of each capsule above which no row can bind in a step of joints no larger than ``size`` (n,)."""
-        linear, turning = tip.jacobian[:3], tip.jacobian[3:]
-        limits = []
-        for ends in zip(self._start, self._end, strict=True):
-            levers = [tip.rotation @ end for end in ends]
-            moves = [np.linalg.norm(linear + np.cross(turning.T, lever).T, axis=0) @ size for lever in levers]
-            limits.append(self._keep + stopping_distance(float(max(moves)), self._change))
-        return limits
-
-    def _pairs(self, places: list[Any], limits: list[float]) -> tuple[Pairs, int]:
-        """The reduced pairs that can bind, and how many lie within the threshold."""
-        coal = self._coal
-        rows: list[Array] = []
-        segment, triangle = [], []
-        count = 0
+    def _pairs(self, places: list[Any]) -> tuple[Pairs, int]:
+        """The reduced pairs within the threshold, and how many there are."""
+        coal, count = self._coal, 0
+        gaps: list[float] = []
+        vectors: list[Array] = []
+        segment: list[int] = []
+        triangle: list[int] = []
         for s, (capsule, place) in enumerate(zip(self._capsules, places, strict=True)):
             result = coal.CollisionResult()
             coal.collide(self._surface, self._still, capsule, place, self._near, result)
             contacts = result.getContacts()
             count += len(contacts)
-            limit, radius = limits[s], self._radius[s]
             for contact in contacts:
-                gap = contact.penetration_depth
-                if gap < limit:
-                    normal = contact.normal  # from the surface to the capsule
-                    on_tool = contact.getNearestPoint2() + radius * normal
-                    rows.append(np.concatenate([[gap], normal, on_tool, contact.getNearestPoint1()]))
-                    segment.append(s)
-                    triangle.append(contact.b1)
-        table = np.array(rows).reshape(-1, 10)
+                gaps.append(contact.penetration_depth)
+                # From the surface to the capsule; the point on the surface, and that on the capsule's.
+                vectors += (contact.normal, contact.getNearestPoint1(), contact.getNearestPoint2())
+                triangle.append(contact.b1)
+            segment += [s] * len(contacts)
+        parts, table = np.array(segment, dtype=np.int32), np.array(vectors, dtype=float).reshape(-1, 3, 3)
+        normal = table[:, 0].copy()
+        on_tool = table[:, 2] + self._radius[parts][:, None] * normal
         every = Pairs(
-            table[:, 0].copy(), table[:, 1:4].copy(), table[:, 4:7].copy(), table[:, 7:10].copy(),
-            np.array(segment, dtype=np.int32), np.array(triangle, dtype=np.int32),
-        )  # fmt: skip
-        return reduce_pairs(every) if rows else every, count
+            np.array(gaps, dtype=float), normal, on_tool, table[:, 1].copy(), parts, np.array(triangle, dtype=np.int32)
+        )
+        return reduce_pairs(every), count
 
     def _problem(self, task: Task, tip: TipState, pairs: Pairs, low: Array, high: Array) -> qpsolvers.Problem:
         """Li 2007, eq. 14-20 in numpy, scaled by the length of the wanted step."""

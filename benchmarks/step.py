@@ -1,11 +1,17 @@
-"""One step of control along the corridor, against the same step built from Pinocchio, coal and qpsolvers."""
+"""One step of control along the corridor, against the same step built from Pinocchio, coal and qpsolvers.
+
+A rehearsal drives the corridor once; then its tasks are taken again, block by block: a second controller makes the
+steps of a block one after the other, gathering triangles where driving makes it necessary, and the stack makes its
+own from the same states.
+What a step took within the rehearsal, where everything else that a rehearsal does comes between two steps, is told as
+well.
+"""
 
 from __future__ import annotations
 
 import argparse
 import gc
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,18 +19,18 @@ import numpy as np
 from benchmarks import cases, report
 from benchmarks.stack import PARTS, Stack
 from benchmarks.step_parts import StepParts
-from vfix_engine.control import ControlSettings, StepReport, Task, ToolState
+from vfix_engine.control import Controller, ControlSettings, StepReport, Task, ToolState
 from vfix_engine.simulation.rehearsal import Command, Rehearsal
 
 SUMMARY = "a whole control step along the corridor, against Pinocchio + coal + qpsolvers"
 BLOCK = 20  # steps that are driven in one go, as a rehearsal drives them, before the stack has its turn
 EVERY = 5  # of them the stack takes one
-SPLIT_EVERY = 25  # steps between two whose parts are timed one by one
+SPLIT_EVERY = 60  # steps, a multiple of a block, between two whose parts are timed one by one
 MOST_STEPS = 60_000
 SAME_STEP = 1e-6  # relative to the length of the wanted step
 SAME_CLEARANCE_MM = 1e-6
 
-Moment = tuple[ToolState, Task, StepReport]
+Moment = tuple[ToolState, Task]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,12 +67,10 @@ class _Drive:
 
     def __init__(self, coal: Any, case: cases.BenchCase, most: int):
         self._case, self._most, self._settings = case, most, ControlSettings()
-        scene = cases.drive(case, self._settings).scene
-        self._rehearsal = Rehearsal(scene, self._settings)
-        robot = scene.placed_robot()
-        self._stack = Stack(coal, case.mesh, robot, scene.tool, self._settings)
-        self._comparing = Stack(coal, case.mesh, robot, scene.tool, self._settings, exact_check=False)
-        self._parts = StepParts(self._rehearsal.controller)
+        self._scene = scene = cases.drive(case, self._settings).scene
+        self._stack = Stack(coal, case.mesh, scene.placed_robot(), scene.tool, self._settings)
+        self._comparing = Stack(coal, case.mesh, scene.placed_robot(), scene.tool, self._settings, exact_check=False)
+        self._driven: list[float] = []
         self._ours: list[float] = []
         self._theirs: list[float] = []
         self._theirs_comparing: list[float] = []
@@ -76,78 +80,83 @@ class _Drive:
         self._pairs: list[int] = []
 
     def measure(self) -> dict[str, Any]:
-        """Drive, with the stack after every block, and tell."""
-        rehearsal, block = self._rehearsal, list[Moment]()
-        step = rehearsal.controller.step
-        rehearsal.controller.step = self._timed(step, block)  # type: ignore[method-assign]
-        state = rehearsal.start()
-        self._warm(state.tool)
+        """Drive, take the steps again in turn with the stack, and tell."""
         collecting = gc.isenabled()
         gc.disable()  # as in the control loop, which pays for garbage at rest
         try:
-            for index in range(self._most):
-                state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
-                if len(block) >= BLOCK or snapshot.phase == "done":
-                    self._compare(block)
-                    if index % SPLIT_EVERY < BLOCK and block:
-                        self._parts.time(*block[-1][:2])
-                    block.clear()
-                    gc.collect(0)
-                if snapshot.phase == "done":
-                    break
+            start, tasks, progress = self._drive()
+            gc.collect()
+            controller = Rehearsal(self._scene, self._settings).controller
+            parts = StepParts(controller)
+            state = controller.measure(start)
+            for first in range(0, len(tasks), BLOCK):
+                block: list[Moment] = []
+                for task in tasks[first : first + BLOCK]:
+                    begin = time.perf_counter()
+                    done = controller.step(state, task)
+                    self._ours.append(time.perf_counter() - begin)
+                    block.append((state, task))
+                    state = done.state
+                self._compare(block, controller)
+                if first % SPLIT_EVERY == 0:
+                    parts.time(*block[-1])
+                gc.collect(0)
         finally:
-            rehearsal.controller.step = step  # type: ignore[method-assign]
             if collecting:
                 gc.enable()
-        return self._told(snapshot.progress_mm)
+        return self._told(progress, parts)
 
-    def _timed(self, step: Callable[[ToolState, Task], StepReport], block: list[Moment]) -> Any:
-        ours = self._ours
+    def _drive(self) -> tuple[np.ndarray, list[Task], float]:
+        """Joints at the start, the task of every step of the rehearsal, and how far along the path it came."""
+        rehearsal = Rehearsal(self._scene, self._settings)
+        state = rehearsal.start()
+        rehearsal.step(state, Command(np.zeros(3), drive=1))  # compiles what is not yet
+        start, tasks, step = state.tool.q, list[Task](), rehearsal.controller.step
 
         def timed(state: ToolState, task: Task) -> StepReport:
             begin = time.perf_counter()
             done = step(state, task)
-            ours.append(time.perf_counter() - begin)
-            block.append((state, task, done))
+            self._driven.append(time.perf_counter() - begin)
+            tasks.append(task)
             return done
 
-        return timed
+        rehearsal.controller.step = timed  # type: ignore[method-assign]
+        for _ in range(self._most):
+            state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
+            if snapshot.phase == "done":
+                break
+        return start, tasks, snapshot.progress_mm
 
-    def _warm(self, state: ToolState) -> None:
-        """What is compiled on first use is compiled before the clock runs."""
-        rehearsal = self._rehearsal
-        rehearsal.step(rehearsal.start(), Command(np.zeros(3), drive=1))
-        self._ours.clear()
-
-    def _compare(self, block: list[Moment]) -> None:
+    def _compare(self, block: list[Moment], controller: Controller) -> None:
         """The stack's turn at some of the block's states."""
-        for state, task, done in block[::EVERY]:
-            if not task.scale > 0.0:
-                continue
+        moments = [moment for moment in block[::EVERY] if moment[1].scale > 0.0]
+        answers = []
+        for state, task in moments:
             begin = time.perf_counter()
-            theirs = self._stack.step(state, task)
+            answers.append(self._stack.step(state, task))
             self._theirs.append(time.perf_counter() - begin)
+        for state, task in moments:
             begin = time.perf_counter()
             self._comparing.step(state, task)
             self._theirs_comparing.append(time.perf_counter() - begin)
+        for (state, task), theirs in zip(moments, answers, strict=True):
             self._shares.append(theirs.seconds)
             self._pairs.append(theirs.pairs)
+            done = controller.step(state, task)
             if theirs.step is None or theirs.clearance is None:
                 self._steps_apart.append(np.inf)
-                continue
-            ours = done.state.q - state.q
-            if done.outcome == "moved":
-                self._steps_apart.append(float(np.abs(theirs.step - ours).max()) / task.scale)
+            elif done.outcome == "moved":
+                self._steps_apart.append(float(np.abs(theirs.step - (done.state.q - state.q)).max()) / task.scale)
                 clearance = min(theirs.clearance, self._settings.reach_mm)
                 self._clearances_apart.append(abs(clearance - done.state.clearance))
 
-    def _told(self, progress: float) -> dict[str, Any]:
-        ours, theirs, comparing = (
-            report.spread_us(seconds) for seconds in (self._ours, self._theirs, self._theirs_comparing)
+    def _told(self, progress: float, parts: StepParts) -> dict[str, Any]:
+        ours, driven, theirs, comparing = (
+            report.spread_us(seconds) for seconds in (self._ours, self._driven, self._theirs, self._theirs_comparing)
         )
         apart, clearances = max(self._steps_apart), max(self._clearances_apart)
         shares = 1e6 * np.median(np.array(self._shares), axis=0)
-        split, floor = self._parts.told()
+        split, floor = parts.told(ours["median_us"])
         return {
             "triangles": len(self._case.mesh.faces),
             "pair_threshold_mm": self._settings.reach_mm,
@@ -156,6 +165,7 @@ class _Drive:
             **ours,
             "ratio_vs_stack": theirs["median_us"] / ours["median_us"],
             "p99_ratio_vs_stack": theirs["p99_us"] / ours["p99_us"],
+            "in_the_rehearsal": driven,
             "split_us": split,
             "floor_us": floor,
             "stack": {

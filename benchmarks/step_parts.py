@@ -1,8 +1,10 @@
-"""The parts of the compiled step one by one: what each takes when it is called, and what it takes at the very least.
+"""The parts of the compiled step one by one: what each takes, and what it takes at the very least.
 
-A part is called from Python in the course of a drive, once, and what handing over its arguments costs is taken off
+A part is called from Python at poses of the drive, a few times, and what handing over its arguments costs is taken off
 again (an empty compiled function gets the same ones).
 Its floor is the same kernel repeated inside compiled code: everything in the fastest cache, nothing handed over.
+What a step takes in the drive beyond the sum of its parts, code and data being no longer in the nearest caches when its
+turn comes, is told as 'from_caches'.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ from vfix_engine.geometry.pairs import MAX_ROWS
 
 PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
 REPEATS = 20  # of a kernel for its floor
+CALLS = 7  # of a part, of which the median counts; the first is not counted
 
 Array = NDArray[np.float64]
 _bare = numba.njit(error_model="numpy")
@@ -98,7 +101,7 @@ class StepParts:
     """Times the parts of one controller's steps."""
 
     def __init__(self, controller: Controller):
-        self._controller = controller
+        self._controller, self._step = controller, controller.step
         self._taken: dict[str, list[float]] = {}
         self._least: dict[str, list[float]] = {}
 
@@ -123,7 +126,7 @@ class StepParts:
         )  # fmt: skip
         called = _seconds(attempt, whole)
         self._note("handing over", _seconds(_nothing, whole), 0.0)
-        self._note("whole step", _seconds(self._controller.step, (state, task)), 0.0)
+        self._note("whole step", _seconds(self._step, (state, task)), 0.0)
         self._note("compiled", called, 0.0)
         self._part("rows", _rows, (*arrays[:2], *program, *solver, box))
         self._part("qp", _qp, (*solver, x, multiplier))
@@ -132,8 +135,11 @@ class StepParts:
         self._part("proximity", _proximity, (*arrays, after, rows, labels, body))
         self._part("judge", _judge, (*arrays, near.moment, step, after, rows, labels, body))
 
-    def told(self) -> tuple[dict[str, float], dict[str, float]]:
-        """Median µs of each part as called, and its floor; 'python' and 'handing_over' are what is around them."""
+    def told(self, median_us: float) -> tuple[dict[str, float], dict[str, float]]:
+        """Median µs of each part, together those of a driven step, and of its floor.
+
+        'handing_over' is what it takes to call compiled code, 'python' what is around that.
+        """
         taken = {name: 1e6 * float(np.median(values)) for name, values in self._taken.items()}
         least = {name: 1e6 * float(np.median(values)) for name, values in self._least.items()}
         for every in (taken, least):
@@ -141,10 +147,11 @@ class StepParts:
         split = {name: taken[name] for name in PARTS}
         split["handing_over"] = taken["handing over"]
         split["python"] = max(taken["whole step"] - taken["compiled"], 0.0)
-        return split, {name: least[name] for name in PARTS} | {"handing_over": 0.0, "python": 0.0}
+        split["from_caches"] = median_us - sum(split.values())
+        return split, {name: least[name] for name in PARTS} | dict.fromkeys(list(split)[len(PARTS) :], 0.0)
 
     def _part(self, name: str, kernel: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-        """Once as called, without the handing over, and many times in compiled code."""
+        """As called, without the handing over, and many times in compiled code."""
         taken = _seconds(kernel, (1, *arguments)) - _seconds(_nothing, (1, *arguments))
         self._note(name, max(taken, 0.0), _seconds(kernel, (REPEATS, *arguments)) / REPEATS)
 
@@ -154,6 +161,10 @@ class StepParts:
 
 
 def _seconds(call: Callable[..., Any], arguments: tuple[Any, ...]) -> float:
-    begin = time.perf_counter()
     call(*arguments)
-    return time.perf_counter() - begin
+    taken = []
+    for _ in range(CALLS):
+        begin = time.perf_counter()
+        call(*arguments)
+        taken.append(time.perf_counter() - begin)
+    return float(np.median(taken))

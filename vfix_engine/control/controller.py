@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..fixtures import (
     Constraint,
     Fixture,
     Objective,
+    Rows,
     Situation,
     ToolState,
     brake,
@@ -37,6 +38,7 @@ SHRINKS = (1.0, 0.5, 0.25, 0.1)  # shares of a step that are tried before holdin
 CREEPS = (0.03, 0.01)  # and out of a margin, where the bound on the way leaves no room but that of its tolerance
 HELD_SHARE = 0.02  # a step that achieves less of the wanted motion than this counts as held
 SLOWED_SHARE = 0.9  # a step that achieves less of it is explained
+_STOPPING_MM = 1e-6  # stands for the length of a wish that is none, where the program brings the tool to rest
 _ROUNDING = 1e-9  # share of an acceleration limit that is the last bits of a velocity
 
 
@@ -86,7 +88,10 @@ class StepReport(NamedTuple):
 
 
 class _Plan(NamedTuple):
-    """A solved step that waits for its certificate; ``gently``: within every acceleration limit as it is."""
+    """A solved step that waits for its certificate.
+
+    gently: within every acceleration limit as it is; limits: the constraints, those of acceleration among them.
+    """
 
     state: ToolState
     task: Task
@@ -95,6 +100,7 @@ class _Plan(NamedTuple):
     box: Array
     rows: int
     gently: bool
+    limits: Sequence[Constraint] = ()
 
 
 class Controller:
@@ -104,6 +110,9 @@ class Controller:
         tree: the anatomy, body 0; zones: further bodies, each with its own margin.
         fixtures: stand there whatever the task is; their rows join the task's, and they have a say in every verdict.
         solver: of the QP; 'dual' is part of the compiled step, 'daqp' is called natively, others through qpsolvers.
+
+    Raises:
+        ControlError: no such solver is installed.
     """
 
     def __init__(
@@ -116,6 +125,7 @@ class Controller:
         zones: Sequence[Zone] = (),
         fixtures: Sequence[Fixture] = (),
     ):
+        qp.check_solver(solver)
         self.robot, self.tool, self.settings, self.solver = robot, tool, settings, solver
         self.tree, self.fixtures = tree, tuple(fixtures)
         surroundings = Surroundings(robot, tool, tree, settings, zones)
@@ -161,9 +171,16 @@ class Controller:
         refuse_start(self.zones, state.distance[1:], self.tool.segment_names)
         return state
 
-    def measure(self, q: Array) -> ToolState:
-        """The state at rest at q (n,) without any verdict."""
-        return self._certifier.measure(q)
+    def measure(self, q: Array, velocity: Array | None = None) -> ToolState:
+        """The state at q (n,), at rest unless a velocity (n,) is given, without any verdict."""
+        return self._certifier.measure(q, velocity)
+
+    def certify(self, state: ToolState, step: Array) -> ToolState | None:
+        """The certificate alone: the state after a joint step (n,), whoever proposes it, or None where it is refused.
+
+        Limits of the joints' speeds and the standing fixtures have no say in it.
+        """
+        return self._certifier.certify(self._certifier.knows(state), step)
 
     def step(self, state: ToolState, task: Task) -> StepReport:
         """One certified step; never raises on bad luck: what cannot be certified is held (HAZ-01, HAZ-03)."""
@@ -172,13 +189,21 @@ class Controller:
             return self._rest(state, task)
         objectives, constraints = task.objectives, task.constraints
         if self.fixtures:
-            now = self._situation(state, task)
-            standing = [fixture.rows(now) for fixture in self.fixtures]
+            standing = self._standing(state, task)
             objectives = (*objectives, *(o for rows in standing for o in rows.objectives))
             constraints = (*constraints, *(c for rows in standing for c in rows.constraints))
-        return self._at_once(state, task, objectives, constraints) or self._by_parts(
-            state, task, objectives, constraints
-        )
+        return self._solved(state, task, objectives, constraints)
+
+    def _standing(self, state: ToolState, task: Task) -> list[Rows]:
+        """What the standing fixtures give to this step."""
+        now = self._situation(state, task)
+        return [fixture.rows(now) for fixture in self.fixtures]
+
+    def _solved(
+        self, state: ToolState, task: Task, objectives: Sequence[Objective], constraints: Sequence[Constraint]
+    ) -> StepReport:
+        at_once = self._at_once(state, task, objectives, constraints)
+        return self._by_parts(state, task, objectives, constraints) if at_once is None else at_once
 
     def _at_once(
         self, state: ToolState, task: Task, objectives: Sequence[Objective], constraints: Sequence[Constraint]
@@ -211,6 +236,7 @@ class Controller:
         self, state: ToolState, task: Task, objectives: Sequence[Objective], constraints: Sequence[Constraint]
     ) -> StepReport:
         """The step part by part: any solver, soft rows, programs without a solution, motions to be cut short."""
+        limits = constraints
         problem, box, broken = self._problem(state, objectives, constraints, task.scale)
         solution = qp.solve(problem, self.solver)
         gently = solution is not None and broken == 0
@@ -230,8 +256,8 @@ class Controller:
             solution = qp.solve(problem, self.solver) or qp.solve(problem.holdable(), self.solver)
         if solution is None:
             reason = Blocker("solver", "no safe step was found", 1.0)
-            return self._held(state, (reason,), problem.row_count)
-        return self._take(_Plan(state, task, solution, constraints, box, problem.row_count, gently))
+            return self._held(state, (reason,), problem.row_count, limits)
+        return self._take(_Plan(state, task, solution, constraints, box, problem.row_count, gently, limits))
 
     def _situation(self, state: ToolState, task: Task) -> Situation:
         """What the standing fixtures are told."""
@@ -280,9 +306,9 @@ class Controller:
             outcome = "moved" if share == 1.0 else "shrunk"
             if achieved < SLOWED_SHARE:
                 outcome, why = self._slowed(plan, achieved, outcome)
-            rushed = not (share == 1.0 and plan.gently) and self._rushed(state, step)
+            rushed = not (share == 1.0 and plan.gently) and self._rushed(state, step, plan.limits)
             return StepReport(after, outcome, achieved, why, plan.rows, rushed, lambda: self._why(plan)[0])
-        return self._held(state, self._why(plan)[0], plan.rows)
+        return self._held(state, self._why(plan)[0], plan.rows, plan.limits)
 
     def _slowed(self, plan: _Plan, achieved: float, outcome: str) -> tuple[str, tuple[Blocker, ...]]:
         """Outcome and reasons of a step that makes less than was wanted."""
@@ -299,15 +325,23 @@ class Controller:
         return why, len(why) < len(every)
 
     def _rest(self, state: ToolState, task: Task) -> StepReport:
-        """Nothing is wanted: the tool stands still, or comes to rest as gently as the joints' accelerations ask for."""
+        """Nothing is wanted: the tool stands still, or comes to rest as gently as every limit asks for."""
         if not state.velocity.any():
             return StepReport(state, "idle", 1.0, (), 0)
+        limits: tuple[Constraint, ...] = ()
+        if self.fixtures:
+            # What would bring the tool anywhere is left out: without a hand it only comes to rest.
+            limits = tuple(c for rows in self._standing(state, task) for c in rows.constraints if c.penalty is None)
+            if (state.distance >= self._world.margin[:, None]).all():
+                stopping = replace(task, scale=_STOPPING_MM, achieved=lambda step: 1.0)
+                report = self._solved(state, stopping, task.objectives, (*task.constraints, *limits))
+                return report._replace(outcome="idle", share=1.0, blockers=(), told=tuple)
         step = self._braking(state)
         for share in SHRINKS:
             after = self._certified(state, share * step, task)
             if after is not None:
-                return StepReport(after, "idle", 1.0, (), 0, self._rushed(state, share * step))
-        return StepReport(self._stopped(state), "idle", 1.0, (), 0, self._rushed(state, 0.0 * step))
+                return StepReport(after, "idle", 1.0, (), 0, self._rushed(state, share * step, limits))
+        return StepReport(self._stopped(state), "idle", 1.0, (), 0, self._rushed(state, 0.0 * step, limits))
 
     def _braking(self, state: ToolState) -> Array:
         """The step (n,) of a robot that comes to rest, within every limit of its joints."""
@@ -330,16 +364,24 @@ class Controller:
             return False
         return not self.fixtures or all(fixture.keeps(state, after) for fixture in self.fixtures)
 
-    def _held(self, state: ToolState, why: tuple[Blocker, ...], rows: int) -> StepReport:
-        rushed = self._rushed(state, np.zeros(len(state.q)))
+    def _held(
+        self, state: ToolState, why: tuple[Blocker, ...], rows: int, limits: Sequence[Constraint]
+    ) -> StepReport:
+        rushed = self._rushed(state, np.zeros(len(state.q)), limits)
         return StepReport(self._stopped(state), "held", 0.0, why or self._explainer.nearest(state), rows, rushed)
 
     def _stopped(self, state: ToolState) -> ToolState:
         """The same pose at rest."""
         return self._certifier.measure(state.q) if state.velocity.any() else state
 
-    def _rushed(self, state: ToolState, step: Array) -> bool:
-        """Whether a step from a state exceeds a joint's acceleration."""
+    def _rushed(self, state: ToolState, step: Array, limits: Sequence[Constraint] = ()) -> bool:
+        """Whether a step from a state exceeds an acceleration: a joint's, or one that a fixture limits."""
         world = self._world
         last, change = state.velocity * world.dt, world.acceleration * world.dt**2
-        return bool((np.abs(step - last) > change + _ROUNDING * (change + np.abs(last))).any())
+        if (np.abs(step - last) > change + _ROUNDING * (change + np.abs(last))).any():
+            return True
+        return any(
+            (c.matrix[:, :-1] @ step > c.bound + _ROUNDING * np.abs(c.bound).max()).any()
+            for c in limits
+            if c.kind == "acceleration"
+        )

@@ -29,7 +29,6 @@ Index = NDArray[np.int32]
 LAST_BIT = 4e-16  # of a joint's value: rounding
 SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
 HALVINGS = 5
-ON_AXIS_MM = 1e-6  # a surface this near to the axis of a segment has reached it
 _GRID = 1 << HALVINGS
 
 KEPT, REFUSED, UNCOVERED, OVERFULL = range(4)  # what a verdict can be
@@ -195,7 +194,8 @@ def judge_motion(
     floor = np.empty((bodies, count))
     for b in range(bodies):
         for s in range(count):
-            if b < len(cover.frame) and distance[b, s] <= ON_AXIS_MM - world.radius[s]:
+            # A surface has no inside: nearer to an axis than a way may deviate, it might be crossed unseen.
+            if b < len(cover.frame) and distance[b, s] <= SWEEP_TOLERANCE_MM - world.radius[s]:
                 return REFUSED, 0, way
             floor[b, s] = min(distance[b, s], world.margin[b])
     if not _above(new_distance, floor):

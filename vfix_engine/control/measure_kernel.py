@@ -57,16 +57,20 @@ def measure(
             before = found
             for k in range(3):
                 along[k] = end[s, k] - start[s, k]
-            if b < surfaces and threshold > -np.inf:
-                found, least = segment_pairs(
-                    cover.boxes, cover.corners, cover.label, cover.frame[b], cover.first[b, s], cover.first[b, s + 1],
-                    start[s], along, world.radius[s], threshold, s, rows, labels, found,
-                )  # fmt: skip
-            elif b < surfaces:
-                least = segment_least(
-                    cover.boxes, cover.corners, cover.label, cover.frame[b], cover.first[b, s], cover.first[b, s + 1],
-                    start[s], along, world.threshold + world.radius[s],
-                ) - world.radius[s]  # fmt: skip
+            if b < surfaces:
+                first, last = cover.first[b, s], cover.first[b, s + 1]
+                if first == last:
+                    least = np.inf
+                elif threshold > -np.inf:
+                    found, least = segment_pairs(
+                        cover.boxes, cover.corners, cover.label, cover.frame[b], first, last,
+                        start[s], along, world.radius[s], threshold, s, rows, labels, found,
+                    )  # fmt: skip
+                else:
+                    bound = world.threshold + world.radius[s]
+                    least = -world.radius[s] + segment_least(
+                        cover.boxes, cover.corners, cover.label, cover.frame[b], first, last, start[s], along, bound
+                    )
             else:
                 z = b - surfaces
                 count, least = shape_rows(

@@ -215,6 +215,13 @@ def stack(
     return problem
 
 
+def check_solver(solver: str) -> None:
+    """ControlError unless ``solve`` knows that name."""
+    if solver not in (DUAL, "daqp", *qpsolvers.available_solvers):
+        known = ", ".join(sorted({DUAL, "daqp", *qpsolvers.available_solvers}))
+        raise ControlError(f"QP solver '{solver}' is not installed; available are: {known}")
+
+
 def solve(problem: Problem, solver: str = DUAL) -> Solution | None:
     """The minimiser, or None when the problem has none or the solver's answer does not stand its check.
 
@@ -253,9 +260,7 @@ def _solve_natively(problem: Problem) -> tuple[Array, Array] | None:
 
 
 def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array] | None:
-    if solver not in qpsolvers.available_solvers:
-        known = ", ".join(sorted(qpsolvers.available_solvers))
-        raise ControlError(f"QP solver '{solver}' is not installed; available are: {known}")
+    check_solver(solver)
     convert = csc_matrix if solver in qpsolvers.sparse_solvers else np.asarray
     stated = qpsolvers.Problem(
         convert(problem.hessian),

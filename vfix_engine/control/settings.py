@@ -9,6 +9,9 @@ from typing import Any
 from ..errors import InputError
 from ..fixtures import stoppable_step
 
+# Settings that plans made earlier may still carry; they mean nothing any more and are passed over when read.
+RETIRED = frozenset({"group_flat_mm"})
+
 
 @dataclass(frozen=True)
 class Bound:
@@ -31,7 +34,6 @@ class ControlSettings:
     dt_s: float = 1e-3
     margin_mm: float = 0.3
     threshold_mm: float = 3.0
-    group_flat_mm: float = 2.0
     stiffness_n_per_mm: float = 0.25
     force_cap_n: float = 5.0
     gain_mm_per_s_per_n: float = 2.0
@@ -83,14 +85,15 @@ class ControlSettings:
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> ControlSettings:
-        """Settings from a plan's mapping; unknown names raise InputError."""
+        """Settings from a plan's mapping; names in ``RETIRED`` are passed over, unknown ones raise InputError."""
         known = {f.name for f in fields(cls)}
-        unknown = sorted(set(data) - known)
+        unknown = sorted(set(data) - known - RETIRED)
         if unknown:
             raise InputError(f"unknown settings: {', '.join(unknown)}; known are {', '.join(sorted(known))}")
-        return cls(**data)
+        return cls(**{name: value for name, value in data.items() if name not in RETIRED})
 
     def to_dict(self) -> dict[str, float]:
+        """Every field by name, in the unit that the name ends in; ``from_dict`` reads it."""
         return asdict(self)
 
 
@@ -98,7 +101,6 @@ _BOUNDS = {
     "dt_s": Bound(1e-4, 2e-2, "s", "Control period"),
     "margin_mm": Bound(0.05, 3.0, "mm", "Safety margin"),
     "threshold_mm": Bound(0.5, 10.0, "mm", "Boundary threshold"),
-    "group_flat_mm": Bound(0.0, 10.0, "mm", "Flatness of grouped patches (0: none)"),
     "stiffness_n_per_mm": Bound(0.01, 5.0, "N/mm", "Grip stiffness"),
     "force_cap_n": Bound(0.1, 20.0, "N", "Force cap"),
     "gain_mm_per_s_per_n": Bound(0.05, 10.0, "mm/s/N", "Admittance gain"),

@@ -48,11 +48,11 @@ class Chain(NamedTuple):
 
 
 @compiled
-def _turned(rotation: Array, axis: Array, angle: float, out: Array) -> None:
-    """out = rotation · Rot(axis, angle) by Rodrigues' formula."""
+def _turned(rotation: Array, axis: Array, j: int, angle: float, out: Array) -> None:
+    """out = rotation · Rot(axis[j], angle) by Rodrigues' formula."""
     c, s = np.cos(angle), np.sin(angle)
     v = 1.0 - c
-    x, y, z = axis[0], axis[1], axis[2]
+    x, y, z = axis[j, 0], axis[j, 1], axis[j, 2]
     for i in range(3):
         a, b, e = rotation[i, 0], rotation[i, 1], rotation[i, 2]
         out[i, 0] = a * (c + x * x * v) + b * (y * x * v + z * s) + e * (z * x * v - y * s)
@@ -61,10 +61,13 @@ def _turned(rotation: Array, axis: Array, angle: float, out: Array) -> None:
 
 
 @compiled
-def _times(one: Array, two: Array, out: Array) -> None:
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = one[i, 0] * two[0, j] + one[i, 1] * two[1, j] + one[i, 2] * two[2, j]
+def _lever_arms(chain: Chain, position: Array, jacobian: Array) -> None:
+    """Columns of revolute joints: from the joint's place to ω × (tip − place)."""
+    for j in range(jacobian.shape[1]):
+        if chain.revolute[j]:
+            x, y, z = jacobian[3, j], jacobian[4, j], jacobian[5, j]
+            rx, ry, rz = position[0] - jacobian[0, j], position[1] - jacobian[1, j], position[2] - jacobian[2, j]
+            jacobian[0, j], jacobian[1, j], jacobian[2, j] = y * rz - z * ry, z * rx - x * rz, x * ry - y * rx
 
 
 @compiled
@@ -75,45 +78,32 @@ def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, ja
         rotation_out: (3, 3); position_out: (3,) mm.
         jacobian_out: (6, n), rows 0-2 the tip's velocity, rows 3-5 the angular velocity per unit of joint speed.
     """
-    n = len(q)
     frame, placed, origin = np.empty((3, 3)), np.empty((3, 3)), np.zeros(3)
     for i in range(3):
         for k in range(3):
             frame[i, k] = 1.0 if i == k else 0.0
-    for j in range(n):
+    for j in range(len(q)):
         for i in range(3):
+            a, b, e = frame[i, 0], frame[i, 1], frame[i, 2]
+            origin[i] += a * chain.offset[j, 0] + b * chain.offset[j, 1] + e * chain.offset[j, 2]
             for k in range(3):
-                origin[i] += frame[i, k] * chain.offset[j, k]
-        _times(frame, chain.rotation[j], placed)
-        for i in range(3):
+                placed[i, k] = a * chain.rotation[j, 0, k] + b * chain.rotation[j, 1, k] + e * chain.rotation[j, 2, k]
             along = placed[i, 0] * chain.axis[j, 0] + placed[i, 1] * chain.axis[j, 1] + placed[i, 2] * chain.axis[j, 2]
             if chain.revolute[j]:
-                jacobian_out[i, j], jacobian_out[3 + i, j] = (
-                    origin[i],
-                    along,
-                )  # the joint's place until the tip's is known
+                # The joint's place stands in for the tip's velocity until the tip is known.
+                jacobian_out[i, j], jacobian_out[3 + i, j] = origin[i], along
             else:
                 jacobian_out[i, j], jacobian_out[3 + i, j] = along, 0.0
                 origin[i] += along * q[j]
         if chain.revolute[j]:
-            _turned(placed, chain.axis[j], q[j], frame)
+            _turned(placed, chain.axis, j, q[j], frame)
         else:
-            for i in range(3):
-                for k in range(3):  # a slice would compile numba's texts about shapes, which takes seconds
-                    frame[i, k] = placed[i, k]
+            frame, placed = placed, frame
     for i in range(3):
-        position_out[i] = origin[i]
+        a, b, e = frame[i, 0], frame[i, 1], frame[i, 2]
+        position_out[i] = origin[i] + (a * chain.tip_offset[0] + b * chain.tip_offset[1] + e * chain.tip_offset[2])
         for k in range(3):
-            position_out[i] += frame[i, k] * chain.tip_offset[k]
-    _times(frame, chain.tip_rotation, rotation_out)
-    for j in range(n):
-        if chain.revolute[j]:
-            x, y, z = jacobian_out[3, j], jacobian_out[4, j], jacobian_out[5, j]
-            rx, ry, rz = (
-                position_out[0] - jacobian_out[0, j],
-                position_out[1] - jacobian_out[1, j],
-                position_out[2] - jacobian_out[2, j],
+            rotation_out[i, k] = (
+                a * chain.tip_rotation[0, k] + b * chain.tip_rotation[1, k] + e * chain.tip_rotation[2, k]
             )
-            jacobian_out[0, j] = y * rz - z * ry
-            jacobian_out[1, j] = z * rx - x * rz
-            jacobian_out[2, j] = x * ry - y * rx
+    _lever_arms(chain, position_out, jacobian_out)
