@@ -98,8 +98,11 @@ class Problem(NamedTuple):
         asked &= ~self.rows[:, self.joints + 1 :].any(axis=1)  # a soft row is never in the way
         rows, target = self.rows[asked], bound[asked]
         bound[asked] = 0.0
-        hessian = self.hessian + RETREAT * (rows.T @ rows)
-        return self._replace(hessian=hessian, gradient=self.gradient - RETREAT * (target @ rows), upper=upper)
+        # A row too large to be squared makes a problem whose answer does not stand the check, as anywhere else.
+        with np.errstate(over="ignore", invalid="ignore"):
+            hessian = self.hessian + RETREAT * (rows.T @ rows)
+            gradient = self.gradient - RETREAT * (target @ rows)
+        return self._replace(hessian=hessian, gradient=gradient, upper=upper)
 
     def boxed(self, low: Array, high: Array) -> Problem:
         """The same problem with another box (n,), (n,) for Δq."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..control import Controller, ControlSettings, StepReport, Task, ToolState
 from ..control.admittance import saturate
+from ..control.qp import DUAL
 from ..control.tasks import (
     approach_path,
     approach_target,
@@ -77,14 +78,12 @@ class RehearsalState:
 
 
 class Rehearsal:
-    """Drives one scene; ``step`` is a pure function of state and command."""
+    """Drives one scene; ``step`` is a pure function of state and command. ``solver``: see ``Controller``."""
 
-    def __init__(self, scene: Scene, settings: ControlSettings):
-        self.scene, self.settings = scene, settings
+    def __init__(self, scene: Scene, settings: ControlSettings, solver: str = DUAL):
+        self.scene, self.settings, self.solver = scene, settings, solver
         robot = scene.placed_robot()
-        self.controller = Controller(
-            robot, scene.tool, scene.tree, settings, zones=scene.zones, fixtures=scene.fixtures
-        )
+        self.controller = Controller(robot, scene.tool, scene.tree, settings, solver, scene.zones, scene.fixtures)
 
     def with_anatomy(self, tree: Proximity, zones: tuple[Zone, ...] | None = None) -> Rehearsal:
         """The same rehearsal among anatomy that has moved; its states go on from where the tool is (HAZ-04).
@@ -93,7 +92,7 @@ class Rehearsal:
             zones: as they are now, where they moved with the anatomy, such as patches of it; None: as they were.
         """
         scene = replace(self.scene, tree=tree, zones=self.scene.zones if zones is None else zones)
-        return Rehearsal(scene, self.settings)
+        return Rehearsal(scene, self.settings, self.solver)
 
     def start(self, mode: str = "path") -> RehearsalState:
         """The state at the entry.
@@ -279,7 +278,7 @@ class Rehearsal:
             held=held,
             slowed=bool(why) and not held,
             reason=end or (why[0].text if why else ""),
-            active=tuple(b.text for b in why),
+            active=() if report is None else tuple(b.text for b in report.acting()),
             blocking_point=next((b.point for b in why if b.point is not None), None),
             tip_error_mm=error,
             clearance_mm=tool.clearance,

@@ -33,6 +33,7 @@ class Snapshot:
 
     phase: 'approach', 'follow', 'done', 'inspect_approach', 'inspect_hold' or 'free'.
     held: the hand pushes and the tool does not move; slowed: it moves less than wanted; reason says why, in words.
+    active: in words, every constraint that acts on the step, strongest first, also where it costs no motion.
     clearance_mm: of the whole tool, told up to threshold_mm.
     target_error_mm: |P_v − P_t|, NaN outside inspection.
     emergencies: steps so far that had to exceed a joint's acceleration limit.

@@ -120,6 +120,24 @@ def test_tip_speed_acceleration_and_turn_are_limited(open_field: Scene) -> None:
     assert (np.linalg.norm(np.diff([s.tip for s in loose], axis=0), axis=1) / FAST.dt_s).max() > 8.0
 
 
+@pytest.mark.parametrize("most", [50.0, 120.0])
+def test_a_gentle_tip_also_comes_to_rest_gently(open_field: Scene, most: float) -> None:
+    """HAZ-06: slower than the wish of the hand, in the drive and after the release; what exceeds it is counted."""
+    limits = CartesianLimits(acceleration_mm_per_s2=most)
+    rehearsal = Rehearsal(replace(open_field, fixtures=(limits,)), FAST)
+    state, velocity, counted = rehearsal.start("free"), [], []
+    for k in range(600):
+        state, snapshot = rehearsal.step(state, Command(np.array([2.0, 0.0, 0.0]) if k < 150 else np.zeros(3)))
+        velocity.append(state.tool.tip.jacobian[:3] @ state.tool.velocity)
+        counted.append(snapshot.emergencies)
+    change = np.linalg.norm(np.diff(velocity, axis=0), axis=1) / FAST.dt_s
+    gently = np.diff(counted) == 0
+    assert change[gently].max() <= most * (1 + 1e-3)
+    assert gently.mean() > 0.99
+    assert np.linalg.norm(velocity[149]) > 3.0  # it was driven,
+    assert not np.any(velocity[-1])  # and stands
+
+
 def test_all_of_them_together(open_field: Scene) -> None:
     state = first_state(open_field)
     centre = RemoteCentre(behind(state, 60.0), tolerance_mm=0.5)

@@ -1,0 +1,19 @@
+"""Another robot and another tool: whatever is described by a URDF and a page of configuration.
+
+The same path, driven by a seven-joint arm that holds an endoscope; base and posture are found by dry runs.
+"""
+
+import trimesh
+
+from vfix_engine import Simulation, TriangleMesh
+
+tunnel = trimesh.creation.annulus(r_min=8.0, r_max=11.0, height=60.0).subdivide_to_size(3.0)
+simulation = Simulation(
+    TriangleMesh(tunnel.vertices, tunnel.faces), path=[[0, 0, -20], [1, 0, 10]], robot="arm_7", tool="endoscope_30"
+)
+for _ in range(1000):
+    now = simulation.step(drive=1)
+camera = simulation.rehearsal.scene.tool.camera
+print(f"{len(simulation.q)} joints, {now.progress_mm:.1f} mm along the path, clearance {now.clearance_mm:.2f} mm")
+assert camera is not None
+assert now.progress_mm > 5.0
