@@ -85,6 +85,19 @@ def test_infeasible_problems_have_no_solution(seed: int) -> None:
     assert held is not None
 
 
+@pytest.mark.parametrize("value", [1e300, -1e300, np.inf, np.nan])
+@pytest.mark.parametrize("solver", ["dual", "daqp"])
+def test_a_row_too_large_to_be_wished_for_is_an_answer_refused(value: float, solver: str) -> None:
+    """HAZ-05: the square of such a row is no number any more; that is no solution, and never an exception."""
+    _, _, problem = random_problem(1)
+    row = np.zeros((1, N + 1))
+    row[0, :2] = value, -value
+    upper, lower = np.append(problem.upper, -0.2), np.append(problem.lower, -1e30)
+    held = problem._replace(rows=np.vstack([problem.rows, row]), upper=upper, lower=lower).holdable()
+    assert not np.isfinite(held.hessian).all()
+    assert qp.solve(held, solver) is None
+
+
 def test_a_wrong_answer_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     _, _, problem = random_problem(1)
     for x in (0.1, np.nan):
@@ -135,3 +148,34 @@ def test_a_solver_that_is_not_there_is_named() -> None:
     _, _, problem = random_problem(2)
     with pytest.raises(ControlError, match="no_such_solver"):
         qp.solve(problem, "no_such_solver")
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+@pytest.mark.parametrize("solver", ["dual", "daqp"])
+def test_a_soft_row_is_overdrawn_at_its_price(solver: str, scale: float) -> None:
+    """½ (x − 1)² + ½ p s² + c s with x ≤ s: (1 − x) = p x + c, for one slack each and for one that is shared."""
+    push = Objective(np.eye(N + 1)[:2], scale * np.ones(2))
+    for shared, share in ((False, 1.0), (True, 0.5)):
+        for price in (0.0, 0.1 * scale):
+            rows = np.eye(N + 1)[:2]
+            soft = Constraint("soft", rows, np.zeros(2), np.arange(2), ("soft",), 3.0, price, shared)
+            problem = qp.stack([push], [soft], -np.ones(N), np.ones(N), scale)
+            solution = qp.solve(problem, solver)
+            assert solution is not None
+            expected = (scale - share * price) / (1.0 + share * 3.0)
+            np.testing.assert_allclose(solution.step[:2], expected, rtol=1e-6)
+            hard = Constraint("hard", rows, np.zeros(2), np.arange(2))
+            held = qp.solve(qp.stack([push], [hard, soft], -np.ones(N), np.ones(N), scale), solver)
+            assert held is not None
+            np.testing.assert_allclose(held.step[:2], 0.0, atol=1e-9)
+
+
+def test_weights_say_how_much_one_fixture_counts_against_another() -> None:
+    """Li 2007, eq. 1-5: the minimum of ½ Σ w ‖A x − b‖²."""
+    random = np.random.default_rng(4)
+    one, two = (Objective(random.normal(size=(10, N + 1)), random.normal(size=10), weight) for weight in (2.0, 0.3))
+    problem = qp.stack([one, two], [], -10.0 * np.ones(N), 10.0 * np.ones(N), 1.0)
+    hessian = 2.0 * one.matrix.T @ one.matrix + 0.3 * two.matrix.T @ two.matrix
+    np.testing.assert_allclose(problem.hessian, hessian + 1e-9 * np.eye(N + 1), atol=1e-12)
+    gradient = -(2.0 * one.matrix.T @ one.target + 0.3 * two.matrix.T @ two.target)
+    np.testing.assert_allclose(problem.gradient, gradient, atol=1e-12)
