@@ -8,6 +8,7 @@ is one of these processes.
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -121,12 +123,12 @@ def _tube() -> TriangleMesh:
 
 
 def _surface() -> None:
-    tree = ProximityTree(_tube())
-    tree.clearance(Tool.load("bent_30").segments(np.eye(3), np.zeros(3)), 3.0)
+    ProximityTree(_tube())
 
 
 def _distances() -> None:
     tree, segments = ProximityTree(_tube()), Tool.load("bent_30").segments(np.eye(3), np.zeros(3))
+    tree.clearance(segments, 3.0)
     tree.closest(segments)
     tree.pairs_within(segments, 5.0)
     path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0.5], [0, 20, 0]]))
@@ -143,10 +145,11 @@ def _control() -> None:
     robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
     base = np.eye(4)
     base[:3, 3] = -tool.tip_in_flange
-    path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0], [0, 20, 0]]))
-    targets = np.array([[0.0, 18.0, 1.0]])
-    scene = Scene(ProximityTree(_tube()), robot, tool, base, np.zeros(len(robot.joints)), path, targets, ("ahead",))
+    scene = Scene(ProximityTree(_tube()), robot, tool, base, np.zeros(len(robot.joints)))
     settings = ControlSettings()
+    warm_up(Rehearsal(scene, settings))  # first what this half alone compiles, then what the other one has done
+    path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0], [0, 20, 0]]))
+    scene = replace(scene, path=path, targets=np.array([[0.0, 18.0, 1.0]]), target_names=("ahead",))
     warm_up(Rehearsal(scene, settings))
     dry_run(scene, settings)
 
@@ -155,4 +158,5 @@ _PARTS: dict[str, Callable[[], None]] = {"surface": _surface, "distances": _dist
 
 if __name__ == "__main__":
     threading.Thread(target=_end_with_the_planner, daemon=True).start()
+    gc.disable()  # compilers make many objects and little garbage; looking for it took a tenth of the time
     _PARTS[sys.argv[1]]()
