@@ -96,7 +96,8 @@ class HeadlessRun:
             pushed.add(snapshot, 0.0)
         return {
             "mode": snapshot.mode,
-            "reason": snapshot.reason,
+            # What slowed the last step, or what it went along without being slowed.
+            "reason": snapshot.reason or next(iter(snapshot.active), ""),
             "pushing": {"steps": pushed.steps, "min_clearance_mm": pushed.least_clearance, "held_steps": pushed.held},
         }
 
