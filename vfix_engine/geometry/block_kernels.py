@@ -60,15 +60,16 @@ def describe(p: Array, d: Array, query: Array) -> None:
 
 @vectorised
 def _line(corners: Array, query: Array, limit: float, work: Array) -> tuple[int, int]:
-    """Nearest points of the line and each triangle's edges: how many lanes lie beyond an end and how many are crossed.
+    """Nearest points of the line and each triangle's edges: how many lanes lie beyond an end and how many are close.
 
-    ``work`` gets the squared gap across the line, t on the line, the triangle's point from p (3), whether crossed.
+    ``work`` gets the squared gap across the line, t on the line, the triangle's point from p (3).
+    Only where an edge is nearer than the longest one is long can the line go through the triangle.
     """
     px, py, pz = query[0], query[1], query[2]
     ex, ey, ez = query[6], query[7], query[8]
     fx, fy, fz = query[9], query[10], query[11]
     hx, hy, hz, t0 = query[12], query[13], query[14], query[15]
-    beyond, crossed = 0, 0
+    beyond, close = 0, 0
     limit2 = limit * limit
     for j in range(LANES):
         ax, ay, az = corners[j] - px, corners[16 + j] - py, corners[32 + j] - pz
@@ -94,17 +95,35 @@ def _line(corners: Array, query: Array, limit: float, work: Array) -> tuple[int,
         gap = x * x + y * y
         near = gap < best
         best, beta, gamma = gap if near else best, 1.0 - k if near else beta, k if near else gamma
-        ab, bc, ca = a1 * b2 - a2 * b1, b1 * c2 - b2 * c1, c1 * a2 - c2 * a1
-        through = (ab * bc >= 0.0) & (bc * ca >= 0.0) & (ab * ca >= 0.0)
         qx, qy, qz = ax + beta * (bx - ax), ay + beta * (by - ay), az + beta * (bz - az)
         qx, qy, qz = qx + gamma * (cx - ax), qy + gamma * (cy - ay), qz + gamma * (cz - az)
         t = t0 + (qx * hx + qy * hy + qz * hz)
         work[j], work[16 + j] = best, t
         work[32 + j], work[48 + j], work[64 + j] = qx, qy, qz
-        work[80 + j] = 1.0 if through else 0.0
         beyond += int(((t < 0.0) | (t > 1.0)) & (best <= limit2))
+        close += int(best <= max(uu, max(vv, ww)))
+    return beyond, close
+
+
+@vectorised
+def _through(corners: Array, query: Array, work: Array) -> int:
+    """Which triangles the line may go through, behind the points in ``work``, and how many they are."""
+    px, py, pz = query[0], query[1], query[2]
+    ex, ey, ez = query[6], query[7], query[8]
+    fx, fy, fz = query[9], query[10], query[11]
+    crossed = 0
+    for j in range(LANES):
+        ax, ay, az = corners[j] - px, corners[16 + j] - py, corners[32 + j] - pz
+        bx, by, bz = corners[48 + j] - px, corners[64 + j] - py, corners[80 + j] - pz
+        cx, cy, cz = corners[96 + j] - px, corners[112 + j] - py, corners[128 + j] - pz
+        a1, a2 = ax * ex + ay * ey + az * ez, ax * fx + ay * fy + az * fz
+        b1, b2 = bx * ex + by * ey + bz * ez, bx * fx + by * fy + bz * fz
+        c1, c2 = cx * ex + cy * ey + cz * ez, cx * fx + cy * fy + cz * fz
+        ab, bc, ca = a1 * b2 - a2 * b1, b1 * c2 - b2 * c1, c1 * a2 - c2 * a1
+        through = (ab * bc >= 0.0) & (bc * ca >= 0.0) & (ab * ca >= 0.0)
+        work[80 + j] = 1.0 if through else 0.0
         crossed += int(through)
-    return beyond, crossed
+    return crossed
 
 
 @vectorised
@@ -206,7 +225,8 @@ def block_gaps(corners: Array, query: Array, limit: float, work: Array) -> int:
         work[LANES : 2 * LANES] = -1.0
         _ends(corners, query, work)
         return _gaps(query, limit, work)
-    beyond, crossed = _line(corners, query, limit, work)
+    beyond, close = _line(corners, query, limit, work)
+    crossed = _through(corners, query, work) if close > 0 else 0
     if crossed > 0:
         _crossed(corners, query, work)
     if beyond > 0 or crossed > 0:
