@@ -11,6 +11,7 @@ from typing import Any
 from app.services.errors import TooLarge
 from app.services.names import check_label, check_name
 from vfix_engine.control import ControlSettings
+from vfix_engine.control.settings import RETIRED
 from vfix_engine.errors import PlanError
 
 SCHEMA = "vfix-plan/1"
@@ -126,7 +127,7 @@ def number(value: Any, what: str) -> float:
 
 
 def check_content(content: PlanContent) -> PlanContent:
-    """The content, validated as a whole. Raises InputError or one of its kinds."""
+    """The content, validated as a whole, without settings that are retired. Raises InputError or one of its kinds."""
     for points, what in ((content.points, "path points"), (content.targets, "targets")):
         if len(points) > MAX_POINTS:
             raise TooLarge(f"{len(points)} {what} are too many; {MAX_POINTS} are allowed.")
@@ -138,7 +139,8 @@ def check_content(content: PlanContent) -> PlanContent:
         raise PlanError("two points have the same identifier.")
     _check_word(content.tool, "tool")
     ControlSettings.from_dict(dict(content.settings))
-    return replace(content, robot=check_robot(content.robot))
+    settings = {name: value for name, value in content.settings.items() if name not in RETIRED}
+    return replace(content, robot=check_robot(content.robot), settings=settings)
 
 
 def check_robot(robot: Mapping[str, Any]) -> dict[str, Any]:

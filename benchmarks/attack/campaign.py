@@ -34,7 +34,7 @@ CHOSEN = (*ASSAULTS, "past the program", "past the program")  # as often as they
 LIES = 0.06  # of the episodes: with a solver that lies
 EXTREME = 0.1  # of the settings that are not chosen: at an end of their range
 CHOSEN_SETTINGS = {
-    "dt_s", "margin_mm", "threshold_mm", "group_flat_mm", "gain_mm_per_s_per_n", "force_cap_n",
+    "dt_s", "margin_mm", "threshold_mm", "gain_mm_per_s_per_n", "force_cap_n",
     "rotation_gain_rad_per_s_per_nmm", "k_tau", "k_d", "target_tolerance_mm",
 }  # fmt: skip
 CHANGES = 0.01  # of the steps: another mode
@@ -104,7 +104,6 @@ class Campaign:
             dt_s=float(pick((1e-4, 1e-3, 1e-3, 1e-3, 5e-3, 2e-2))),
             margin_mm=float(pick(self._arena.margins)),
             threshold_mm=float(pick((0.5, 1.0, 3.0, 3.0, 5.0))),
-            group_flat_mm=float(pick((0.0, 2.0, 2.0, 10.0))),
             gain_mm_per_s_per_n=10.0 if fast else 2.0,
             force_cap_n=20.0 if fast else 5.0,
             rotation_gain_rad_per_s_per_nmm=float(pick((4e-4, 4e-4, 5e-3))),

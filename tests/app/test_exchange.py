@@ -75,6 +75,17 @@ def test_the_own_format_brings_everything_back() -> None:
     assert file.case_hash == PLAN.case_hash
 
 
+def test_a_retired_setting_of_an_older_file_is_passed_over() -> None:
+    """HAZ-14: files exported when the controller still had it are read as they were, without it."""
+    data = json.loads(export_text(PLAN, "json"))
+    data["settings"]["group_flat_mm"] = 4.0
+    file = from_native_json(json.dumps(data))
+    assert file.content == PLAN.content
+    data["settings"]["group_flat"] = 4.0
+    with pytest.raises(InputError, match="group_flat;"):
+        from_native_json(json.dumps(data))
+
+
 @pytest.mark.parametrize("form", FORMATS)
 def test_a_plan_without_points_comes_back(form: str) -> None:
     empty = replace(PLAN, points=(), targets=PLAN.targets)

@@ -14,6 +14,7 @@ from app.services.plan_editor import PlanEditor
 from app.services.plan_model import PlanContent, PlanPoint
 from app.services.plans import Plan, PlanService
 from app.store import Store
+from app.store.models import PlanStateRow
 from vfix_engine.errors import InputError, PlanError
 
 PLACED = {"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.0] * 7}
@@ -167,6 +168,20 @@ def test_settings_are_checked(editor: PlanEditor) -> None:
         with pytest.raises(InputError):
             editor.set_settings(wrong)
     assert editor.plan.settings == {"margin_mm": 0.5}
+
+
+def test_a_plan_stored_with_a_retired_setting_stays_open(store: Store, editor: PlanEditor, plan: Plan) -> None:
+    editor.set_settings({"margin_mm": 0.5})
+    with store.writing() as session:
+        state = session.get(PlanStateRow, (plan.id, 1))
+        assert state is not None
+        state.document = {**state.document, "settings": {"margin_mm": 0.5, "group_flat_mm": 4.0}}
+    again = PlanService(store).editor(plan.id)
+    assert again.plan.settings == {"margin_mm": 0.5}
+    again.set_settings({"k_d": 0.3})
+    assert again.plan.settings == {"margin_mm": 0.5, "k_d": 0.3}
+    again.undo()
+    assert again.plan.settings == {"margin_mm": 0.5}
 
 
 def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, editor: PlanEditor, case: Case) -> None:

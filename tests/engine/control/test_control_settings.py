@@ -5,6 +5,7 @@ import math
 import pytest
 
 from vfix_engine.control import ControlSettings
+from vfix_engine.control.settings import RETIRED
 from vfix_engine.errors import InputError
 
 
@@ -34,3 +35,13 @@ def test_round_trip_and_unknown_names() -> None:
     assert ControlSettings.from_dict(settings.to_dict()) == settings
     with pytest.raises(InputError, match="margn"):
         ControlSettings.from_dict({"margn": 1.0})
+
+
+@pytest.mark.parametrize("value", [0.0, 2.0, 10.0])
+def test_a_retired_name_of_an_older_plan_is_passed_over(value: float) -> None:
+    assert ControlSettings.from_dict({"group_flat_mm": value, "margin_mm": 0.5}) == ControlSettings(margin_mm=0.5)
+    with pytest.raises(InputError, match="unknown settings: group_flat;"):  # that one name, nothing like it
+        ControlSettings.from_dict({"group_flat_mm": value, "group_flat": value})
+    with pytest.raises(InputError, match="no setting is called"):  # and nobody sets it any more
+        ControlSettings().clamped(group_flat_mm=value)
+    assert not RETIRED & set(ControlSettings.bounds())

@@ -165,7 +165,7 @@ def test_a_wall_across_the_path_holds_the_tool_and_is_named() -> None:
 
 @pytest.mark.parametrize("margin", [0.1, 1.0, 2.5])
 def test_what_holds_the_tool_is_bone_at_the_margin_whatever_the_margin(margin: float) -> None:
-    """Grouped pairs lie on boxes nearer than bone: none of them may stop the tool before bone does."""
+    """Every row is a triangle's own: nothing nearer than bone may stop the tool before bone does."""
     scene = straight_scene(wall(20.0), np.array([[0.0, 0, 0], [0, 10, 0], [0, 30, 0]]))
     rehearsal = Rehearsal(scene, replace(FAST, margin_mm=margin))
     state = rehearsal.start()
