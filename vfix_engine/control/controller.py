@@ -51,6 +51,7 @@ class Task:
     achieved: share of the wanted motion that a joint step (n,) makes.
     accepts: further verdict on the predicted state, or None.
     compliance: in mm/N, see ``Situation``; None: gain · dt, where the objectives weigh the tip's motion with 1.
+    begun: the wanted motion as a part of what the hand wishes, which it approaches with a bounded acceleration.
     """
 
     objectives: tuple[Objective, ...]
@@ -59,6 +60,7 @@ class Task:
     achieved: Callable[[Array], float]
     accepts: Callable[[ToolState], bool] | None = None
     compliance: float | None = None
+    begun: float = 1.0
 
 
 class StepReport(NamedTuple):
@@ -67,6 +69,7 @@ class StepReport(NamedTuple):
     outcome: 'idle' (nothing wanted), 'moved', 'shrunk' or 'held'; share: part of the wanted motion that was made.
     blockers: what made it less, strongest first; told where the share is under 0.9.
     emergency: a joint had to exceed its acceleration limit so that the tool keeps its distance.
+    begun: the wanted motion as a part of the hand's wish, see ``Task``.
     told: gives every constraint that acts on the step, also where it costs little; to be asked before the next step.
     """
 
@@ -77,6 +80,7 @@ class StepReport(NamedTuple):
     rows: int
     emergency: bool = False
     told: Callable[[], tuple[Blocker, ...]] = tuple
+    begun: float = 1.0
 
     def acting(self) -> tuple[Blocker, ...]:
         """What acts on the step, strongest first: a tool that slides along bone loses no motion and still touches."""
@@ -228,9 +232,9 @@ class Controller:
             return _Plan(state, task, solution, constraints, box, rows, done.broken == 0)
 
         if achieved >= SLOWED_SHARE:
-            return StepReport(done.state, "moved", achieved, (), rows, rushed, lambda: self._why(plan())[0])
+            return StepReport(done.state, "moved", achieved, (), rows, rushed, lambda: self._why(plan())[0], task.begun)
         outcome, why = self._slowed(plan(), achieved, "moved")
-        return StepReport(done.state, outcome, achieved, why, rows, rushed)
+        return StepReport(done.state, outcome, achieved, why, rows, rushed, begun=task.begun)
 
     def _by_parts(
         self, state: ToolState, task: Task, objectives: Sequence[Objective], constraints: Sequence[Constraint]
@@ -307,7 +311,7 @@ class Controller:
             if achieved < SLOWED_SHARE:
                 outcome, why = self._slowed(plan, achieved, outcome)
             rushed = not (share == 1.0 and plan.gently) and self._rushed(state, step, plan.limits)
-            return StepReport(after, outcome, achieved, why, plan.rows, rushed, lambda: self._why(plan)[0])
+            return StepReport(after, outcome, achieved, why, plan.rows, rushed, lambda: self._why(plan)[0], task.begun)
         return self._held(state, self._why(plan)[0], plan.rows, plan.limits)
 
     def _slowed(self, plan: _Plan, achieved: float, outcome: str) -> tuple[str, tuple[Blocker, ...]]:
@@ -364,9 +368,7 @@ class Controller:
             return False
         return not self.fixtures or all(fixture.keeps(state, after) for fixture in self.fixtures)
 
-    def _held(
-        self, state: ToolState, why: tuple[Blocker, ...], rows: int, limits: Sequence[Constraint]
-    ) -> StepReport:
+    def _held(self, state: ToolState, why: tuple[Blocker, ...], rows: int, limits: Sequence[Constraint]) -> StepReport:
         rushed = self._rushed(state, np.zeros(len(state.q)), limits)
         return StepReport(self._stopped(state), "held", 0.0, why or self._explainer.nearest(state), rows, rushed)
 

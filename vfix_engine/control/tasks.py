@@ -64,15 +64,16 @@ def follow_path(
     velocity, ease = eased(state.tip.jacobian[:3] @ state.velocity, wanted, _change(settings))
     along = float(velocity @ tangent)
     kept = min(max(along, -_stoppable(room[0], settings)), _stoppable(room[1], settings))
-    return _tip_task(state, (velocity + tangent * (kept - along)) * settings.dt_s, ease, settings)  # eq. 12
+    desired = (velocity + tangent * (kept - along)) * settings.dt_s  # eq. 12
+    return _tip_task(state, desired, ease, wanted * settings.dt_s, settings)
 
 
 def approach_path(
     state: ToolState, force: Array, towards: Array, settings: ControlSettings, reach: float = np.inf
 ) -> Task:
     """The approach phase: the tip is guided onto the path at the hand's speed; ``towards`` (3,) leads to it."""
-    desired, ease = _guided(state.tip.jacobian[:3] @ state.velocity, force, towards, settings, reach)
-    return _tip_task(state, desired, ease, settings)
+    desired, ease, wish = _guided(state.tip.jacobian[:3] @ state.velocity, force, towards, settings, reach)
+    return _tip_task(state, desired, ease, wish, settings)
 
 
 def approach_target(
@@ -80,10 +81,11 @@ def approach_target(
 ) -> Task:
     """Approach of target inspection: the virtual point P_v is guided onto the target (3,) at the hand's speed."""
     jacobian, point = _view(state, tool, settings)
-    desired, ease = _guided(jacobian @ state.velocity, force, target - point, settings, reach)
+    desired, ease, wish = _guided(jacobian @ state.velocity, force, target - point, settings, reach)
     rows = ReachTarget(desired, settings.view_distance_mm, tool.direction(np.eye(3))).at(state)
     share = _share(jacobian, desired)
-    return Task(rows.objectives, (), _length(desired), share, compliance=_compliance(settings, ease, VIEW_REWARD))
+    compliance = _compliance(settings, ease, VIEW_REWARD)
+    return Task(rows.objectives, (), _length(desired), share, None, compliance, _part(desired, wish))
 
 
 def inspect_target(
@@ -113,6 +115,7 @@ def inspect_target(
         _share(state.tip.jacobian[3:], turn),
         lambda after: fixture.keeps(state, after),
         lever**2 * settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * ease * progress_weight(VIEW_REWARD),
+        _part(turn, wanted * settings.dt_s),
     )
 
 
@@ -137,6 +140,7 @@ def move_freely(
         _length(scale * desired),
         _share(scale[:, None] * jacobian, scale * desired),
         compliance=settings.gain_mm_per_s_per_n * settings.dt_s * ease,
+        begun=_part(size * desired, size * wanted * settings.dt_s),
     )
 
 
@@ -146,11 +150,12 @@ def view_point(state: ToolState, tool: Tool, distance: float) -> Array:
     return point
 
 
-def _tip_task(state: ToolState, desired: Array, ease: float, settings: ControlSettings) -> Task:
-    """The tip makes the step ``desired`` (3,) in mm."""
+def _tip_task(state: ToolState, desired: Array, ease: float, wish: Array, settings: ControlSettings) -> Task:
+    """The tip makes the step ``desired`` (3,) in mm on its way to the speed of ``wish``, a step (3,) in mm as well."""
     share = _share(state.tip.jacobian[:3], desired)
     rows = PathFollowing(desired).at(state)
-    return Task(rows.objectives, (), _length(desired), share, compliance=_compliance(settings, ease, PATH_REWARD))
+    compliance = _compliance(settings, ease, PATH_REWARD)
+    return Task(rows.objectives, (), _length(desired), share, None, compliance, _part(desired, wish))
 
 
 def _view(state: ToolState, tool: Tool, settings: ControlSettings) -> tuple[Array, Array]:
@@ -159,13 +164,21 @@ def _view(state: ToolState, tool: Tool, settings: ControlSettings) -> tuple[Arra
     return jacobian, view_point(state, tool, settings.view_distance_mm)
 
 
-def _guided(now: Array, force: Array, towards: Array, settings: ControlSettings, reach: float) -> tuple[Array, float]:
-    """Step (3,) towards a goal that stops there, and the share of the change that the hand wants."""
+def _guided(
+    now: Array, force: Array, towards: Array, settings: ControlSettings, reach: float
+) -> tuple[Array, float, Array]:
+    """Step (3,) towards a goal that stops there, the share of the change that the hand wants, and its whole wish."""
     room = min(float(np.linalg.norm(towards)), reach)
     fastest = min(settings.sight_speed_mm_per_s, _stoppable(room, settings))
     wanted = approach_velocity(force, towards, gain=settings.gain_mm_per_s_per_n, fastest=fastest)
     velocity, ease = eased(now, wanted, _change(settings))
-    return velocity * settings.dt_s, ease
+    return velocity * settings.dt_s, ease, wanted * settings.dt_s
+
+
+def _part(desired: Array, wish: Array) -> float:
+    """How much of the hand's wish a step asks for that gathers speed towards it; 1 where the hand wants nothing."""
+    whole = float(np.linalg.norm(wish))
+    return min(float(np.linalg.norm(desired)) / whole, 1.0) if whole > 0.0 else 1.0
 
 
 def _change(settings: ControlSettings) -> float:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..control import Controller, ControlSettings, StepReport, Task, ToolState
 from ..control.admittance import saturate
+from ..control.controller import SLOWED_SHARE
 from ..control.qp import DUAL
 from ..control.tasks import (
     approach_path,
@@ -261,7 +262,9 @@ class Rehearsal:
         if state.mode == "inspect":
             target_error = float(np.linalg.norm(centre - scene.targets[state.target]))
         held = report is not None and report.held
-        why = report.blockers if report is not None and (held or report.share < 0.9) else ()
+        acting = () if report is None else report.acting()
+        less = report is not None and (held or report.share * report.begun < SLOWED_SHARE)
+        why = acting if less else ()
         return Snapshot(
             t=state.steps * settings.dt_s,
             q=tool.q,
@@ -278,7 +281,7 @@ class Rehearsal:
             held=held,
             slowed=bool(why) and not held,
             reason=end or (why[0].text if why else ""),
-            active=() if report is None else tuple(b.text for b in report.acting()),
+            active=tuple(b.text for b in acting),
             blocking_point=next((b.point for b in why if b.point is not None), None),
             tip_error_mm=error,
             clearance_mm=tool.clearance,
