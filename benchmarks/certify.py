@@ -7,6 +7,7 @@ import hashlib
 import os
 import sys
 import time
+import warnings
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -93,10 +94,11 @@ def _in_processes(jobs: list[Job], count: int) -> list[dict[str, Any]]:
         for scene in pool.map(_attack, jobs):
             done.append(scene)
             found = scene.get("skipped") or f"{scene['steps']:,} steps, {scene['violations']} violations"
-            print(f"vfix: {len(done)} of {len(jobs)}, {scene['name']}: {found}", file=sys.stderr)
+            print(f"vfix: {len(done)} of {len(jobs)}, {scene['name']}: {found}", file=sys.stderr, flush=True)
     return done
 
 
 def _quiet() -> None:
-    """What a solver's library prints goes to stderr: stdout is the result's alone."""
+    """What a solver's library prints goes to stderr: stdout is the result's alone; that it gave up is its answer."""
     os.dup2(2, 1)
+    warnings.filterwarnings("ignore", module="qpsolvers")
