@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import LANES
+from .candidate_groups import block_shells, list_groups
 from .candidate_kernels import NUMBERS, SINGLES, Candidates, pairs_into, segment_least
 from .capsules import Segments
 from .compiled import borrowing, compiled
@@ -47,10 +50,24 @@ class CandidateList:
             built.start, built.end, built.radius, segments.start, segments.end, segments.radius, self.reach - threshold
         )
 
-    def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
-        """All pairs whose distance is at most ``threshold`` mm, segment by segment."""
+    def pairs_within(
+        self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
+    ) -> Pairs:
+        """All pairs whose distance is at most ``threshold`` mm, segment by segment; grouped as in ``Proximity``."""
         tool = (segments.start, segments.end, segments.radius)
-        return pairs_from_rows(*_pairs(*self.arrays, *tool, threshold, self._size))
+        if group_flat is None:
+            return pairs_from_rows(*_pairs(*self.arrays, *tool, threshold, self._size))
+        _, corners, label, frame, offset = self.arrays
+        return pairs_from_rows(
+            *list_groups(
+                corners, label, self._shells, frame, offset, *tool, threshold, group_flat, exact_within, self._size
+            )
+        )
+
+    @cached_property
+    def _shells(self) -> Single:
+        """Boxes of the blocks along their own axes: only grouped pairs need them."""
+        return block_shells(self.arrays.corners, self.arrays.label, self.arrays.frame)
 
     def min_distance_per_segment(self, segments: Segments) -> Array:
         """Smallest distance (S,) from each segment's surface to the anatomy; infinity where nothing is in reach."""

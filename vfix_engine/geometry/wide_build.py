@@ -16,7 +16,7 @@ from .block_kernels import CORNERS, LANES
 from .box_lanes import BALLS, NODE, SHELL
 from .candidate_kernels import box_of_block, empty_boxes, put_box
 from .compiled import compiled
-from .tree_build import principal_axes
+from .shell_kernels import axes_of, extents, moments, put_shell
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -189,64 +189,13 @@ def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
 
 
 @compiled
-def _moments(corners: Array, frame: Array, sums: Array) -> None:
-    """Sums of a block's corners: how many, x, y, z, xx, xy, xz, yy, yz, zz about the frame's origin."""
-    sums[:] = 0.0
-    sums[0] = 3.0 * LANES
-    for j in range(LANES):
-        for c in range(3):
-            x = corners[LANES * 3 * c + j] - frame[0]
-            y = corners[LANES * (3 * c + 1) + j] - frame[1]
-            z = corners[LANES * (3 * c + 2) + j] - frame[2]
-            sums[1] += x
-            sums[2] += y
-            sums[3] += z
-            sums[4] += x * x
-            sums[5] += x * y
-            sums[6] += x * z
-            sums[7] += y * y
-            sums[8] += y * z
-            sums[9] += z * z
-
-
-@compiled
-def _axes_of(sums: Array, frame: Array, spread: Array, axes: Array) -> None:
-    """Centroid and principal axes (Li 2007, eq. 6) of what was summed."""
-    x, y, z = sums[1] / sums[0], sums[2] / sums[0], sums[3] / sums[0]
-    axes[3, 0], axes[3, 1], axes[3, 2] = frame[0] + x, frame[1] + y, frame[2] + z
-    spread[0, 0], spread[1, 1], spread[2, 2] = sums[4] - x * sums[1], sums[7] - y * sums[2], sums[9] - z * sums[3]
-    spread[0, 1] = spread[1, 0] = sums[5] - x * sums[2]
-    spread[0, 2] = spread[2, 0] = sums[6] - x * sums[3]
-    spread[1, 2] = spread[2, 1] = sums[8] - y * sums[3]
-    principal_axes(spread, axes)
-
-
-@compiled
-def _extents(corners: Array, axes: Array, slab: Array) -> None:
-    """Box of some blocks in a local frame (Li 2007, eq. 7, of the corners themselves)."""
-    for k in range(3):
-        ex, ey, ez = axes[k, 0], axes[k, 1], axes[k, 2]
-        low, high = np.inf, -np.inf
-        for b in range(len(corners) // CORNERS):
-            for c in range(3):
-                at = CORNERS * b + LANES * 3 * c
-                for j in range(at, at + LANES):
-                    x = corners[j] - axes[3, 0]
-                    y = corners[j + LANES] - axes[3, 1]
-                    z = corners[j + 2 * LANES] - axes[3, 2]
-                    local = ex * x + ey * y + ez * z
-                    low, high = min(low, local), max(high, local)
-        slab[0, k], slab[1, k] = low, high
-
-
-@compiled
 def fill_shells(corners: Array, frame: Array, level: Index, shells: Single) -> None:
     """Boxes along their principal axes of all blocks and nodes, each in its parent's lane."""
     count, blocks = level[len(level) - 1], level[1]
     sums, spread = np.zeros((count, 10)), np.empty((3, 3))
     axes, slab = np.empty((4, 3)), np.empty((2, 3))
     for b in range(blocks):
-        _moments(corners[CORNERS * b : CORNERS * (b + 1)], frame, sums[b])
+        moments(corners[CORNERS * b : CORNERS * (b + 1)], frame, sums[b])
     shells[:] = np.float32(0.0)
     width = 1  # blocks under an entry
     for deep in range(len(level) - 2):
@@ -254,25 +203,12 @@ def fill_shells(corners: Array, frame: Array, level: Index, shells: Single) -> N
             here, parent = level[deep] + i, level[deep + 1] + i // LANES
             for k in range(10):
                 sums[parent, k] += sums[here, k]
-            _axes_of(sums[here], frame, spread, axes)
+            axes_of(sums[here], frame, spread, axes)
             last = min(width * (i + 1), blocks)
-            _extents(corners[CORNERS * width * i : CORNERS * last], axes, slab)
+            extents(corners[CORNERS * width * i : CORNERS * last], axes, slab)
             shell = shells[SHELL * (parent - blocks) : SHELL * (parent - blocks + 1)]
-            _put_shell(axes, slab, frame, i % LANES, shell)
+            put_shell(axes, slab, frame, i % LANES, shell)
         width *= LANES
-
-
-@compiled
-def _put_shell(axes: Array, slab: Array, frame: Array, lane: int, shell: Single) -> None:
-    for k in range(3):
-        centre = axes[3, k] - frame[k]
-        for i in range(3):
-            centre += axes[i, k] * 0.5 * (slab[0, i] + slab[1, i])
-            shell[LANES * (3 + 3 * k + i) + lane] = axes[k, i]
-        shell[LANES * k + lane] = centre
-        # Grown by what float32 may lose of the centre and of the axes.
-        half = 0.5 * (slab[1, k] - slab[0, k])
-        shell[LANES * (12 + k) + lane] = half * 1.000001 + 1e-6 * frame[3]
 
 
 @compiled

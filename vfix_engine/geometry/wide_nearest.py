@@ -10,6 +10,7 @@ from .box_lanes import BALLS, NODE, PROBE, ball_bounds, box_gaps
 from .candidate_kernels import append_block, nearest_of_block
 from .compiled import borrowing, compiled
 from .wide_search import (
+    KEPT,
     LEFT,
     NAMES,
     NUMBERS,
@@ -93,6 +94,7 @@ def _look(
                 own = corners[CORNERS * here : CORNERS * (here + 1)]
                 best, lane = nearest_of_block(own, numbers[:QUERY], best, work)
                 if lane >= 0:
+                    _keep(work, lane, numbers)
                     where = LANES * here + lane
                     most = min(most, np.float32(best) + probe[9])
             else:
@@ -102,6 +104,7 @@ def _look(
             chosen = pick(corners, label, picked, chosen, block, names)
             best, lane = nearest_of_block(block, numbers[:QUERY], best, work)
             if lane >= 0:
+                _keep(work, lane, numbers)
                 where = picked[min(chosen + lane, last)]
                 most = min(most, np.float32(best) + probe[9])
     return best, where
@@ -153,6 +156,12 @@ def wide_clearance(
     )[0]  # fmt: skip
 
 
+@borrowing
+def _keep(work: Array, lane: int, numbers: Array) -> None:
+    for k in range(4):
+        numbers[KEPT + k] = work[LANES * (1 + k) + lane]
+
+
 @compiled
 def wide_closest(
     boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
@@ -160,12 +169,34 @@ def wide_closest(
 ) -> tuple[Array, int, int]:  # fmt: skip
     """The row of the pair with the smallest distance, its segment and its triangle."""
     numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
-    lanes, rows, labels = np.empty(LANES + 1, np.uint64), np.empty((1, 10)), np.empty((1, 2), np.int32)
+    row = np.empty(10)
     _, s, place = _clearance(
         boxes, corners, label, balls, frame, level, start, end, radius, np.inf, numbers, singles, places
     )
-    _one_row(corners, label, place, start[s], end[s], radius[s], frame, rows, labels, numbers, singles, places, lanes)
-    return rows[0], s, label[place]
+    if not _kept_row(start[s], end[s], radius[s], numbers, row):
+        lanes, rows, labels = np.empty(LANES + 1, np.uint64), np.empty((1, 10)), np.empty((1, 2), np.int32)
+        _one_row(
+            corners, label, place, start[s], end[s], radius[s], frame, rows, labels, numbers, singles, places, lanes
+        )
+        row = rows[0]
+    return row, s, label[place]
+
+
+@borrowing
+def _kept_row(start: Array, end: Array, radius: float, numbers: Array, row: Array) -> bool:
+    """The row of the points that were kept; False where they meet and the triangle has to give the normal."""
+    t, size = numbers[KEPT], 0.0
+    for k in range(3):
+        row[4 + k] = start[k] + t * (end[k] - start[k])
+        row[7 + k] = start[k] + numbers[KEPT + 1 + k]
+        row[1 + k] = t * (end[k] - start[k]) - numbers[KEPT + 1 + k]
+        size += row[1 + k] * row[1 + k]
+    distance = np.sqrt(size)
+    row[0] = distance - radius
+    if distance < 1e-9:
+        return False
+    row[1], row[2], row[3] = row[1] / distance, row[2] / distance, row[3] / distance
+    return True
 
 
 @borrowing

@@ -9,6 +9,7 @@ from .block_kernels import CORNERS, LANES, QUERY, WORK
 from .box_lanes import NODE, PROBE, SHELL, box_gaps, shell_gaps
 from .candidate_kernels import append_block
 from .compiled import borrowing, compiled
+from .shell_kernels import group_row
 from .wide_search import NAMES, NUMBERS, PICKED, PLACES, SINGLES, STACK, children, in_reach, keep_near, pick, set_out
 
 Array = NDArray[np.float64]
@@ -155,7 +156,7 @@ def _groups(
                 count += int(inside & (not grouped))
                 if inside & grouped:
                     if found < len(labels):
-                        _group_row(shell, lane, query, probe, frame, radius[s], rows[found])
+                        group_row(shell, lane, query, probe, frame, radius[s], rows[found])
                         labels[found, 0], labels[found, 1] = s, -1
                     found += 1
             if first >= blocks:
@@ -182,23 +183,3 @@ def _groups(
                 corners, label, picked, chosen, radius[s], limit, s, rows, labels, found, numbers, names, lanes
             )
     return found
-
-
-@borrowing
-def _group_row(shell: Single, lane: int, query: Array, probe: Single, frame: Array, radius: float, row: Array) -> None:
-    """The pair of the segment's point nearest to a box's centre and the plane across the way there, before the box."""
-    x = shell[lane] + frame[0] - query[0]
-    y = shell[LANES + lane] + frame[1] - query[1]
-    z = shell[2 * LANES + lane] + frame[2] - query[2]
-    t = min(max(query[15] + x * query[12] + y * query[13] + z * query[14], 0.0), 1.0)
-    x, y, z = t * query[3] - x, t * query[4] - y, t * query[5] - z
-    size = np.sqrt(x * x + y * y + z * z)
-    x, y, z = x / size, y / size, z / size
-    gap = size - probe[9]
-    for i in range(3):
-        along = x * shell[LANES * (3 + 3 * i) + lane]
-        along += y * shell[LANES * (4 + 3 * i) + lane] + z * shell[LANES * (5 + 3 * i) + lane]
-        gap -= abs(along) * shell[LANES * (12 + i) + lane]
-    row[0], row[1], row[2], row[3] = gap - radius, x, y, z
-    row[4], row[5], row[6] = query[0] + t * query[3], query[1] + t * query[4], query[2] + t * query[5]
-    row[7], row[8], row[9] = row[4] - gap * x, row[5] - gap * y, row[6] - gap * z

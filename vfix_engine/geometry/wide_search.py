@@ -20,7 +20,8 @@ STACK = 16 * 10  # room for a descent: at most 16 entries wait on each level of 
 LEFT = 256  # blocks that are kept for a look at their exact distances
 
 # Room that a query calculates in: float64, float32 and int32.
-NUMBERS = QUERY + WORK + 3 + CORNERS
+KEPT = QUERY + WORK + 3  # of the nearest so far: t on the segment, the triangle's point minus p (3)
+NUMBERS = KEPT + 4 + CORNERS
 SINGLES = PROBE + LANES + STACK + LEFT
 NAMES = STACK + LEFT
 PICKED = NAMES + LANES

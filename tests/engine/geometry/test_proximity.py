@@ -11,7 +11,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.pairs import Pairs, reduce_pairs
-from vfix_engine.geometry.proximity import CovarianceTree, Proximity, ProximityTree
+from vfix_engine.geometry.proximity import CandidateList, CovarianceTree, Proximity, ProximityTree
 from vfix_engine.geometry.spheres import enclosing_spheres
 
 MESHES = all_meshes()
@@ -166,7 +166,8 @@ def test_valid_candidates_miss_nothing(name: str, structure: str) -> None:
 
 @pytest.mark.parametrize(("structure", "leaf"), [("wide", 0), ("covariance", 2)])
 @pytest.mark.parametrize("name", ["ball", "soup", "far"])
-def test_grouped_pairs_only_come_nearer(structure: str, leaf: int, name: str) -> None:
+@pytest.mark.parametrize("listed", [False, True])
+def test_grouped_pairs_only_come_nearer(structure: str, leaf: int, name: str, listed: bool) -> None:
     """HAZ-08: each triangle is told exactly or a grouped pair of its segment is at most as far and not too near."""
     mesh = ball(4) if name == "ball" else MESHES[name]
     random, grouped = np.random.default_rng(6), 0
@@ -175,7 +176,8 @@ def test_grouped_pairs_only_come_nearer(structure: str, leaf: int, name: str) ->
     for _ in range(40):
         tool = random_tool(random, mesh)
         distances = brute_force(mesh, tool)
-        pairs = tree.pairs_within(tool, 3.0, group_flat=3.0, exact_within=0.5)
+        asked: Proximity | CandidateList = tree.candidates(tool, 3.5) if listed else tree
+        pairs = asked.pairs_within(tool, 3.0, group_flat=3.0, exact_within=0.5)
         told = set(zip(pairs.segment.tolist(), pairs.triangle.tolist(), strict=True))
         for s in range(len(tool)):
             group = (pairs.segment == s) & (pairs.triangle == -1)
