@@ -24,8 +24,8 @@ from typing import Any
 
 import numba
 import platformdirs
-from llvmlite import binding
 from numba.core import caching
+from numba.core.codegen import ll as llvm  # type: ignore[attr-defined]
 
 KEPT_S = 14 * 86_400  # a folder of other kernels that was not used for so long is removed
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -62,9 +62,9 @@ def cache_folder() -> Path | None:
 def fingerprint() -> str:
     """Of all that a compiled kernel depends on: its sources, Python, numba, LLVM and the processor."""
     digest = hashlib.sha256()
-    for part in (sys.implementation.cache_tag, numba.__version__, str(binding.llvm_version_info)):
+    for part in (sys.implementation.cache_tag, numba.__version__, str(llvm.llvm_version_info)):
         digest.update(str(part).encode())
-    digest.update(f"{binding.get_host_cpu_name()} {os.environ.get('NUMBA_CPU_NAME', '')}".encode())
+    digest.update(f"{llvm.get_host_cpu_name()} {os.environ.get('NUMBA_CPU_NAME', '')}".encode())
     for name, content in sorted(kernel_sources(_PACKAGE).items()):
         digest.update(name.encode() + b"\0" + hashlib.sha256(content).digest())
     return digest.hexdigest()[:20]
