@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import PlanError
-from .proximity import ProximityTree
+from .proximity import Proximity
 
 Array = NDArray[np.float64]
 Inside = Callable[[Array], NDArray[np.bool_]]
@@ -19,7 +19,7 @@ _REFINEMENTS = 40
 
 
 def nearest_place(
-    tree: ProximityTree, point: ArrayLike, clearance: float, *, inside_bone: Inside | None, max_move: float = 30.0
+    tree: Proximity, point: ArrayLike, clearance: float, *, inside_bone: Inside | None, max_move: float = 30.0
 ) -> Array:
     """The place (3,) nearest to ``point`` (3,) where a ball of radius ``clearance`` (mm) touches no bone.
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .mesh import TriangleMesh
-from .proximity import ProximityTree
+from .proximity import Proximity
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -29,7 +29,7 @@ _ON_SURFACE = 1e-9  # [mm] nearer than this, rounding decides the sign
 class SurfaceSide:
     """Tells the outside of a tree's mesh from its inside; normals point outside."""
 
-    def __init__(self, tree: ProximityTree) -> None:
+    def __init__(self, tree: Proximity) -> None:
         self._tree = tree
         self._edge_normals, self._corner_normals = _pseudo_normals(tree.mesh)
 
