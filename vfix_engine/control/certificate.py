@@ -5,8 +5,6 @@ What a certificate means, and why it holds, stands at ``judge_kernel`` and in do
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,27 +25,6 @@ _ROOM = 2048  # pairs that the workspace holds at first
 LEAD = 0.6  # of the slack, how far ahead of a moving tool the triangles around it are gathered
 _RESTING_MM = 1e-6  # a shorter motion has no direction
 _ATTEMPTS = 4  # a motion is judged at most once more for each thing that can be missing
-
-
-class Attempt(NamedTuple):
-    """A certified step at its first attempt, with the numbers of its program in ``room`` (see ``step_kernel``)."""
-
-    state: ToolState
-    room: Array
-    unknowns: int
-    rows: int
-    joints: int
-    broken: int
-
-    @property
-    def step(self) -> Array:
-        """Δq (n,)."""
-        return self.room[: self.joints]
-
-    def solution(self) -> tuple[Solution, Array]:
-        """The answer of the program, and the joints' box (2, n)."""
-        *_, x, multiplier, box, step = room_parts(self.room, self.unknowns, self.rows, self.joints)
-        return Solution(step, float(x[self.joints]), multiplier, self.unknowns), box
 
 
 class Certifier:
@@ -94,19 +71,26 @@ class Certifier:
         return None
 
     def attempt(
-        self, state: ToolState, wanted: ObjectiveRows, little: Array, given: ConstraintRows, scale: float
-    ) -> Attempt | None:
-        """The usual step in one compiled call; None where anything about it is unusual, and nothing has happened."""
-        near, n, c = measured(state), self._layout.dof, len(little)
-        after, room = np.empty(self._size), np.empty(room_size(c, len(given.bound) + MAX_ROWS, n))
+        self, near: Near, wanted: ObjectiveRows, little: Array, given: ConstraintRows, scale: float
+    ) -> tuple[ToolState, Array, int, int] | None:
+        """The usual step in one compiled call; None where anything about it is unusual, and nothing has happened.
+
+        Returns:
+            The certified state, the program's numbers (see ``answer``), how many rows it has, and how many joints
+            cannot keep their acceleration.
+        """
+        after, room = (
+            np.empty(self._size),
+            np.empty(room_size(len(little), len(given.bound) + MAX_ROWS, len(little) - 1)),
+        )
         for _ in range(_ATTEMPTS):
             rows, labels, body = self._workspace
-            verdict, needed, way, m, broken = attempt(
+            verdict, needed, way, count, broken = attempt(
                 *self.surroundings.arrays, near.moment, wanted.matrix, wanted.target, wanted.weight, little,
                 given.matrix, given.bound, scale, PRIMAL_TOLERANCE, DUAL_TOLERANCE, room, after, rows, labels, body,
             )  # fmt: skip
             if verdict == KEPT:
-                return Attempt(self._snapshot(after), room, c, m, n, broken)
+                return self._snapshot(after), room, count, broken
             if verdict not in (UNCOVERED, OVERFULL):
                 return None
             self._provide(verdict, needed, near.moment, after, way)
@@ -133,6 +117,12 @@ class Certifier:
     def _snapshot(self, moment: Array) -> ToolState:
         moment.setflags(write=False)
         return ToolState.measured(Near(self, self._layout, moment))
+
+
+def answer(room: Array, unknowns: int, rows: int, joints: int) -> tuple[Solution, Array]:
+    """The answer of an attempt's program, and the joints' box (2, n)."""
+    *_, x, multiplier, box, step = room_parts(room, unknowns, rows, joints)
+    return Solution(step, float(x[joints]), multiplier, unknowns), box
 
 
 def measured(state: ToolState) -> Near:

@@ -26,7 +26,7 @@ from ..fixtures.zones import Zone, refuse_start
 from ..geometry.proximity import Proximity
 from ..robots import PlacedRobot, Tool
 from . import qp
-from .certificate import Certifier, measured
+from .certificate import Certifier, answer, measured
 from .explain import Blocker, Box, Explainer
 from .problem_kernel import prepare
 from .settings import ControlSettings
@@ -215,26 +215,33 @@ class Controller:
         """The step in one compiled call, as it goes nearly always; None where it does not."""
         if self.solver != qp.DUAL:
             return None
-        size = len(self._little)
-        given = qp.join_constraints(constraints, size) if constraints else self._nothing_given
-        if given.soft:
-            return None
+        size, given = len(self._little), self._nothing_given
+        if constraints:
+            given = qp.join_constraints(constraints, size)
+            if given.soft:
+                return None
         wanted = qp.join_objectives(objectives, size)
-        done = self._certifier.attempt(state, wanted, self._little, given, task.scale)
-        if done is None or not self._accepted(state, done.state, task):
+        done = self._certifier.attempt(measured(state), wanted, self._little, given, task.scale)
+        if done is None:
             return None
-        step, rows = done.step, done.rows + 2 * done.joints
-        rushed = done.broken > 0 and self._rushed(state, step)
+        after, room, rows, broken = done
+        if not self._accepted(state, after, task):
+            return None
+        n = size - 1
+        step = room[:n]
+        rushed = broken > 0 and self._rushed(state, step)
         achieved = task.achieved(step)
 
         def plan() -> _Plan:
-            solution, box = done.solution()
-            return _Plan(state, task, solution, constraints, box, rows, done.broken == 0)
+            solution, box = answer(room, size, rows, n)
+            return _Plan(state, task, solution, constraints, box, rows + 2 * n, broken == 0)
 
         if achieved >= SLOWED_SHARE:
-            return StepReport(done.state, "moved", achieved, (), rows, rushed, lambda: self._why(plan())[0], task.begun)
+            return StepReport(
+                after, "moved", achieved, (), rows + 2 * n, rushed, lambda: self._why(plan())[0], task.begun
+            )
         outcome, why = self._slowed(plan(), achieved, "moved")
-        return StepReport(done.state, outcome, achieved, why, rows, rushed, begun=task.begun)
+        return StepReport(after, outcome, achieved, why, rows + 2 * n, rushed, begun=task.begun)
 
     def _by_parts(
         self, state: ToolState, task: Task, objectives: Sequence[Objective], constraints: Sequence[Constraint]
