@@ -283,7 +283,7 @@ def _thinned(mesh: TriangleMesh, count: int) -> TriangleMesh:
     if count >= len(mesh.faces):
         return mesh
     vertices, faces = fast_simplification.simplify(
-        np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces), 1.0 - count / len(mesh.faces)
+        mesh.vertices.copy(), mesh.faces.copy(), 1.0 - count / len(mesh.faces)
     )
     return TriangleMesh(vertices, faces)
 
