@@ -179,6 +179,22 @@ class Controller:
         """The state at q (n,), at rest unless a velocity (n,) is given, without any verdict."""
         return self._certifier.measure(q, velocity)
 
+    def warm_up(self, state: ToolState) -> None:
+        """Load all compiled code that a step may need, also that of unusual steps; nothing moves.
+
+        A kernel that is compiled where it is first needed would halt a running robot for seconds.
+        """
+        dof = len(state.q)
+        objective = Objective(np.zeros((1, dof + 1)), np.zeros(1))
+        task = Task((objective,), (), 1.0, lambda _: 0.0)
+        state = self._certifier.knows(state)
+        self._at_once(state, task, task.objectives, ())
+        self._by_parts(state, task, task.objectives, ())
+        problem, box, _ = self._problem(state, task.objectives, (), task.scale)
+        problem.boxed(box[0], box[1])
+        moving = self._certifier.measure(state.q, np.full(dof, 1e-9))
+        self._held(self._rest(moving, task).state, (), 0, ())
+
     def certify(self, state: ToolState, step: Array) -> ToolState | None:
         """The certificate alone: the state after a joint step (n,), whoever proposes it, or None where it is refused.
 

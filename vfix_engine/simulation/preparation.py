@@ -86,6 +86,7 @@ def warm_up(rehearsal: Rehearsal) -> None:
         state = rehearsal.start(mode)
         for force in (np.zeros(3), np.ones(3), -np.ones(3)):
             state, _ = rehearsal.step(state, Command(force, drive=1))
+        rehearsal.controller.warm_up(state.tool)
 
 
 def _run_part(part: str) -> None:

@@ -5,9 +5,12 @@ coal's closest points are good to about 1e-7 mm, so that is what the two can agr
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import coal
 import numpy as np
@@ -29,6 +32,10 @@ SETTINGS = ControlSettings()
 
 @pytest.fixture(scope="module")
 def tube() -> Scene:
+    return narrow_tube()
+
+
+def narrow_tube() -> Scene:
     """A narrow tube around the whole bent tool: dozens of pairs, rows that bind."""
     around, along = np.linspace(0.0, 2 * np.pi, 40, endpoint=False), np.linspace(-190.0, 40.0, 160)
     angle, y = np.meshgrid(around, along)
@@ -235,3 +242,44 @@ def test_an_outside_step_is_a_chain_of_small_ones(tube: Scene) -> None:
     for array in (state.q, state.velocity, state.distance, state.tip.jacobian, state.segments.start, state.near.moment):
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0.0
+
+
+def kernels() -> dict[str, int]:
+    """How many types each compiled function of the engine is compiled or loaded for."""
+    found = {}
+    for name, module in list(sys.modules.items()):
+        if name.startswith("vfix_engine."):
+            for kernel in vars(module).values():
+                if hasattr(kernel, "overloads") and hasattr(kernel, "py_func"):
+                    found[f"{kernel.py_func.__module__}.{kernel.py_func.__name__}"] = len(kernel.overloads)
+    return found
+
+
+def test_after_warming_up_a_drive_compiles_nothing() -> None:
+    """Refused, cut, braked and held steps, at once and by parts: a running robot never waits for a compiler.
+
+    In a process of its own, where no other test has loaded anything.
+    """
+    root = Path(__file__).resolve().parents[3]
+    script = "from tests.engine.control.test_whole_step import unusual_drive; unusual_drive()"
+    subprocess.run([sys.executable, "-c", script], cwd=root, check=True, timeout=300)
+
+
+def unusual_drive() -> None:
+    """What the test above runs."""
+    scene = narrow_tube()
+    controller = controller_of(scene)
+    state = controller.start(np.zeros(7))
+    controller.warm_up(state)
+    task = random_task(state, np.random.default_rng(1))  # the tasks' own code is not the controller's to warm up
+    controller.step(state, task)
+    before, random = kernels(), np.random.default_rng(17)
+    for state, _, report in drive(controller, random, 100):
+        controller.step(report.state, replace(random_task(state, random), scale=0.0))
+        if report.outcome != "idle":
+            assert controller.step(state, replace(random_task(state, random), accepts=lambda _: False)).held
+        matrix = np.append(state.tip.jacobian[0], 0.0)[None, :]
+        never = Constraint("never", np.vstack([matrix, -matrix]), np.full(2, -1.0), np.arange(2), ("never",))
+        controller.step(state, replace(random_task(state, random), constraints=(never,)))
+    after = kernels()
+    assert after == before, {name: (before[name], count) for name, count in after.items() if count != before[name]}
