@@ -80,7 +80,7 @@ def test_the_same_step_as_on_the_shelf(tube: Scene) -> None:
     controller = controller_of(tube)
     stack = Stack(coal, tube.tree.mesh, tube.placed_robot(), tube.tool, SETTINGS)
     compared = bound = 0
-    for state, task, report in drive(controller, np.random.default_rng(3), 600):
+    for state, task, report in drive(controller, np.random.default_rng(3), 300):
         if report.outcome != "moved":
             continue
         theirs = stack.step(state, task)
@@ -89,8 +89,8 @@ def test_the_same_step_as_on_the_shelf(tube: Scene) -> None:
         bound += len(state.near.pairs) > 1
         np.testing.assert_allclose(report.state.q - state.q, theirs.step, rtol=0.0, atol=1e-6 * max(task.scale, 1e-3))
         assert report.state.clearance == pytest.approx(min(theirs.clearance, SETTINGS.reach_mm), abs=1e-6)
-    assert compared > 400
-    assert bound > 100
+    assert compared > 200
+    assert bound > 50
 
 
 @pytest.mark.filterwarnings("ignore:The default value of raise_error:PendingDeprecationWarning")
