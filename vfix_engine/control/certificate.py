@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ..errors import ControlError
 from ..fixtures import ToolState
-from ..fixtures.moment_kernel import moment_parts
 from ..fixtures.state import Layout, Near
 from ..geometry.pairs import MAX_ROWS
 from .judge_kernel import KEPT, OVERFULL, UNCOVERED, judge, look
@@ -108,8 +107,8 @@ class Certifier:
         if verdict == OVERFULL:
             self._workspace = _workspace(2 * needed)
             return
-        _, _, _, _, _, start, end, _ = moment_parts(before, *self._layout.sizes)
-        _, _, _, _, _, new_start, new_end, _ = moment_parts(after, *self._layout.sizes)
+        start, end = self._layout.segments(before)
+        new_start, new_end = self._layout.segments(after)
         # A tool that moves goes on for a while: triangles are gathered around where it will be.
         ahead = LEAD * SLACK_MM / way if way > _RESTING_MM else 0.0
         self.surroundings.gather(new_start + ahead * (new_start - start), new_end + ahead * (new_end - end), way)

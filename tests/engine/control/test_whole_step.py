@@ -27,7 +27,7 @@ from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation.scene import Scene
 
-SETTINGS = ControlSettings()
+SETTINGS = ControlSettings(dt_s=4e-3)
 
 
 @pytest.fixture(scope="module")
@@ -61,12 +61,12 @@ def random_task(state: ToolState, random: np.random.Generator, settings: Control
 
 
 def drive(controller: Controller, random: np.random.Generator, steps: int) -> list[tuple[ToolState, Task, object]]:
-    """A wandering hand that keeps its mind for ten steps."""
+    """A wandering hand that keeps its mind for a tenth of a second."""
     state = controller.start(np.zeros(controller.robot.dof))
     taken = []
     seed = 0
     for index in range(steps):
-        if index % 10 == 0:
+        if index % 25 == 0:
             seed = int(random.integers(1 << 30))
         task = random_task(state, np.random.default_rng(seed))
         report = controller.step(state, task)
@@ -97,7 +97,7 @@ def test_the_same_step_as_on_the_shelf(tube: Scene) -> None:
 @pytest.mark.parametrize("solver", ["daqp", "osqp"])
 def test_part_by_part_with_another_solver_it_is_the_same_step(tube: Scene, solver: str) -> None:
     at_once, by_parts = controller_of(tube), controller_of(tube, solver=solver)
-    tolerance, count = (1e-10, 300) if solver == "daqp" else (1e-6, 60)
+    tolerance, count = (1e-7, 300) if solver == "daqp" else (1e-6, 60)
     steps = drive(at_once, np.random.default_rng(5), count)
     moved = 0
     for state, task, report in steps:
