@@ -209,4 +209,4 @@ def test_bone_comes_before_a_limit_of_comfort() -> None:
         least, fastest = min(least, snapshot.clearance_mm), max(fastest, limits.speeds(state.tool)[0])
     assert fastest > 8.0
     assert FAST.margin_mm <= least < FAST.margin_mm + 0.03
-    assert state.emergencies <= 3  # the joints could do it all along
+    assert 0 < state.emergencies < 20  # told as what they are; the joints could do it all along
