@@ -1,10 +1,9 @@
 """The same control step built from what is on the shelf: Pinocchio, coal and qpsolvers, glued in numpy.
 
 It is written to be fast, not to look slow: shapes and requests are made once, coal has the faster of its trees for
-either question, the reduction to the rows that say something is the engine's own compiled one, the QP is daqp's through
-qpsolvers (the fastest there for a dense problem of this size), and nothing is formatted or copied for show.
-It shares the laws of the limits with the engine, but no kinematics, no distance, no row and no solver call: that both
-take the same step is a check as well.
+either question, what is done to many numbers is done by numpy at once, the QP is daqp's through qpsolvers (the fastest
+there for a dense problem of this size), and nothing is formatted or copied for show.
+It calls nothing of the engine's compiled code: that both take the same step is a check as well.
 """
 
 from __future__ import annotations
@@ -21,10 +20,9 @@ from numpy.typing import NDArray
 from benchmarks.coal_peer import build, turning_z_to
 from vfix_engine.control import ControlSettings, Task, ToolState
 from vfix_engine.control.surroundings import BUFFER_MM
-from vfix_engine.fixtures.boundary import approach_rooms
-from vfix_engine.fixtures.joint_limits import little_motion, step_box
+from vfix_engine.fixtures.joint_limits import little_motion
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.pairs import Pairs, reduce_pairs
+from vfix_engine.geometry.pairs import COSINE, MAX_ROWS, RADIUS_MM, Pairs
 from vfix_engine.robots import PlacedRobot, TipState, Tool
 
 Array = NDArray[np.float64]
@@ -106,12 +104,15 @@ class Stack:
         ]
 
     def _box(self, state: ToolState) -> tuple[Array, Array]:
-        """The box of the joints' limits: the same law as the engine's."""
-        robot = self._robot.robot
-        low, high = np.empty(len(state.q)), np.empty(len(state.q))
-        step_box(
-            state.q, state.velocity, robot.lower, robot.upper, robot.speed, robot.acceleration, self._dt, low, high
-        )
+        """Least and largest joint step (n,), (n,): speed, acceleration, and being able to stop in the range."""
+        robot, dt = self._robot.robot, self._dt
+        last, change, fastest = state.velocity * dt, robot.acceleration * (dt * dt), robot.speed * dt
+        least = -np.minimum(fastest, _stoppable(np.maximum(state.q - robot.lower, 0.0), change))
+        most = np.minimum(fastest, _stoppable(np.maximum(robot.upper - state.q, 0.0), change))
+        low, high = np.maximum(least, last - change), np.minimum(most, last + change)
+        over = low > high
+        if over.any():
+            low[over] = high[over] = np.where(last - change > most, most, least)[over]
         return low, high
 
     def _pairs(self, places: list[Any]) -> tuple[Pairs, int]:
@@ -138,7 +139,7 @@ class Stack:
         every = Pairs(
             np.array(gaps, dtype=float), normal, on_tool, table[:, 1].copy(), parts, np.array(triangle, dtype=np.int32)
         )
-        return reduce_pairs(every), count
+        return every.take(_reduced(every)), count
 
     def _problem(self, task: Task, tip: TipState, pairs: Pairs, low: Array, high: Array) -> qpsolvers.Problem:
         """Li 2007, eq. 14-20 in numpy, scaled by the length of the wanted step."""
@@ -151,9 +152,11 @@ class Stack:
         rows = np.concatenate(
             [c.matrix for c in task.constraints] + [np.column_stack([-linear, np.zeros(len(linear))])]
         )
-        bound = np.concatenate(
-            [c.bound for c in task.constraints] + [approach_rooms(pairs.distance - self._keep, self._change)]
+        room = pairs.distance - self._keep
+        approach = np.where(
+            room >= 0.0, _stoppable(np.maximum(room, 0.0), self._change), np.maximum(room, -self._change)
         )
+        bound = np.concatenate([c.bound for c in task.constraints] + [approach])
         return qpsolvers.Problem(
             matrix.T @ matrix + _REGULARISATION * np.eye(n + 1),
             -(matrix.T @ target),
@@ -174,3 +177,28 @@ class Stack:
             elif coal.collide(self._surface, self._still, capsule, place, self._close, coal.CollisionResult()):
                 return None
         return float(least) if self._exact else float(self._close.security_margin)
+
+
+def _stoppable(room: Array, change: Array | float) -> Array:
+    """The longest steps after which a stop within ``room`` is possible when a step differs by ``change`` at most."""
+    n = np.floor(0.5 * (np.sqrt(1.0 + 8.0 * room / change) - 1.0))
+    steps: Array = (room + 0.5 * change * n * (n + 1.0)) / (n + 1.0)
+    return steps
+
+
+def _reduced(pairs: Pairs) -> NDArray[np.int64]:
+    """The pairs that say something of their own, nearest first, in the sense of ``geometry.pairs``."""
+    kept: list[int] = []
+    waiting = np.argsort(pairs.distance, kind="stable")
+    while len(waiting) and len(kept) < MAX_ROWS:
+        best = waiting[0]
+        kept.append(int(best))
+        apart = pairs.on_tool[waiting] - pairs.on_tool[best]
+        same = (
+            (pairs.segment[waiting] == pairs.segment[best])
+            & (pairs.normal[waiting] @ pairs.normal[best] >= COSINE)
+            & (np.einsum("ij,ij->i", apart, apart) <= RADIUS_MM**2)
+        )
+        same[0] = True
+        waiting = waiting[~same]
+    return np.array(kept, dtype=np.int64)

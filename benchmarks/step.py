@@ -3,6 +3,7 @@
 A rehearsal drives the corridor once; then its tasks are taken again, block by block: a second controller makes the
 steps of a block one after the other, gathering triangles where driving makes it necessary, and the stack makes its
 own from the same states.
+Either has one step that is not counted before its turn, since the other has just had the caches for itself.
 What a step took within the rehearsal, where everything else that a rehearsal does comes between two steps, is told as
 well.
 """
@@ -88,9 +89,11 @@ class _Drive:
             gc.collect()
             controller = Rehearsal(self._scene, self._settings).controller
             parts = StepParts(controller)
-            state = controller.measure(start)
+            state, block = controller.measure(start), list[Moment]()
             for first in range(0, len(tasks), BLOCK):
-                block: list[Moment] = []
+                if block:
+                    controller.step(*block[-1])  # not counted: the stack has just had the caches for itself
+                block = []
                 for task in tasks[first : first + BLOCK]:
                     begin = time.perf_counter()
                     done = controller.step(state, task)
@@ -131,6 +134,8 @@ class _Drive:
         """The stack's turn at some of the block's states."""
         moments = [moment for moment in block[::EVERY] if moment[1].scale > 0.0]
         answers = []
+        for state, task in moments[-1:]:
+            self._stack.step(state, task)  # not counted, as before a block
         for state, task in moments:
             begin = time.perf_counter()
             answers.append(self._stack.step(state, task))

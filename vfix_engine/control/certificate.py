@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
 _ROOM = 2048  # pairs that the workspace holds at first
-LEAD = 0.6  # of the slack, how far ahead of a moving tool the triangles around it are gathered
+LEAD = 0.8  # of the slack, how far ahead of a moving tool the triangles around it are gathered
 _RESTING_MM = 1e-6  # a shorter motion has no direction
 _ATTEMPTS = 4  # a motion is judged at most once more for each thing that can be missing
 

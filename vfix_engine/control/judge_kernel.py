@@ -147,7 +147,7 @@ def judge(
     boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
     before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """``judge_motion`` among a ``PackedWorld`` (numbers, counts) and a ``PackedCover`` (boxes … poses)."""
+    """``judge_motion`` among a ``PackedWorld`` (numbers, counts) and a packed cover (boxes … poses)."""
     world = unpack_world(numbers, counts)
     cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
     return judge_motion(world, cover, before, step, after, rows, labels, body)

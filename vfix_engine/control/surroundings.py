@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..fixtures.zones import Zone, bodies, ordered
+from ..geometry.candidate_kernels import Candidates
 from ..geometry.capsules import Segments
 from ..geometry.proximity import Proximity
 from ..geometry.shapes import shape_table
 from ..robots import PlacedRobot, Tool
 from .settings import ControlSettings
-from .world import Counts, Cover, Index, Single, World, pack_cover, pack_world
+from .world import Counts, Index, Single, World, pack_poses, pack_world
 
 Array = NDArray[np.float64]
-Number = TypeVar("Number", np.float32, np.float64, np.int32)
 
 BUFFER_MM = 0.012  # rows keep this much more than the margin, so that the certificate rarely has to say no
 BEYOND_MARGIN_MM = 1.0  # pairs are looked for at least this far beyond every body's margin
-SLACK_MM = 0.75  # how far the tool may move before the triangles around it are gathered anew
+SLACK_MM = 1.0  # how far the tool may move before the triangles around it are gathered anew
 
 
 Packed = tuple[Array, Counts, Single, Array, Index, Index, Array]
@@ -71,27 +70,24 @@ class Surroundings:
         self.arrays = self._gathered(Segments(start, end, self.world.radius), SLACK_MM + further)
 
     def _gathered(self, segments: Segments, slack: float) -> Packed:
-        """A cover that holds for poses within ``slack`` mm of this one; for none where that is negative."""
+        """World and cover that hold for poses within ``slack`` mm of this one; for none where that is negative."""
         reach = self.world.threshold + slack if slack >= 0.0 else 0.0
         lists = [surface.candidates(segments, reach).arrays for surface in self.surfaces]
-        first = np.zeros((len(lists), len(segments) + 1), np.int32)
-        nodes = 0
-        for row, each in zip(first, lists, strict=True):
-            row[:] = each.offset + nodes
-            nodes += int(each.offset[-1])
-        cover = Cover(
-            boxes=_joined([each.boxes for each in lists]),
-            corners=_joined([each.corners for each in lists]),
-            label=_joined([each.label for each in lists]),
-            frame=np.stack([each.frame for each in lists]),
-            first=first,
-            start=segments.start,
-            end=segments.end,
-            slack=slack,
-        )
-        numbers, counts = self.packed
-        boxes, corners, label, near_first, poses = pack_cover(cover)
-        return numbers, counts, boxes, corners, label, near_first, poses
+        cover = lists[0] if len(lists) == 1 else _joined(lists)
+        poses = pack_poses(slack, segments.start, segments.end, cover.frame)
+        return *self.packed, cover.boxes, cover.corners, cover.label, cover.offset.reshape(len(lists), -1), poses
+
+
+def _joined(lists: Sequence[Candidates]) -> Candidates:
+    """The triangles of several surfaces one after the other; frames (4 M,) and offsets (M (S + 1),) as well."""
+    nodes = np.cumsum([0, *(int(each.offset[-1]) for each in lists)])
+    return Candidates(
+        np.concatenate([each.boxes for each in lists]),
+        np.concatenate([each.corners for each in lists]),
+        np.concatenate([each.label for each in lists]),
+        np.concatenate([each.frame for each in lists]),
+        np.concatenate([each.offset + first for each, first in zip(lists, nodes, strict=False)]).astype(np.int32),
+    )
 
 
 def _fixed(values: Array) -> Array:
@@ -99,7 +95,3 @@ def _fixed(values: Array) -> Array:
     copy = np.array(values, dtype=np.float64, order="C")
     copy.setflags(write=False)
     return copy
-
-
-def _joined(arrays: Sequence[NDArray[Number]]) -> NDArray[Number]:
-    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)

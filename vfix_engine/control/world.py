@@ -74,16 +74,6 @@ class PackedWorld(NamedTuple):
     counts: Counts
 
 
-class PackedCover(NamedTuple):
-    """A cover with its small arrays in one: slack, start (S, 3), end (S, 3), frame (M, 4)."""
-
-    boxes: Single
-    corners: Array
-    label: Index
-    first: Index
-    numbers: Array
-
-
 def pack_world(world: World) -> PackedWorld:
     """The world as its kernels take it."""
     chain = world.chain
@@ -99,10 +89,9 @@ def pack_world(world: World) -> PackedWorld:
     )
 
 
-def pack_cover(cover: Cover) -> PackedCover:
-    """The cover as its kernels take it."""
-    small = (np.array([cover.slack]), cover.start.ravel(), cover.end.ravel(), cover.frame.ravel())
-    return PackedCover(cover.boxes, cover.corners, cover.label, cover.first, np.concatenate(small))
+def pack_poses(slack: float, start: Array, end: Array, frame: Array) -> Array:
+    """The small arrays of a cover in one: slack, start (S, 3), end (S, 3), frame (M, 4)."""
+    return np.concatenate(([slack], start.ravel(), end.ravel(), frame.ravel()))
 
 
 @compiled
@@ -136,7 +125,7 @@ def unpack_world(numbers: Array, counts: Counts) -> World:
 
 @compiled
 def unpack_cover(segments: int, boxes: Single, corners: Array, label: Index, first: Index, numbers: Array) -> Cover:
-    """Views of a packed cover."""
+    """A cover from its arrays, the small ones packed by ``pack_poses``."""
     a, b = 1 + 3 * segments, 1 + 6 * segments
     return Cover(
         boxes, corners, label, numbers[b:].reshape(len(first), 4), first,
