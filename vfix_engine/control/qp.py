@@ -24,6 +24,7 @@ from .problem_kernel import UNBOUNDED, fill, set_box, settle
 
 Array = NDArray[np.float64]
 
+_FLOAT = np.dtype(np.float64)
 DUAL = "dual"  # our own solver, a part of the compiled step
 PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
 DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
@@ -137,7 +138,8 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
     if len(objectives) == 1:
         alone = objectives[0]
         matrix, target = alone.matrix, alone.target
-        if matrix.flags.carray and target.flags.carray and matrix.dtype == target.dtype == np.float64:
+        # Kernels are compiled for these, and a copy takes longer than to look; another dtype object is copied.
+        if matrix.flags.carray and target.flags.carray and matrix.dtype is target.dtype is _FLOAT:
             return ObjectiveRows(matrix, target, _weights(len(target), alone.weight))
     count = sum([len(o.target) for o in objectives])
     matrix, target, weight = np.empty((count, size)), np.empty(count), np.empty(count)
