@@ -111,7 +111,8 @@ class _Liar:
         if kind == 0:
             return x, value, flag, info
         if kind == 1:
-            x = x + np.abs(x).max() * random.normal(size=len(x)) * 10.0 ** random.uniform(-6, 6)
+            with np.errstate(all="ignore"):  # of programs that are nonsense themselves
+                x = x + np.abs(x).max() * random.normal(size=len(x)) * 10.0 ** random.uniform(-6, 6)
         elif kind == 2:
             x = random.normal(size=len(x)) * 10.0 ** random.uniform(-3, 6)
         elif kind == 3:
