@@ -113,16 +113,16 @@ class StepParts:
         arrays, (rows, labels, body) = certifier.surroundings.arrays, certifier._workspace
         n, little = len(state.q), self._controller._little
         wanted, given = qp.join_objectives(task.objectives, n + 1), qp.join_constraints((), n + 1)
-        room = np.zeros(room_size(n + 1, MAX_ROWS, n))
+        room = np.zeros(room_size(n, MAX_ROWS))
         after = near.moment.copy()
         program = (
             near.moment, *wanted, little, given.matrix, given.bound, task.scale,
         )  # fmt: skip
-        hessian, gradient, matrix, upper, lower, x, multiplier, box, step = room_parts(room, n + 1, len(near.pairs), n)
+        hessian, gradient, matrix, upper, lower, x, multiplier, box, step = room_parts(room, n, len(near.pairs))
         solver = (hessian, gradient, matrix, upper, lower)
         whole = (
-            *arrays, near.moment, *wanted, little, given.matrix, given.bound,
-            task.scale, qp.PRIMAL_TOLERANCE, qp.DUAL_TOLERANCE, room, after, rows, labels, body,
+            *arrays, rows, labels, body, near.moment, *wanted, little, given.matrix, given.bound,
+            task.scale, np.zeros(n), qp.PRIMAL_TOLERANCE, qp.DUAL_TOLERANCE, room, after,
         )  # fmt: skip
         called = _seconds(attempt, whole)
         self._note("handing over", _seconds(_nothing, whole), 0.0)

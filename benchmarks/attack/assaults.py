@@ -91,7 +91,7 @@ def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> St
         spoilt = (target, matrix, rows, bound)[int(random.integers(4))]
         spoilt.flat[int(random.integers(spoilt.size))] = random.choice(NONSENSE)
     constraint = Constraint("target", rows, bound, np.arange(4))
-    task = Task((Objective(matrix, target),), (constraint,), scale, lambda step: float(step.sum()))
+    task = Task((Objective(matrix, target),), (constraint,), scale, np.ones(size - 1))
     report = rehearsal.controller.step(state.tool, task)
     after = replace(state, tool=report.state, steps=state.steps + 1, emergencies=state.emergencies + report.emergency)
     return after, rehearsal.snapshot(after, report)

@@ -33,7 +33,9 @@ class Certifier:
         self.surroundings = surroundings
         world = surroundings.world
         self._layout = Layout(len(world.lower), world.radius, len(world.margin))
-        self._workspace, self._size = _workspace(_ROOM), self._layout.places[-1]
+        self._size, self._room = self._layout.places[-1], room_size(self._layout.dof, MAX_ROWS)
+        self._workspace = _workspace(_ROOM)
+        self._arrays = *surroundings.arrays, *self._workspace  # what every step is handed, kept as one
 
     def measure(self, q: Array, velocity: Array | None = None) -> ToolState:
         """The state at joints q (n,), at rest unless a velocity (n,) is given; distances exact up to the threshold."""
@@ -70,26 +72,24 @@ class Certifier:
         return None
 
     def attempt(
-        self, near: Near, wanted: ObjectiveRows, little: Array, given: ConstraintRows, scale: float
-    ) -> tuple[ToolState, Array, int, int] | None:
+        self, near: Near, wanted: ObjectiveRows, little: Array, given: ConstraintRows, scale: float, along: Array
+    ) -> tuple[ToolState, float, Array, int, int] | None:
         """The usual step in one compiled call; None where anything about it is unusual, and nothing has happened.
 
         Returns:
-            The certified state, the program's numbers (see ``answer``), how many rows it has, and how many joints
-            cannot keep their acceleration.
+            The certified state, the part of the wanted motion that is made, the program's numbers (see ``answer``),
+            how many rows it has, and how many joints cannot keep their acceleration.
         """
-        after, room = (
-            np.empty(self._size),
-            np.empty(room_size(len(little), len(given.bound) + MAX_ROWS, len(little) - 1)),
-        )
+        size = room_size(self._layout.dof, len(given.bound) + MAX_ROWS) if len(given.bound) else self._room
+        room, after = np.empty(size), np.empty(self._size)
+        matrix, target, weight = wanted
         for _ in range(_ATTEMPTS):
-            rows, labels, body = self._workspace
-            verdict, needed, way, count, broken = attempt(
-                *self.surroundings.arrays, near.moment, wanted.matrix, wanted.target, wanted.weight, little,
-                given.matrix, given.bound, scale, PRIMAL_TOLERANCE, DUAL_TOLERANCE, room, after, rows, labels, body,
+            verdict, needed, way, share, count, broken = attempt(
+                *self._arrays, near.moment, matrix, target, weight, little, given.matrix, given.bound,
+                scale, along, PRIMAL_TOLERANCE, DUAL_TOLERANCE, room, after,
             )  # fmt: skip
             if verdict == KEPT:
-                return self._snapshot(after), room, count, broken
+                return self._snapshot(after), share, room, count, broken
             if verdict not in (UNCOVERED, OVERFULL):
                 return None
             self._provide(verdict, needed, near.moment, after, way)
@@ -106,22 +106,23 @@ class Certifier:
         """What a kernel missed on the motion between two moments: room for pairs, or the triangles around it."""
         if verdict == OVERFULL:
             self._workspace = _workspace(2 * needed)
-            return
-        start, end = self._layout.segments(before)
-        new_start, new_end = self._layout.segments(after)
-        # A tool that moves goes on for a while: triangles are gathered around where it will be.
-        ahead = LEAD * SLACK_MM / way if way > _RESTING_MM else 0.0
-        self.surroundings.gather(new_start + ahead * (new_start - start), new_end + ahead * (new_end - end), way)
+        else:
+            start, end = self._layout.segments(before)
+            new_start, new_end = self._layout.segments(after)
+            # A tool that moves goes on for a while: triangles are gathered around where it will be.
+            ahead = LEAD * SLACK_MM / way if way > _RESTING_MM else 0.0
+            self.surroundings.gather(new_start + ahead * (new_start - start), new_end + ahead * (new_end - end), way)
+        self._arrays = *self.surroundings.arrays, *self._workspace
 
     def _snapshot(self, moment: Array) -> ToolState:
         moment.setflags(write=False)
         return ToolState.measured(Near(self, self._layout, moment))
 
 
-def answer(room: Array, unknowns: int, rows: int, joints: int) -> tuple[Solution, Array]:
+def answer(room: Array, joints: int, rows: int) -> tuple[Solution, Array]:
     """The answer of an attempt's program, and the joints' box (2, n)."""
-    *_, x, multiplier, box, step = room_parts(room, unknowns, rows, joints)
-    return Solution(step, float(x[joints]), multiplier, unknowns), box
+    *_, x, multiplier, box, step = room_parts(room, joints, rows)
+    return Solution(step, float(x[joints]), multiplier, joints + 1), box
 
 
 def measured(state: ToolState) -> Near:

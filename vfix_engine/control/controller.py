@@ -48,7 +48,7 @@ class Task:
 
     objectives, constraints: rows of the task itself, without boundary and joints.
     scale: length L of the wanted step in mm; 0 means nothing is wanted.
-    achieved: share of the wanted motion that a joint step (n,) makes.
+    along: (n,) part of the wanted motion that each joint's motion makes; None: there is nothing to make a part of.
     accepts: further verdict on the predicted state, or None.
     compliance: in mm/N, see ``Situation``; None: gain · dt, where the objectives weigh the tip's motion with 1.
     begun: the wanted motion as a part of what the hand wishes, which it approaches with a bounded acceleration.
@@ -57,10 +57,14 @@ class Task:
     objectives: tuple[Objective, ...]
     constraints: tuple[Constraint, ...]
     scale: float
-    achieved: Callable[[Array], float]
+    along: Array | None
     accepts: Callable[[ToolState], bool] | None = None
     compliance: float | None = None
     begun: float = 1.0
+
+    def achieved(self, step: Array) -> float:
+        """The part of the wanted motion that a joint step (n,) makes."""
+        return 1.0 if self.along is None else float(self.along @ step)
 
 
 class StepReport(NamedTuple):
@@ -139,6 +143,7 @@ class Controller:
         rows = little_motion(robot.robot)
         self._little = rows.matrix.T @ (rows.weight * rows.matrix)
         self._nothing_given = qp.join_constraints((), len(rows.target) + 1)
+        self._no_way = np.zeros(len(rows.target))
 
     def with_anatomy(self, tree: Proximity, zones: Sequence[Zone] | None = None) -> Controller:
         """The same controller among anatomy that has moved; states of this one are measured anew at its next step.
@@ -186,7 +191,7 @@ class Controller:
         """
         dof = len(state.q)
         objective = Objective(np.zeros((1, dof + 1)), np.zeros(1))
-        task = Task((objective,), (), 1.0, lambda _: 0.0)
+        task = Task((objective,), (), 1.0, np.zeros(dof))
         state = self._certifier.knows(state)
         self._at_once(state, task, task.objectives, ())
         self._by_parts(state, task, task.objectives, ())
@@ -231,33 +236,31 @@ class Controller:
         """The step in one compiled call, as it goes nearly always; None where it does not."""
         if self.solver != qp.DUAL:
             return None
-        size, given = len(self._little), self._nothing_given
+        little, given, along = self._little, self._nothing_given, task.along
         if constraints:
-            given = qp.join_constraints(constraints, size)
+            given = qp.join_constraints(constraints, len(little))
             if given.soft:
                 return None
-        wanted = qp.join_objectives(objectives, size)
-        done = self._certifier.attempt(measured(state), wanted, self._little, given, task.scale)
+        wanted = qp.join_objectives(objectives, len(little))
+        way = self._no_way if along is None else along
+        done = self._certifier.attempt(measured(state), wanted, little, given, task.scale, way)
         if done is None:
             return None
-        after, room, rows, broken = done
-        if not self._accepted(state, after, task):
+        after, share, room, rows, broken = done
+        if (task.accepts is not None or self.fixtures) and not self._accepted(state, after, task):
             return None
-        n = size - 1
-        step = room[:n]
-        rushed = broken > 0 and self._rushed(state, step)
-        achieved = task.achieved(step)
+        sides = rows + 2 * len(self._no_way)
 
         def plan() -> _Plan:
-            solution, box = answer(room, size, rows, n)
-            return _Plan(state, task, solution, constraints, box, rows + 2 * n, broken == 0)
+            solution, box = answer(room, len(self._no_way), rows)
+            return _Plan(state, task, solution, constraints, box, sides, broken == 0)
 
+        rushed = broken > 0 and self._rushed(state, room[: len(self._no_way)])
+        achieved = 1.0 if along is None else share
         if achieved >= SLOWED_SHARE:
-            return StepReport(
-                after, "moved", achieved, (), rows + 2 * n, rushed, lambda: self._why(plan())[0], task.begun
-            )
+            return StepReport(after, "moved", achieved, (), sides, rushed, lambda: self._why(plan())[0], task.begun)
         outcome, why = self._slowed(plan(), achieved, "moved")
-        return StepReport(after, outcome, achieved, why, rows + 2 * n, rushed, begun=task.begun)
+        return StepReport(after, outcome, achieved, why, sides, rushed, begun=task.begun)
 
     def _by_parts(
         self, state: ToolState, task: Task, objectives: Sequence[Objective], constraints: Sequence[Constraint]
@@ -360,7 +363,7 @@ class Controller:
             # What would bring the tool anywhere is left out: without a hand it only comes to rest.
             limits = tuple(c for rows in self._standing(state, task) for c in rows.constraints if c.penalty is None)
             if (state.distance >= self._world.margin[:, None]).all():
-                stopping = replace(task, scale=_STOPPING_MM, achieved=lambda step: 1.0)
+                stopping = replace(task, scale=_STOPPING_MM, along=None)
                 report = self._solved(state, stopping, task.objectives, (*task.constraints, *limits))
                 return report._replace(outcome="idle", share=1.0, blockers=(), told=tuple)
         step = self._braking(state)

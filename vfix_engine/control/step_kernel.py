@@ -21,21 +21,20 @@ Index = NDArray[np.int32]
 UNSOLVED = 4  # what an attempt can end in besides the verdicts of ``judge_kernel``
 
 
-def room_size(unknowns: int, rows: int, joints: int) -> int:
-    """Numbers that an attempt with c unknowns and m rows needs for its program."""
+def room_size(joints: int, rows: int) -> int:
+    """Numbers that an attempt with n joints and m rows needs for its program."""
+    unknowns = joints + 1
     return unknowns * (unknowns + 2) + 3 * (unknowns + rows) + unknowns * rows + 3 * joints
 
 
 @compiled
-def room_parts(
-    room: Array, c: int, m: int, n: int
-) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array]:
-    """Views of the room of an attempt.
+def room_parts(room: Array, n: int, m: int) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array]:
+    """Views of the room of an attempt with n joints, c = n + 1 unknowns and m rows.
 
     They are H (c, c), f (c,), G (m, c), upper (c + m,), lower (c + m,), x (c,), multipliers (c + m,), box (2, n) and
     the step (n,), with which the room begins.
     """
-    box = n
+    c, box = n + 1, n
     hessian = box + 2 * n
     gradient = hessian + c * c
     upper = gradient + c
@@ -54,34 +53,37 @@ def room_parts(
 def attempt(
     numbers: Array, counts: Counts,
     boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
+    rows: Array, labels: Index, body: Index,
     before: Array, matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
-    scale: float, primal: float, dual: float, room: Array,
-    after: Array, rows: Array, labels: Index, body: Index,
-) -> tuple[int, int, float, int, int]:  # fmt: skip
+    scale: float, along: Array, primal: float, dual: float, room: Array, after: Array,
+) -> tuple[int, int, float, float, int, int]:  # fmt: skip
     """One step of a program without slacks.
 
     Args:
-        numbers … poses: packed world and cover; before: a measured moment.
+        numbers … poses: packed world and cover; rows, labels, body: see ``judge_motion``; before: a measured moment.
         matrix … bound: rows of the program, see ``problem_kernel.fill``; scale: length of the wanted step in mm.
+        along: (n,) part of the wanted motion that each joint's motion makes.
         primal, dual: tolerances of the check, see ``settle``; room: for MAX_ROWS pairs, see ``room_parts``.
-        after, rows, labels, body: out, see ``judge_motion``.
+        after: out, see ``judge_motion``.
 
     Returns:
-        The verdict of ``judge_motion``, its rows and its way, or UNSOLVED; how many rows the program has; how many
-        joints cannot keep their acceleration.
+        The verdict of ``judge_motion``, its rows and its way, or UNSOLVED; the part of the wanted motion that is made;
+        how many rows the program has; how many joints cannot keep their acceleration.
     """
     world = unpack_world(numbers, counts)
-    c, m, n = len(little), len(bound) + pair_count(before), len(world.lower)
-    hessian, gradient, program, upper, lower, x, multiplier, box, step = room_parts(room, c, m, n)
+    m, n = len(bound) + pair_count(before), len(world.lower)
+    hessian, gradient, program, upper, lower, x, multiplier, box, step = room_parts(room, n, m)
     scale, broken = assemble(
         world, before, matrix, target, weight, little, given, bound, scale,
         hessian, gradient, program, upper, lower, box,
     )  # fmt: skip
     solved = solve_dual(hessian, gradient, program, upper, lower, x, multiplier)
     if not (solved and settle(hessian, gradient, program, upper, lower, x, multiplier, primal, dual)):
-        return UNSOLVED, 0, 0.0, m, broken
+        return UNSOLVED, 0, 0.0, 0.0, m, broken
+    share = 0.0
     for j in range(n):
         step[j] = x[j] * scale
+        share += along[j] * step[j]
     cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
     verdict, needed, way = judge_motion(world, cover, before, step, after, rows, labels, body)
-    return verdict, needed, way, m, broken
+    return verdict, needed, way, share, m, broken

@@ -8,8 +8,6 @@ master is ahead, where the motion has to end.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -83,9 +81,9 @@ def approach_target(
     jacobian, point = _view(state, tool, settings)
     desired, ease, wish = _guided(jacobian @ state.velocity, force, target - point, settings, reach)
     rows = ReachTarget(desired, settings.view_distance_mm, tool.direction(np.eye(3))).at(state)
-    share = _share(jacobian, desired)
+    along = _along(jacobian, desired)
     compliance = _compliance(settings, ease, VIEW_REWARD)
-    return Task(rows.objectives, (), _length(desired), share, None, compliance, _part(desired, wish))
+    return Task(rows.objectives, (), _length(desired), along, None, compliance, _part(desired, wish))
 
 
 def inspect_target(
@@ -112,7 +110,7 @@ def inspect_target(
         rows.objectives,
         rows.constraints,
         lever * _length(turn),
-        _share(state.tip.jacobian[3:], turn),
+        _along(state.tip.jacobian[3:], turn),
         lambda after: fixture.keeps(state, after),
         lever**2 * settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * ease * progress_weight(VIEW_REWARD),
         _part(turn, wanted * settings.dt_s),
@@ -138,7 +136,7 @@ def move_freely(
         rows.objectives,
         (),
         _length(scale * desired),
-        _share(scale[:, None] * jacobian, scale * desired),
+        _along(scale[:, None] * jacobian, scale * desired),
         compliance=settings.gain_mm_per_s_per_n * settings.dt_s * ease,
         begun=_part(size * desired, size * wanted * settings.dt_s),
     )
@@ -152,10 +150,10 @@ def view_point(state: ToolState, tool: Tool, distance: float) -> Array:
 
 def _tip_task(state: ToolState, desired: Array, ease: float, wish: Array, settings: ControlSettings) -> Task:
     """The tip makes the step ``desired`` (3,) in mm on its way to the speed of ``wish``, a step (3,) in mm as well."""
-    share = _share(state.tip.jacobian[:3], desired)
+    along = _along(state.tip.jacobian[:3], desired)
     rows = PathFollowing(desired).at(state)
     compliance = _compliance(settings, ease, PATH_REWARD)
-    return Task(rows.objectives, (), _length(desired), share, None, compliance, _part(desired, wish))
+    return Task(rows.objectives, (), _length(desired), along, None, compliance, _part(desired, wish))
 
 
 def _view(state: ToolState, tool: Tool, settings: ControlSettings) -> tuple[Array, Array]:
@@ -215,8 +213,8 @@ def _length(vector: Array) -> float:
     return length if length > _NOTHING_MM else 0.0
 
 
-def _share(jacobian: Array, desired: Array) -> Callable[[Array], float]:
-    """Part of the desired motion that a joint step makes along it."""
+def _along(jacobian: Array, desired: Array) -> Array:
+    """Part of the desired motion that each joint's motion (n,) makes along it."""
     size = float(desired @ desired)
-    along = (desired @ jacobian) / size if size > 0.0 else np.zeros(jacobian.shape[1])
-    return lambda step: float(along @ step)
+    along: Array = (desired @ jacobian) / size if size > 0.0 else np.zeros(jacobian.shape[1])
+    return along

@@ -163,7 +163,7 @@ def contrary(random: np.random.Generator) -> Task:
     rows[1] = -rows[0]
     bound = scale * np.array([-1.0, -random.uniform(0.1, 1.0), random.normal()])
     objective = Objective(random.normal(size=(3, 8)), scale * random.normal(size=3))
-    return Task((objective,), (Constraint("target", rows, bound, np.arange(3)),), scale, lambda step: float(step.sum()))
+    return Task((objective,), (Constraint("target", rows, bound, np.arange(3)),), scale, np.ones(7))
 
 
 def test_a_program_without_solution_is_a_held_tool_with_a_reason(rehearsal: Rehearsal) -> None:
