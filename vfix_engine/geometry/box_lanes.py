@@ -1,10 +1,10 @@
-"""Lower bounds of the distances from one segment to 16 boxes or balls at once, in single precision and never too large.
+"""Lower bounds of the distances from one segment to 16 boxes or triangles at once: single precision, never too large.
 
 Boxes lie as a node: 6 × 16 float32, all x of the centres, y, z, then half extents; relative to a frame's origin.
 Shells are boxes along axes of their own: 15 × 16 float32, centres, three axes, half extents.
-Balls lie as 4 × 16 float32, centres and radii.
-The direction from the segment's nearest point to the box's centre separates the two at least as far as the support of
-the box along it leaves room; what rounding may have added is taken off again.
+Facets lie as 10 × 16 float32: a triangle's middle, two of its corners from there, how far the farthest corner is.
+The direction from the segment's nearest point to the centre separates the two at least as far as the support of the
+box or triangle along it leaves room; what rounding may have added is taken off again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Single = NDArray[np.float32]
 
 NODE = 96  # numbers in a node
 SHELL = 240  # numbers in a node's shells
-BALLS = 64  # numbers in a block's balls
+FACETS = 160  # numbers in a block's facets
 PROBE = 12  # numbers that describe a segment: p from the origin, d, d / d·d, slack
 
 _MOST = np.int32(0x7F800000)  # the bits of infinity
@@ -27,6 +27,7 @@ _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
 # Of the largest coordinate: more than all roundings of the bound together (about 40 of 2⁻²⁴ each).
 _ROUNDING = 1e-5
+_TURNED = np.float32(0.125)  # of that slack: more than the roundings of the way from the axis to a middle
 _FARTHEST = 1e15
 
 
@@ -83,38 +84,52 @@ def shell_gaps(shell: Single, probe: Single, gaps: Single) -> None:
 
 
 @vectorised
-def ball_gaps(balls: Single, probe: Single, limit: np.float32, gaps: Single) -> int:
-    """Lower bounds (16,) of the distances from the axis to the triangles in 16 balls; how many are over ``limit``."""
+def facet_gaps(facets: Single, probe: Single, limit: np.float32, gaps: Single) -> int:
+    """Lower bounds (16,) of the distances from the axis to 16 triangles; how many are over ``limit``.
+
+    The way from the axis to a triangle's middle is across the axis but for its rounding, which turns it the more the
+    shorter it is: that is what is taken off for the farthest corner.
+    """
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
     hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
+    turned = slack * _TURNED
     over = 0
     for j in range(16):
-        gx, gy, gz = balls[j] - px, balls[16 + j] - py, balls[32 + j] - pz
+        gx, gy, gz = facets[j] - px, facets[16 + j] - py, facets[32 + j] - pz
         t = gx * hx + gy * hy + gz * hz
         t = min(max(t, _ZERO), _ONE)
         gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
-        gap = np.sqrt(gx * gx + gy * gy + gz * gz) - balls[48 + j] - slack
+        size = np.sqrt(gx * gx + gy * gy + gz * gz)
+        one = gx * facets[48 + j] + gy * facets[64 + j] + gz * facets[80 + j]
+        two = gx * facets[96 + j] + gy * facets[112 + j] + gz * facets[128 + j]
+        support = min(min(one, two), -(one + two)) - turned * facets[144 + j]
+        gap = size + support / (size if size > _ZERO else _ONE) - slack
         gaps[j] = gap
         over += int(gap > limit)
     return over
 
 
 @vectorised
-def ball_bounds(balls: Single, probe: Single) -> tuple[np.float32, np.float32]:
+def facet_bounds(facets: Single, probe: Single) -> tuple[np.float32, np.float32]:
     """Bounds of the least distance from the segment's axis to 16 triangles: never more, never less.
 
-    The centre of a triangle's ball lies on the triangle, so no triangle is farther than it.
+    No triangle is farther than its middle.
     """
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
     hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
+    turned = slack * _TURNED
     low, high = _MOST, _MOST
     for j in range(16):
-        gx, gy, gz = balls[j] - px, balls[16 + j] - py, balls[32 + j] - pz
+        gx, gy, gz = facets[j] - px, facets[16 + j] - py, facets[32 + j] - pz
         t = gx * hx + gy * hy + gz * hz
         t = min(max(t, _ZERO), _ONE)
         gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
         size = np.sqrt(gx * gx + gy * gy + gz * gz)
+        one = gx * facets[48 + j] + gy * facets[64 + j] + gz * facets[80 + j]
+        two = gx * facets[96 + j] + gy * facets[112 + j] + gz * facets[128 + j]
+        support = min(min(one, two), -(one + two)) - turned * facets[144 + j]
+        gap = size + support / (size if size > _ZERO else _ONE)
         # Of numbers that are not negative the bits have the order of the numbers, and their least is found in lanes.
-        low = min(low, np.float32(max(size - balls[48 + j], _ZERO)).view(np.int32))
+        low = min(low, np.float32(max(gap, _ZERO)).view(np.int32))
         high = min(high, np.float32(size).view(np.int32))
     return np.int32(low).view(np.float32) - slack, np.int32(high).view(np.float32) + slack

@@ -89,8 +89,8 @@ class ProximityTree:
         self.mesh = mesh
         self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
         self._room = _ROOM
-        self._search = (wide.boxes, wide.corners, wide.label, wide.balls, wide.frame, wide.level)
-        self._group = (wide.corners, wide.label, wide.balls, wide.shells, wide.frame, wide.level)
+        self._search = (wide.boxes, wide.corners, wide.label, wide.facets, wide.frame, wide.level)
+        self._group = (wide.corners, wide.label, wide.facets, wide.shells, wide.frame, wide.level)
 
     def moved(self, mesh: TriangleMesh) -> ProximityTree:
         """The tree over the same faces with other vertices: without sorting, so in about half the time of a new one.

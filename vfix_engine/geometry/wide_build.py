@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES
-from .box_lanes import BALLS, NODE, SHELL
+from .box_lanes import FACETS, NODE, SHELL
 from .candidate_kernels import box_of_block, empty_boxes, put_box
 from .compiled import compiled
 from .shell_kernels import axes_of, extents, moments, put_shell
@@ -29,7 +29,7 @@ class Wide(NamedTuple):
     boxes: (96 N,) float32, see ``box_lanes``: first the nodes over the blocks, last the root.
     corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
     label: (16 B,) face of the mesh in each lane, −1 where there is none.
-    balls: (64 B,) float32, one around each triangle, see ``box_lanes``.
+    facets: (160 B,) float32, the triangles once more, see ``box_lanes``.
     shells: (240 N,) float32, boxes along the principal axes of what lies in each lane of each node.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
     level: (L + 1,) blocks are numbered from 0, nodes behind them: those of level l from level[l] to level[l + 1] − 1.
@@ -38,7 +38,7 @@ class Wide(NamedTuple):
     boxes: Single
     corners: Array
     label: Index
-    balls: Single
+    facets: Single
     shells: Single
     frame: Array
     level: Index
@@ -212,39 +212,23 @@ def fill_shells(corners: Array, frame: Array, level: Index, shells: Single) -> N
 
 
 @compiled
-def fill_balls(corners: Array, frame: Array, balls: Single) -> None:
-    """A ball around each triangle: over its longest edge, or the circumscribed one where that does not hold it."""
-    for place in range(len(balls) // 4):
-        at, to = CORNERS * (place // LANES) + place % LANES, BALLS * (place // LANES) + place % LANES
-        c = np.empty((3, 3))
-        for i in range(3):
+def fill_facets(corners: Array, frame: Array, facets: Single) -> None:
+    """Each triangle as ``facet_gaps`` wants it."""
+    for place in range(len(facets) // (FACETS // LANES)):
+        at, to = CORNERS * (place // LANES) + place % LANES, FACETS * (place // LANES) + place % LANES
+        for k in range(3):
+            one, two, three = corners[at + LANES * k], corners[at + LANES * (3 + k)], corners[at + LANES * (6 + k)]
+            facets[to + LANES * k] = (one + two + three) / 3.0 - frame[k]
+        most = 0.0
+        for c in range(3):
+            square = 0.0
             for k in range(3):
-                c[i, k] = corners[at + LANES * (3 * i + k)] - frame[k]
-        x, y, z, r = _ball(c)
-        balls[to], balls[to + LANES], balls[to + 2 * LANES] = x, y, z
-        balls[to + 3 * LANES] = r * 1.000001 + 1e-6 * frame[3]
-
-
-@compiled
-def _ball(c: Array) -> tuple[float, float, float, float]:
-    """Centre and radius of a small ball around the triangle (3, 3)."""
-    ux, uy, uz = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
-    vx, vy, vz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
-    uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
-    ww = uu + vv - 2.0 * uv
-    solid = 2.0 * (uu * vv - uv * uv)
-    beta, gamma = 0.5, 0.0
-    if vv >= uu and vv >= ww:
-        beta, gamma = 0.0, 0.5
-    elif ww >= uu:
-        beta, gamma = 0.5, 0.5
-    if 2.0 * max(uu, max(vv, ww)) < (uu + vv + ww) * (1.0 - 1e-9) and solid > 0.0:
-        beta, gamma = vv * (uu - uv) / solid, uu * (vv - uv) / solid
-    x, y, z = c[0, 0] + beta * ux + gamma * vx, c[0, 1] + beta * uy + gamma * vy, c[0, 2] + beta * uz + gamma * vz
-    square = 0.0
-    for i in range(3):
-        square = max(square, (c[i, 0] - x) ** 2 + (c[i, 1] - y) ** 2 + (c[i, 2] - z) ** 2)
-    return x, y, z, np.sqrt(square)
+                away = corners[at + LANES * (3 * c + k)] - frame[k] - np.float64(facets[to + LANES * k])
+                square += away * away
+                if c < 2:
+                    facets[to + LANES * (3 * (c + 1) + k)] = away
+            most = max(most, square)
+        facets[to + LANES * 9] = np.sqrt(most) * 1.000001 + 1e-6 * frame[3]
 
 
 def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wide:
@@ -257,9 +241,9 @@ def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wid
     blocks, nodes = int(level[1]), int(level[-1] - level[1])
     corners, label = np.empty(CORNERS * blocks), np.empty(LANES * blocks, np.int32)
     boxes, shells = np.empty(NODE * nodes, np.float32), np.empty(SHELL * nodes, np.float32)
-    balls = np.empty(BALLS * blocks, np.float32)
+    facets = np.empty(FACETS * blocks, np.float32)
     fill_blocks(vertices, faces, order, corners, label)
     fill_boxes(corners, frame, level, boxes)
     fill_shells(corners, frame, level, shells)
-    fill_balls(corners, frame, balls)
-    return Wide(boxes, corners, label, balls, shells, frame, level)
+    fill_facets(corners, frame, facets)
+    return Wide(boxes, corners, label, facets, shells, frame, level)

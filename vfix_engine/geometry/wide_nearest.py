@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
-from .box_lanes import BALLS, NODE, PROBE, ball_bounds, box_gaps
+from .box_lanes import FACETS, NODE, PROBE, box_gaps, facet_bounds
 from .candidate_kernels import append_block, nearest_of_block
 from .compiled import borrowing, compiled
 from .wide_search import (
@@ -32,13 +32,13 @@ Lanes = NDArray[np.uint64]
 
 @borrowing
 def _nearest(
-    boxes: Single, corners: Array, label: Index, balls: Single, level: Index, bound: float, seed: int,
+    boxes: Single, corners: Array, label: Index, facets: Single, level: Index, bound: float, seed: int,
     numbers: Array, singles: Single, places: Index,
 ) -> tuple[float, int]:  # fmt: skip
     """Nearest triangle to the segment set out: (distance from its axis, place); (bound, −1) when none is nearer.
 
     ``seed``: a block that is likely to hold it, or −1. A place is 16 · block + lane.
-    The balls narrow the distance down; exact distances are only taken of the few blocks that are left.
+    The facets narrow the distance down; exact distances are only taken of the few blocks that are left.
     """
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
     bounds, lows = singles[PROBE + LANES : SINGLES - LEFT], singles[SINGLES - LEFT : SINGLES]
@@ -46,7 +46,7 @@ def _nearest(
     blocks, count, far = level[1], 0, probe[9] == np.inf
     best, where, most = bound, -1, np.float32(bound) + probe[9]
     if seed >= 0 and not far:
-        most = min(most, ball_bounds(balls[BALLS * seed : BALLS * (seed + 1)], probe)[1])
+        most = min(most, facet_bounds(facets[FACETS * seed : FACETS * (seed + 1)], probe)[1])
     top = 1
     waiting[0], bounds[0] = level[len(level) - 1] - 1, np.float32(-np.inf)
     while top > 0:
@@ -55,7 +55,7 @@ def _nearest(
         if bounds[top] > most:
             continue
         if count + LANES > LEFT:
-            best, where = _look(corners, label, balls, left, lows, count, most, best, where, numbers, singles, places)
+            best, where = _look(corners, label, facets, left, lows, count, most, best, where, numbers, singles, places)
             count, most = 0, min(most, np.float32(best) + probe[9])
         box_gaps(boxes[NODE * (node - blocks) : NODE * (node - blocks + 1)], probe, gaps)
         first, last = children(node, level)
@@ -66,11 +66,11 @@ def _nearest(
             low = gaps[block - first]
             if not low > most:
                 if not far:
-                    low, high = ball_bounds(balls[BALLS * block : BALLS * (block + 1)], probe)
+                    low, high = facet_bounds(facets[FACETS * block : FACETS * (block + 1)], probe)
                     most = min(most, high)
                 left[count], lows[count] = block, low
                 count += int(not low > most)
-    best, where = _look(corners, label, balls, left, lows, count, most, best, where, numbers, singles, places)
+    best, where = _look(corners, label, facets, left, lows, count, most, best, where, numbers, singles, places)
     if where >= 0:
         while label[where] < 0:  # lanes that no triangle fills repeat the last one
             where -= 1
@@ -79,17 +79,17 @@ def _nearest(
 
 @borrowing
 def _look(
-    corners: Array, label: Index, balls: Single, left: Index, lows: Single, count: int, most: np.float32,
+    corners: Array, label: Index, facets: Single, left: Index, lows: Single, count: int, most: np.float32,
     best: float, where: int, numbers: Array, singles: Single, places: Index,
 ) -> tuple[float, int]:  # fmt: skip
-    """Exact distances of what is left: only of triangles whose ball may be nearer than ``most``."""
+    """Exact distances of what is left: only of triangles that may be nearer than ``most``."""
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
     picked, names, chosen = places[PICKED:PLACES], places[NAMES:PICKED], 0
     block, work = numbers[NUMBERS - CORNERS : NUMBERS], numbers[QUERY : QUERY + WORK]
     for i in range(count):
         if not lows[i] > most:
             here = left[i]
-            after = in_reach(balls, here, probe, float(most), gaps, picked, chosen)
+            after = in_reach(facets, here, probe, float(most), gaps, picked, chosen)
             if after < 0:
                 own = corners[CORNERS * here : CORNERS * (here + 1)]
                 best, lane = nearest_of_block(own, numbers[:QUERY], best, work)
@@ -128,7 +128,7 @@ def _push(first: int, last: int, gaps: Single, most: np.float32, waiting: Index,
 
 @borrowing
 def _clearance(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
     start: Array, end: Array, radius: Array, upper: float, numbers: Array, singles: Single, places: Index,
 ) -> tuple[float, int, int]:  # fmt: skip
     """Smallest distance of the tool's surface, its segment and place; (upper, −1, −1) when none is nearer."""
@@ -137,7 +137,7 @@ def _clearance(
         if least + radius[s] > 0.0:
             set_out(start[s], end[s], frame, numbers, singles)
             gap, place = _nearest(
-                boxes, corners, label, balls, level, least + radius[s], -1, numbers, singles, places
+                boxes, corners, label, facets, level, least + radius[s], -1, numbers, singles, places
             )  # fmt: skip
             if place >= 0:
                 least, segment, where = gap - radius[s], s, place
@@ -146,13 +146,13 @@ def _clearance(
 
 @compiled
 def wide_clearance(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
     start: Array, end: Array, radius: Array, upper: float,
 ) -> float:  # fmt: skip
     """Smallest distance of the tool's surface, or ``upper`` when nothing is nearer."""
     numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
     return _clearance(
-        boxes, corners, label, balls, frame, level, start, end, radius, upper, numbers, singles, places
+        boxes, corners, label, facets, frame, level, start, end, radius, upper, numbers, singles, places
     )[0]  # fmt: skip
 
 
@@ -164,14 +164,14 @@ def _keep(work: Array, lane: int, numbers: Array) -> None:
 
 @compiled
 def wide_closest(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
     start: Array, end: Array, radius: Array,
 ) -> tuple[Array, int, int]:  # fmt: skip
     """The row of the pair with the smallest distance, its segment and its triangle."""
     numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
     row = np.empty(10)
     _, s, place = _clearance(
-        boxes, corners, label, balls, frame, level, start, end, radius, np.inf, numbers, singles, places
+        boxes, corners, label, facets, frame, level, start, end, radius, np.inf, numbers, singles, places
     )
     if not _kept_row(start[s], end[s], radius[s], numbers, row):
         lanes, rows, labels = np.empty(LANES + 1, np.uint64), np.empty((1, 10)), np.empty((1, 2), np.int32)
@@ -217,13 +217,13 @@ def _one_row(
 
 @compiled
 def wide_points(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index, points: Array
+    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index, points: Array
 ) -> tuple[Array, Array, Index]:
     """Distance (n,), closest point (n, 3) and triangle (n,) of each point (n, 3)."""
     distance, closest, triangle = np.empty(len(points)), np.empty(points.shape), np.empty(len(points), np.int32)
     numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
     _points(
-        boxes, corners, label, balls, frame, level, points,
+        boxes, corners, label, facets, frame, level, points,
         distance, closest, triangle, numbers, singles, places,
     )  # fmt: skip
     return distance, closest, triangle
@@ -231,14 +231,14 @@ def wide_points(
 
 @borrowing
 def _points(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index, points: Array,
+    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index, points: Array,
     distance: Array, closest: Array, triangle: Index, numbers: Array, singles: Single, places: Index,
 ) -> None:  # fmt: skip
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     block = -1  # the one before is a good guess when the points follow each other
     for i in range(len(points)):
         set_out(points[i], points[i], frame, numbers, singles)
-        distance[i], place = _nearest(boxes, corners, label, balls, level, np.inf, block, numbers, singles, places)
+        distance[i], place = _nearest(boxes, corners, label, facets, level, np.inf, block, numbers, singles, places)
         block = place // LANES
         block_gaps(corners[CORNERS * block : CORNERS * (block + 1)], query, np.inf, work)
         for k in range(3):

@@ -20,7 +20,7 @@ Lanes = NDArray[np.uint64]
 
 @compiled
 def wide_pairs(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
     start: Array, end: Array, radius: Array, threshold: float, room: int,
 ) -> tuple[Array, Index]:  # fmt: skip
     """All pairs with distance − radius ≤ threshold as rows (see ``pairs_from_rows``); ``room`` rows are expected."""
@@ -29,7 +29,7 @@ def wide_pairs(
     while True:
         rows, labels = np.empty((room, 10)), np.empty((room, 2), np.int32)
         found = _pairs(
-            boxes, corners, label, balls, frame, level, start, end, radius, threshold,
+            boxes, corners, label, facets, frame, level, start, end, radius, threshold,
             rows, labels, numbers, singles, places, lanes,
         )  # fmt: skip
         if found <= room:
@@ -39,7 +39,7 @@ def wide_pairs(
 
 @borrowing
 def _pairs(
-    boxes: Single, corners: Array, label: Index, balls: Single, frame: Array, level: Index,
+    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
     start: Array, end: Array, radius: Array, threshold: float,
     rows: Array, labels: Index, numbers: Array, singles: Single, places: Index, lanes: Lanes,
 ) -> int:  # fmt: skip
@@ -66,7 +66,7 @@ def _pairs(
             count = keep_near(first, last, gaps, limit, near, 0)
             for i in range(count):
                 block = near[i]
-                after = in_reach(balls, block, probe, limit, gaps, picked, chosen)
+                after = in_reach(facets, block, probe, limit, gaps, picked, chosen)
                 if after < 0:
                     found, _ = append_block(
                         corners[CORNERS * block : CORNERS * (block + 1)], label[LANES * block : LANES * (block + 1)],
@@ -102,7 +102,7 @@ def _rows_of_picked(
 
 @compiled
 def wide_groups(
-    corners: Array, label: Index, balls: Single, shells: Single, frame: Array, level: Index,
+    corners: Array, label: Index, facets: Single, shells: Single, frame: Array, level: Index,
     start: Array, end: Array, radius: Array, threshold: float, flat: float, exact_within: float, room: int,
 ) -> tuple[Array, Index]:  # fmt: skip
     """As ``wide_pairs``, but with one pair for all of a flat block or node that is not too near.
@@ -115,7 +115,7 @@ def wide_groups(
     while True:
         rows, labels = np.empty((room, 10)), np.empty((room, 2), np.int32)
         found = _groups(
-            corners, label, balls, shells, frame, level, start, end, radius, threshold, flat, exact_within,
+            corners, label, facets, shells, frame, level, start, end, radius, threshold, flat, exact_within,
             rows, labels, numbers, singles, places, lanes,
         )  # fmt: skip
         if found <= room:
@@ -125,7 +125,7 @@ def wide_groups(
 
 @borrowing
 def _groups(
-    corners: Array, label: Index, balls: Single, shells: Single, frame: Array, level: Index,
+    corners: Array, label: Index, facets: Single, shells: Single, frame: Array, level: Index,
     start: Array, end: Array, radius: Array, threshold: float, flat: float, exact_within: float,
     rows: Array, labels: Index, numbers: Array, singles: Single, places: Index, lanes: Lanes,
 ) -> int:  # fmt: skip
@@ -166,7 +166,7 @@ def _groups(
                 continue
             for i in range(count):
                 block = near[i]
-                after = in_reach(balls, block, probe, limit, gaps, picked, chosen)
+                after = in_reach(facets, block, probe, limit, gaps, picked, chosen)
                 if after < 0:
                     found, _ = append_block(
                         corners[CORNERS * block : CORNERS * (block + 1)], label[LANES * block : LANES * (block + 1)],

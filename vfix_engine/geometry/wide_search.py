@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
-from .box_lanes import BALLS, PROBE, ball_gaps, describe_single
+from .box_lanes import FACETS, PROBE, describe_single, facet_gaps
 from .compiled import borrowing
 
 Array = NDArray[np.float64]
@@ -60,12 +60,12 @@ def keep_near(first: int, last: int, gaps: Single, limit: float, places: Index, 
 
 
 @borrowing
-def in_reach(balls: Single, block: int, probe: Single, limit: float, gaps: Single, picked: Index, count: int) -> int:
+def in_reach(facets: Single, block: int, probe: Single, limit: float, gaps: Single, picked: Index, count: int) -> int:
     """Places of a block's triangles that may be within ``limit``, from picked[count] on; the place behind.
 
     −1 when most of the block may be: then it is measured as it is, which costs less than picking.
     """
-    over = ball_gaps(balls[BALLS * block : BALLS * (block + 1)], probe, np.float32(limit), gaps)
+    over = facet_gaps(facets[FACETS * block : FACETS * (block + 1)], probe, np.float32(limit), gaps)
     if over == LANES:
         return count
     if over <= _PICKED_OVER:

@@ -219,7 +219,7 @@ def test_leaves_hold_every_triangle_once_inside_their_boxes() -> None:
 
 
 def test_a_wide_tree_holds_every_triangle_once() -> None:
-    """HAZ-08: each face has one lane, each box, shell and ball holds its triangles."""
+    """HAZ-08: each face has one lane, each box and shell holds its triangles, each facet is its triangle."""
     for mesh in MESHES.values():
         wide = ProximityTree(mesh).arrays
         assert sorted(wide.label[wide.label >= 0].tolist()) == list(range(len(mesh.faces)))
@@ -228,9 +228,11 @@ def test_a_wide_tree_holds_every_triangle_once() -> None:
         real = wide.label.reshape(blocks, 16)
         assert (corners[real >= 0] == mesh.triangles[real[real >= 0]]).all()
         local = corners - wide.frame[:3]
-        ball = wide.balls.reshape(blocks, 4, 16).astype(float)
-        away = np.linalg.norm(local - ball[:, :3].transpose(0, 2, 1)[:, :, None], axis=-1)
-        assert (away <= ball[:, 3][:, :, None]).all()
+        facet = wide.facets.reshape(blocks, 10, 16).transpose(0, 2, 1).astype(float)
+        away = local - facet[:, :, None, :3]
+        told = np.stack([facet[..., 3:6], facet[..., 6:9], -(facet[..., 3:6] + facet[..., 6:9])], axis=2)
+        assert np.allclose(away, told, rtol=0.0, atol=1e-6 * wide.frame[3])
+        assert (np.linalg.norm(away, axis=-1) <= facet[..., 9:]).all()
         node, lane = np.divmod(np.arange(blocks), 16)
         box = wide.boxes.reshape(-1, 6, 16).astype(float)[node, :, lane]
         assert (np.abs(local - box[:, None, None, :3]) <= box[:, None, None, 3:]).all()
