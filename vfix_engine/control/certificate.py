@@ -115,7 +115,6 @@ class Certifier:
         self._arrays = *self.surroundings.arrays, *self._workspace
 
     def _snapshot(self, moment: Array) -> ToolState:
-        moment.setflags(write=False)
         return ToolState.measured(Near(self, self._layout, moment))
 
 

@@ -16,8 +16,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.moment_kernel import moment_pairs, moment_parts
+from ..fixtures.moment_kernel import moment_pairs, moment_parts, set_pair_count
 from ..geometry.compiled import compiled
+from ..geometry.pairs import MAX_ROWS
 from .bind_kernel import binding, largest_moves
 from .measure_kernel import covered, measure, place
 from .sweep_kernel import bend, chords
@@ -103,15 +104,14 @@ def _clear_in_halves(
 @compiled
 def _keep_pairs(world: World, moment: Array, rows: Array, labels: Index, body: Index, found: int) -> None:
     """Write those of the pairs into a moment that can bind in the step from it."""
-    pairs = moment_pairs(moment)
-    kept = 0
+    set_pair_count(moment, 0)
     if found > 0:
         n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
         q, velocity, position, _, jacobian, start, end, _ = moment_parts(moment, n, count, bodies)
         move = np.empty(count)
         largest_moves(world, q, velocity, position, jacobian, start, end, move)
-        kept = binding(world, move, rows, labels, body, found, pairs)
-    moment[len(moment) - pairs.size - 1] = kept  # see pair_count
+        set_pair_count(moment, MAX_ROWS)
+        set_pair_count(moment, binding(world, move, rows, labels, body, found, moment_pairs(moment)))
 
 
 @compiled
@@ -182,7 +182,7 @@ def judge_motion(
         if low - LAST_BIT * (1.0 + np.abs(low)) < new_q[j] < high + LAST_BIT * (1.0 + np.abs(high)):
             new_q[j] = min(max(new_q[j], low), high)
     place(world, new_q, position, rotation, jacobian, new_start, new_end)
-    chord = np.empty(count)
+    chord, floor = np.empty(count), np.empty((bodies, count))
     chords(start, end, new_start, new_end, chord)
     curve = bend(world.chain, world.links, world.reach, q, step)
     way = chord.max() + curve / 8.0
@@ -191,7 +191,6 @@ def judge_motion(
     found = measure(world, cover, new_start, new_end, world.threshold, new_distance, rows, labels, body)
     if found > len(rows):
         return OVERFULL, found, way
-    floor = np.empty((bodies, count))
     for b in range(bodies):
         for s in range(count):
             # A surface has no inside: nearer to an axis than a way may deviate, it might be crossed unseen.

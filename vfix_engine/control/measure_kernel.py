@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.candidate_kernels import segment_least, segment_pairs
+from ..geometry.block_kernels import LANES
+from ..geometry.candidate_kernels import NUMBERS, SINGLES, pairs_into, segment_least
 from ..geometry.candidates import still_valid
-from ..geometry.compiled import compiled
+from ..geometry.compiled import borrowing, compiled
 from ..geometry.shape_kernels import shape_rows
 from ..robots.chain_kernel import forward
 from .world import Cover, World
@@ -16,7 +17,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
 
-@compiled
+@borrowing
 def place(world: World, q: Array, position: Array, rotation: Array, jacobian: Array, start: Array, end: Array) -> None:
     """Tip pose, Jacobian and the tool's segments (S, 3) at joints q (n,), written into the other arguments."""
     forward(world.chain, q, rotation, position, jacobian)
@@ -52,6 +53,7 @@ def measure(
     along = np.empty(3)
     surfaces = len(cover.frame)
     scratch = np.empty((3, 10))
+    numbers, singles, lanes = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(LANES + 1, np.uint64)
     for b in range(len(world.margin)):
         for s in range(len(start)):
             before = found
@@ -62,9 +64,9 @@ def measure(
                 if first == last:
                     least = np.inf
                 elif threshold > -np.inf:
-                    found, least = segment_pairs(
+                    found, least = pairs_into(
                         cover.boxes, cover.corners, cover.label, cover.frame[b], first, last,
-                        start[s], along, world.radius[s], threshold, s, rows, labels, found,
+                        start[s], along, world.radius[s], threshold, s, rows, labels, found, numbers, singles, lanes,
                     )  # fmt: skip
                 else:
                     bound = world.threshold + world.radius[s]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..fixtures.boundary import approach, room_to_step
 from ..fixtures.joint_limits import step_box
-from ..fixtures.moment_kernel import BODY, moment_pairs, moment_parts, pair_count
+from ..fixtures.moment_kernel import BODY, moment_pairs, moment_parts
 from ..geometry.compiled import compiled
 from .world import Counts, World, unpack_world
 
@@ -112,7 +112,7 @@ def assemble(
     q, velocity, position, _, jacobian, _, _, _ = moment_parts(moment, n, count, bodies)
     for j in range(n):
         scale = max(scale, abs(velocity[j]) * world.dt)
-    pairs = moment_pairs(moment)[: pair_count(moment)]
+    pairs = moment_pairs(moment)
     fill(
         matrix, target, weight, little, given, bound, pairs, world.keep, world.change, position, jacobian, scale,
         hessian, gradient, rows, upper, lower,

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixtures.moment_kernel import pair_count
-from ..geometry.compiled import compiled
+from ..geometry.compiled import compiled, shared
+from ..geometry.views import view
 from .dual_kernel import solve_dual
 from .judge_kernel import judge_motion
 from .problem_kernel import assemble, settle
@@ -27,25 +28,23 @@ def room_size(joints: int, rows: int) -> int:
     return unknowns * (unknowns + 2) + 3 * (unknowns + rows) + unknowns * rows + 3 * joints
 
 
-@compiled
+@shared
 def room_parts(room: Array, n: int, m: int) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array]:
     """Views of the room of an attempt with n joints, c = n + 1 unknowns and m rows.
 
     They are H (c, c), f (c,), G (m, c), upper (c + m,), lower (c + m,), x (c,), multipliers (c + m,), box (2, n) and
     the step (n,), with which the room begins.
     """
-    c, box = n + 1, n
-    hessian = box + 2 * n
+    c, hessian = n + 1, 3 * n
     gradient = hessian + c * c
     upper = gradient + c
     lower = upper + c + m
     x = lower + c + m
     multiplier = x + c
-    rows = multiplier + c + m
     return (
-        room[hessian:gradient].reshape(c, c), room[gradient:upper], room[rows : rows + m * c].reshape(m, c),
-        room[upper:lower], room[lower:x], room[x:multiplier], room[multiplier:rows],
-        room[box:hessian].reshape(2, n), room[:n],
+        view(room, hessian, (c, c)), view(room, gradient, (c,)), view(room, multiplier + c + m, (m, c)),
+        view(room, upper, (c + m,)), view(room, lower, (c + m,)), view(room, x, (c,)),
+        view(room, multiplier, (c + m,)), view(room, n, (2, n)), view(room, 0, (n,)),
     )  # fmt: skip
 
 

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import compiled
+from ..geometry.compiled import shared
 from ..geometry.shapes import DATA_WIDTH, ShapeTable
+from ..geometry.views import view
 from ..robots.chain_kernel import Chain
 
 Array = NDArray[np.float64]
@@ -94,40 +95,33 @@ def pack_poses(slack: float, start: Array, end: Array, frame: Array) -> Array:
     return np.concatenate(([slack], start.ravel(), end.ravel(), frame.ravel()))
 
 
-@compiled
+@shared
 def unpack_world(numbers: Array, counts: Counts) -> World:
     """Views of a packed world."""
     n, s, b, z = counts[0], counts[1], counts[2], counts[3]
-    a = 4
-    axis = numbers[a : a + 3 * n].reshape(n, 3)
-    a += 3 * n
-    rotation = numbers[a : a + 9 * n].reshape(n, 3, 3)
-    a += 9 * n
-    offset = numbers[a : a + 3 * n].reshape(n, 3)
-    a += 3 * n
-    tip_rotation, tip_offset = numbers[a : a + 9].reshape(3, 3), numbers[a + 9 : a + 12]
-    a += 12
-    links, lower, upper = numbers[a : a + n], numbers[a + n : a + 2 * n], numbers[a + 2 * n : a + 3 * n]
-    speed, acceleration = numbers[a + 3 * n : a + 4 * n], numbers[a + 4 * n : a + 5 * n]
-    a += 5 * n
-    start, end = numbers[a : a + 3 * s].reshape(s, 3), numbers[a + 3 * s : a + 6 * s].reshape(s, 3)
-    radius = numbers[a + 6 * s : a + 7 * s]
-    a += 7 * s
-    margin, keep = numbers[a : a + b], numbers[a + b : a + 2 * b]
-    a += 2 * b
-    data = numbers[a : a + DATA_WIDTH * z].reshape(z, DATA_WIDTH)
-    chain = Chain(counts[4 : 4 + n] != 0, axis, rotation, offset, tip_rotation, tip_offset)
+    axis, rotation, offset, tip = 4, 4 + 3 * n, 4 + 12 * n, 4 + 15 * n  # the scalars come first
+    links = tip + 12
+    start, shapes = links + 5 * n, links + 5 * n + 7 * s + 2 * b
+    chain = Chain(
+        view(counts, 4, (n,)), view(numbers, axis, (n, 3)), view(numbers, rotation, (n, 3, 3)),
+        view(numbers, offset, (n, 3)), view(numbers, tip, (3, 3)), view(numbers, tip + 9, (3,)),
+    )  # fmt: skip
     return World(
-        chain, links, numbers[0], start, end, radius, lower, upper, speed, acceleration,
-        ShapeTable(counts[4 + n : 4 + n + z], data), margin, keep, numbers[1], numbers[2], numbers[3],
+        chain, view(numbers, links, (n,)), numbers[0],
+        view(numbers, start, (s, 3)), view(numbers, start + 3 * s, (s, 3)), view(numbers, start + 6 * s, (s,)),
+        view(numbers, links + n, (n,)), view(numbers, links + 2 * n, (n,)),
+        view(numbers, links + 3 * n, (n,)), view(numbers, links + 4 * n, (n,)),
+        ShapeTable(view(counts, 4 + n, (z,)), view(numbers, shapes, (z, DATA_WIDTH))),
+        view(numbers, start + 7 * s, (b,)), view(numbers, start + 7 * s + b, (b,)),
+        numbers[1], numbers[2], numbers[3],
     )  # fmt: skip
 
 
-@compiled
+@shared
 def unpack_cover(segments: int, boxes: Single, corners: Array, label: Index, first: Index, numbers: Array) -> Cover:
     """A cover from its arrays, the small ones packed by ``pack_poses``."""
     a, b = 1 + 3 * segments, 1 + 6 * segments
     return Cover(
-        boxes, corners, label, numbers[b:].reshape(len(first), 4), first,
-        numbers[1:a].reshape(segments, 3), numbers[a:b].reshape(segments, 3), numbers[0],
+        boxes, corners, label, view(numbers, b, (len(first), 4)), first,
+        view(numbers, 1, (segments, 3)), view(numbers, a, (segments, 3)), numbers[0],
     )  # fmt: skip

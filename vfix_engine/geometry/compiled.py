@@ -7,6 +7,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config, types
+from numba.extending import register_jitable
 
 from .kernel_cache import KernelCache, cache_folder
 
@@ -41,6 +42,11 @@ def borrowing(function: Function) -> Function:
 def inlined(function: Function) -> Function:
     """A small piece that is put into each of its callers before they are compiled; it is not called from outside."""
     return cast(Function, numba.njit(**_EVERY, inline="always")(function))
+
+
+def shared(function: Function) -> Function:
+    """A small piece that is plain Python where Python calls it, and compiled into the kernels that call it."""
+    return register_jitable(function)
 
 
 def _kept(function: Function, dispatcher: Any) -> Function:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import compiled
+from ..geometry.compiled import borrowing
 
 Array = NDArray[np.float64]
 
@@ -47,20 +47,7 @@ class Chain(NamedTuple):
         return cls(kinds, *copies)
 
 
-@compiled
-def _turned(rotation: Array, axis: Array, j: int, angle: float, out: Array) -> None:
-    """out = rotation · Rot(axis[j], angle) by Rodrigues' formula."""
-    c, s = np.cos(angle), np.sin(angle)
-    v = 1.0 - c
-    x, y, z = axis[j, 0], axis[j, 1], axis[j, 2]
-    for i in range(3):
-        a, b, e = rotation[i, 0], rotation[i, 1], rotation[i, 2]
-        out[i, 0] = a * (c + x * x * v) + b * (y * x * v + z * s) + e * (z * x * v - y * s)
-        out[i, 1] = a * (x * y * v - z * s) + b * (c + y * y * v) + e * (z * y * v + x * s)
-        out[i, 2] = a * (x * z * v + y * s) + b * (y * z * v - x * s) + e * (c + z * z * v)
-
-
-@compiled
+@borrowing
 def _lever_arms(chain: Chain, position: Array, jacobian: Array) -> None:
     """Columns of revolute joints: from the joint's place to ω × (tip − place)."""
     for j in range(jacobian.shape[1]):
@@ -70,7 +57,7 @@ def _lever_arms(chain: Chain, position: Array, jacobian: Array) -> None:
             jacobian[0, j], jacobian[1, j], jacobian[2, j] = y * rz - z * ry, z * rx - x * rz, x * ry - y * rx
 
 
-@compiled
+@borrowing
 def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, jacobian_out: Array) -> None:
     """Tip pose and Jacobian in the patient frame at joints q (n,), written into the last three arguments.
 
@@ -78,27 +65,32 @@ def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, ja
         rotation_out: (3, 3); position_out: (3,) mm.
         jacobian_out: (6, n), rows 0-2 the tip's velocity, rows 3-5 the angular velocity per unit of joint speed.
     """
-    frame, placed, origin = np.empty((3, 3)), np.empty((3, 3)), np.zeros(3)
+    frame, origin = rotation_out, position_out  # of the joint in turn, until the tip is reached
     for i in range(3):
+        origin[i] = 0.0
         for k in range(3):
             frame[i, k] = 1.0 if i == k else 0.0
     for j in range(len(q)):
+        x, y, z = chain.axis[j, 0], chain.axis[j, 1], chain.axis[j, 2]
+        c, s = np.cos(q[j]), np.sin(q[j])
+        v = 1.0 - c
         for i in range(3):
             a, b, e = frame[i, 0], frame[i, 1], frame[i, 2]
             origin[i] += a * chain.offset[j, 0] + b * chain.offset[j, 1] + e * chain.offset[j, 2]
             for k in range(3):
-                placed[i, k] = a * chain.rotation[j, 0, k] + b * chain.rotation[j, 1, k] + e * chain.rotation[j, 2, k]
-            along = placed[i, 0] * chain.axis[j, 0] + placed[i, 1] * chain.axis[j, 1] + placed[i, 2] * chain.axis[j, 2]
+                frame[i, k] = a * chain.rotation[j, 0, k] + b * chain.rotation[j, 1, k] + e * chain.rotation[j, 2, k]
+            a, b, e = frame[i, 0], frame[i, 1], frame[i, 2]
+            along = a * x + b * y + e * z
             if chain.revolute[j]:
                 # The joint's place stands in for the tip's velocity until the tip is known.
                 jacobian_out[i, j], jacobian_out[3 + i, j] = origin[i], along
+                # Times Rot(axis, q) by Rodrigues' formula.
+                frame[i, 0] = a * (c + x * x * v) + b * (y * x * v + z * s) + e * (z * x * v - y * s)
+                frame[i, 1] = a * (x * y * v - z * s) + b * (c + y * y * v) + e * (z * y * v + x * s)
+                frame[i, 2] = a * (x * z * v + y * s) + b * (y * z * v - x * s) + e * (c + z * z * v)
             else:
                 jacobian_out[i, j], jacobian_out[3 + i, j] = along, 0.0
                 origin[i] += along * q[j]
-        if chain.revolute[j]:
-            _turned(placed, chain.axis, j, q[j], frame)
-        else:
-            frame, placed = placed, frame
     for i in range(3):
         a, b, e = frame[i, 0], frame[i, 1], frame[i, 2]
         position_out[i] = origin[i] + (a * chain.tip_offset[0] + b * chain.tip_offset[1] + e * chain.tip_offset[2])

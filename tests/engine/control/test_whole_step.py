@@ -239,7 +239,9 @@ def test_an_outside_step_is_a_chain_of_small_ones(tube: Scene) -> None:
     reports: Sequence[tuple[ToolState, Task, object]] = drive(controller_of(tube), np.random.default_rng(13), 100)
     for (_, _, one), (state, _, _) in pairwise(reports):
         assert state is one.state
-    for array in (state.q, state.velocity, state.distance, state.tip.jacobian, state.segments.start, state.near.moment):
+    assert state.near is not None
+    parts = (state.q, state.velocity, state.distance, state.tip.jacobian, state.segments.start, state.near.pairs)
+    for array in parts:
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0.0
 
