@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .block_kernels import CORNERS, LANES, QUERY, describe
-from .box_lanes import PROBE, SHELL, describe_single, shell_gaps
-from .candidate_kernels import NUMBERS, SINGLES, append_block
+from .block_kernels import CORNERS, LANES, QUERY
+from .box_lanes import PROBE, SHELL, shell_gaps
+from .candidate_kernels import NUMBERS, SINGLES, append_block, list_parts
 from .compiled import borrowing, compiled
 from .shell_kernels import axes_of, extents, group_row, moments, put_shell
+from .wide_search import ROOM, room_for, rows_of, set_out, tool_of
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Index = NDArray[np.int32]
-Lanes = NDArray[np.uint64]
 
 
 @compiled
@@ -34,35 +34,29 @@ def block_shells(corners: Array, label: Index, frame: Array) -> Single:
 
 @compiled
 def list_groups(
-    corners: Array, label: Index, shells: Single, frame: Array, offset: Index,
-    start: Array, end: Array, radius: Array, threshold: float, flat: float, exact_within: float, size: int,
-) -> tuple[Array, Index]:  # fmt: skip
-    """Rows and labels as ``wide_groups`` makes them, of the blocks of a candidate list."""
-    rows, labels, along = np.empty((size, 10)), np.empty((size, 2), np.int32), np.empty(3)
-    numbers, singles, lanes = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(LANES + 1, np.uint64)
-    found = _groups(
-        corners, label, shells, frame, offset, start, end, radius, threshold, flat, exact_within,
-        rows, labels, along, numbers, singles, lanes,
-    )  # fmt: skip
-    return rows[:found], labels[:found]
+    store: Array, shells: Single, tool: Array, threshold: float, flat: float, exact_within: float, size: int
+) -> tuple[Array, int]:
+    """As ``wide_groups``, of the blocks of a candidate list of ``size`` triangles."""
+    made = np.empty(11 * size)
+    return made, _groups(store, shells, tool, threshold, flat, exact_within, made, np.empty(ROOM))
 
 
 @borrowing
 def _groups(
-    corners: Array, label: Index, shells: Single, frame: Array, offset: Index,
-    start: Array, end: Array, radius: Array, threshold: float, flat: float, exact_within: float,
-    rows: Array, labels: Index, along: Array, numbers: Array, singles: Single, lanes: Lanes,
+    store: Array, shells: Single, tool: Array, threshold: float, flat: float, exact_within: float,
+    made: Array, room: Array,
 ) -> int:  # fmt: skip
+    start, end, radius = tool_of(tool)
+    _, corners, label, frame, offset = list_parts(store, len(radius))
+    rows, labels = rows_of(made)
+    numbers, singles, _, lanes = room_for(room)
     query, work, probe, gaps = numbers[:QUERY], numbers[QUERY:NUMBERS], singles[:PROBE], singles[PROBE:SINGLES]
     found, thin = 0, np.float32(0.5 * flat)
     for s in range(len(radius)):
         limit, exact = threshold + radius[s], max(exact_within + radius[s], 0.0)
         if limit < 0.0:
             continue
-        for k in range(3):
-            along[k] = end[s, k] - start[s, k]
-        describe(start[s], along, query)
-        describe_single(start[s], along, frame, probe)
+        set_out(start[s], end[s], frame, numbers, singles)
         for node in range(offset[s], offset[s + 1]):
             shell = shells[SHELL * node : SHELL * (node + 1)]
             shell_gaps(shell, probe, gaps)

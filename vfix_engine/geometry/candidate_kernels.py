@@ -75,28 +75,52 @@ def empty_boxes(first: int, node: Single) -> None:
             node[LANES * (3 + k) + lane] = np.float32(0.0)
 
 
+def cut_list(store: Array, segments: int) -> tuple[Single, Array, Index, Array, Index]:
+    """The arrays of ``Candidates`` in their one piece of memory: frame, offset, corners, boxes, label."""
+    head = _head(segments)
+    offset = store[4:head].view(np.int32)[: segments + 1]
+    nodes = int(offset[segments])
+    boxes = head + CORNERS * LANES * nodes
+    label = boxes + NODE // 2 * nodes
+    return (
+        store[boxes:label].view(np.float32), store[head:boxes], store[label:].view(np.int32), store[:4], offset
+    )  # fmt: skip
+
+
+def _head_of(segments: int) -> int:
+    """Numbers before the blocks: the frame and the offsets, in whole vectors."""
+    return 8 + 4 * ((segments + 1) // 8)
+
+
+_head = borrowing(_head_of)
+list_parts = borrowing(cut_list)  # for borrowing kernels only: what it returns is not counted
+
+
 @compiled
-def pack(
-    vertices: Array, faces: Index, labels: Index, segments: int, frame: Array
-) -> tuple[Single, Array, Index, Array, Index]:  # fmt: skip
-    """Candidates from labels (n, 2) of pairs, segment by segment; the triangles stay in their order."""
-    offset = np.zeros(segments + 1, np.int32)
+def pack(vertices: Array, faces: Index, labels: Index, segments: int, frame: Array) -> Array:
+    """Candidates from labels (n, 2) of pairs, segment by segment, for ``cut_list``; triangles stay in their order."""
+    offset = np.zeros(2 * (_head(segments) - 4), np.int32)
     for i in range(len(labels)):
         offset[labels[i, 0] + 1] += 1
     for s in range(segments):
         offset[s + 1] = offset[s] + (offset[s + 1] + LANES * LANES - 1) // (LANES * LANES)
-    nodes = offset[segments]
-    boxes, corners = np.empty(NODE * nodes, np.float32), np.empty(CORNERS * LANES * nodes)
-    names = np.full(LANES * LANES * nodes, -1, np.int32)
-    _fill(vertices, faces, labels, frame, offset, boxes, corners, names)
-    return boxes, corners, names, frame, offset
+    store = np.empty(_head(segments) + (CORNERS * LANES + (NODE + LANES * LANES) // 2) * offset[segments])
+    _fill(vertices, faces, labels, segments, frame, offset, store)
+    return store
 
 
 @borrowing
 def _fill(
-    vertices: Array, faces: Index, labels: Index, frame: Array, offset: Index,
-    boxes: Single, corners: Array, names: Index,
-) -> None:  # fmt: skip
+    vertices: Array, faces: Index, labels: Index, segments: int, origin: Array, counted: Index, store: Array
+) -> None:
+    head = store[4 : _head(segments)].view(np.int32)
+    for i in range(len(head)):
+        head[i] = counted[i]
+    boxes, corners, names, frame, offset = list_parts(store, segments)
+    for k in range(4):
+        frame[k] = origin[k]
+    for i in range(len(names)):
+        names[i] = -1
     for node in range(len(boxes) // NODE):
         empty_boxes(0, boxes[NODE * node : NODE * (node + 1)])
     first = 0

@@ -7,17 +7,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .block_kernels import LANES
 from .candidate_groups import block_shells, list_groups
-from .candidate_kernels import NUMBERS, SINGLES, Candidates, pairs_into, segment_least
+from .candidate_kernels import NUMBERS, Candidates, cut_list, list_parts, pairs_into, segment_least
 from .capsules import Segments
 from .compiled import borrowing, compiled
-from .pairs import Pairs, pairs_from_rows
+from .pairs import Pairs, pairs_from_made
+from .wide_search import ROOM, room_for, rows_of, tool_of
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Index = NDArray[np.int32]
-Lanes = NDArray[np.uint64]
 
 
 class CandidateList:
@@ -28,13 +27,14 @@ class CandidateList:
     Args:
         segments: the pose.
         reach: mm.
-        arrays: the triangles, for compiled code as well.
+        store: the triangles as ``pack`` has put them together.
         size: how many they are, over all segments.
     """
 
-    def __init__(self, segments: Segments, reach: float, arrays: Candidates, size: int):
-        self.segments, self.reach, self.arrays = segments, reach, arrays
-        self._size = size
+    def __init__(self, segments: Segments, reach: float, store: Array, size: int):
+        self.segments, self.reach = segments, reach
+        self.arrays = Candidates(*cut_list(store, len(segments)))
+        self._store, self._size = store, size
 
     def __len__(self) -> int:
         return self._size
@@ -54,15 +54,10 @@ class CandidateList:
         self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
     ) -> Pairs:
         """All pairs whose distance is at most ``threshold`` mm, segment by segment; grouped as in ``Proximity``."""
-        tool = (segments.start, segments.end, segments.radius)
+        store, tool, size = self._store, segments.packed, self._size
         if group_flat is None:
-            return pairs_from_rows(*_pairs(*self.arrays, *tool, threshold, self._size))
-        _, corners, label, frame, offset = self.arrays
-        return pairs_from_rows(
-            *list_groups(
-                corners, label, self._shells, frame, offset, *tool, threshold, group_flat, exact_within, self._size
-            )
-        )
+            return pairs_from_made(*list_pairs(store, tool, threshold, size))
+        return pairs_from_made(*list_groups(store, self._shells, tool, threshold, group_flat, exact_within, size))
 
     @cached_property
     def _shells(self) -> Single:
@@ -94,25 +89,19 @@ def still_valid(
 
 
 @compiled
-def _pairs(
-    boxes: Single, corners: Array, label: Index, frame: Array, offset: Index,
-    start: Array, end: Array, radius: Array, threshold: float, size: int,
-) -> tuple[Array, Index]:  # fmt: skip
-    rows, labels, along = np.empty((size, 10)), np.empty((size, 2), np.int32), np.empty(3)
-    numbers, singles, lanes = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(LANES + 1, np.uint64)
-    found = _pairs_into(
-        boxes, corners, label, frame, offset, start, end, radius, threshold,
-        rows, labels, along, numbers, singles, lanes,
-    )  # fmt: skip
-    return rows[:found], labels[:found]
+def list_pairs(store: Array, tool: Array, threshold: float, size: int) -> tuple[Array, int]:
+    """As ``wide_pairs``, of a candidate list of ``size`` triangles."""
+    made = np.empty(11 * size)
+    return made, _pairs_into(store, tool, threshold, made, np.empty(ROOM))
 
 
 @borrowing
-def _pairs_into(
-    boxes: Single, corners: Array, label: Index, frame: Array, offset: Index,
-    start: Array, end: Array, radius: Array, threshold: float,
-    rows: Array, labels: Index, along: Array, numbers: Array, singles: Single, lanes: Lanes,
-) -> int:  # fmt: skip
+def _pairs_into(store: Array, tool: Array, threshold: float, made: Array, room: Array) -> int:
+    start, end, radius = tool_of(tool)
+    boxes, corners, label, frame, offset = list_parts(store, len(radius))
+    rows, labels = rows_of(made)
+    numbers, singles, _, lanes = room_for(room)
+    along = numbers[NUMBERS : NUMBERS + 3]
     found = 0
     for s in range(len(radius)):
         for k in range(3):

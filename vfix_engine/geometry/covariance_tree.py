@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .candidate_kernels import Candidates, pack
+from .candidate_kernels import pack
 from .candidates import CandidateList
 from .capsules import Segments
 from .mesh import TriangleMesh
@@ -75,7 +75,7 @@ class CovarianceTree:
         along = segments.end[segment] - start
         radius = float(segments.radius[segment])
         write_row(start, along, radius, np.inf, self._corners[place], self._normals[place], row)
-        return pair_from_row(row, segment, int(self.nodes.order[place]))
+        return pair_from_row(row, float(row[0]), segment, int(self.nodes.order[place]))
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
         """Distance (n,), closest point (n, 3) and its triangle (n,) for points (n, 3)."""
@@ -89,8 +89,8 @@ class CovarianceTree:
         )[1]  # fmt: skip
         low, high = self.mesh.bounds
         frame = np.array([*(0.5 * (low + high)), np.abs(high - low).max()])
-        arrays = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), frame)
-        return CandidateList(segments, reach, Candidates(*arrays), len(labels))
+        store = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), frame)
+        return CandidateList(segments, reach, store, len(labels))
 
     def _nearest(self, segments: Segments, upper: float) -> tuple[float, int, int]:
         """Smallest distance, its segment, its place in the leaves' order; (upper, −1, −1) when none is nearer."""

@@ -48,12 +48,13 @@ class Pairs:
         return len(self.distance)
 
     def __getattr__(self, name: str) -> Any:
-        """A column of the kernels' rows, where ``pairs_from_rows`` made these pairs and it is asked for first."""
-        place = _COLUMNS.get(name)
-        if place is None or "_rows" not in self.__dict__:
+        """A column of what a kernel made, where that is what these pairs are from and it is asked for first."""
+        place, own = _COLUMNS.get(name), self.__dict__
+        if place is None or not ("_rows" in own or "_made" in own):
             raise AttributeError(f"pairs have no {name}")
-        column = self.__dict__[place[0]][:, place[1]]
-        self.__dict__[name] = column
+        if "_rows" not in own:
+            own["_rows"], own["_labels"] = cut_made(own["_made"], own["_found"])
+        column = own[name] = own[place[0]][:, place[1]]
         return column
 
     def take(self, rows: NDArray[np.int64]) -> Pairs:
@@ -88,11 +89,12 @@ class Pair:
         return part
 
 
-def pair_from_row(row: Array, segment: int, triangle: int) -> Pair:
-    """A pair from a kernel's row (10,)."""
+def pair_from_row(row: Array, distance: float, segment: int, triangle: int) -> Pair:
+    """A pair from a kernel's row, of which ten numbers are read."""
     row.setflags(write=False)
     pair = object.__new__(Pair)
-    pair.__dict__.update(distance=float(row[0]), segment=segment, triangle=triangle, _row=row)
+    own = pair.__dict__
+    own["_row"], own["distance"], own["segment"], own["triangle"] = row, distance, segment, triangle
     return pair
 
 
@@ -100,11 +102,28 @@ def pairs_from_rows(rows: Array, labels: Index) -> Pairs:
     """Pairs from the kernels' rows: (N, 10) distance, normal, on_tool, on_surface; (N, 2) segment, triangle."""
     rows.setflags(write=False)
     labels.setflags(write=False)
-    pairs = object.__new__(
-        Pairs
-    )  # the columns are cut out when they are asked for: that takes as long as a small query
+    pairs = object.__new__(Pairs)
     pairs.__dict__["_rows"], pairs.__dict__["_labels"] = rows, labels
     return pairs
+
+
+def pairs_from_made(made: Array, found: int) -> Pairs:
+    """Pairs from the one array that a query makes; see ``cut_made``.
+
+    It is cut when a column is asked for: cutting takes as long as a small query.
+    """
+    pairs = object.__new__(Pairs)
+    own = pairs.__dict__
+    own["_made"], own["_found"] = made, found
+    return pairs
+
+
+def cut_made(made: Array, found: int) -> tuple[Array, Index]:
+    """Rows (N, 10) and labels (N, 2) of ``found`` pairs in one array (11 R,): R rows and behind them R labels."""
+    made.setflags(write=False)
+    labels = 10 * (len(made) // 11)
+    rows = made[: 10 * found].reshape(found, 10)
+    return rows, made[labels : labels + found].view(np.int32).reshape(found, 2)
 
 
 def reduce_pairs(pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE, radius: float = RADIUS_MM) -> Pairs:

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .candidate_kernels import Candidates, pack
+from .candidate_kernels import pack
 from .candidates import CandidateList
 from .capsules import Segments
 from .covariance_tree import CovarianceTree
 from .mesh import TriangleMesh
-from .pairs import Pair, Pairs, pair_from_row, pairs_from_rows, reduce_pairs
+from .pairs import Pair, Pairs, cut_made, pair_from_row, pairs_from_made, reduce_pairs
 from .points import checked_points
 from .wide_build import build_wide
 from .wide_nearest import wide_clearance, wide_closest, wide_points
@@ -89,8 +89,7 @@ class ProximityTree:
         self.mesh = mesh
         self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
         self._room = _ROOM
-        self._search = (wide.boxes, wide.corners, wide.label, wide.facets, wide.frame, wide.level)
-        self._group = (wide.corners, wide.label, wide.facets, wide.shells, wide.frame, wide.level)
+        self._store = wide.store
 
     def moved(self, mesh: TriangleMesh) -> ProximityTree:
         """The tree over the same faces with other vertices: without sorting, so in about half the time of a new one.
@@ -110,35 +109,36 @@ class ProximityTree:
     @property
     def nbytes(self) -> int:
         """Memory of the tree itself in bytes."""
-        return sum(each.nbytes for each in self.arrays)
+        return self._store.nbytes
 
     def pairs_within(
         self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
     ) -> Pairs:
         """See ``Proximity.pairs_within``."""
-        tool = (segments.start, segments.end, segments.radius)
+        room = self._room
         if group_flat is None:
-            rows, labels = wide_pairs(*self._search, *tool, threshold, self._room)
+            made, found = wide_pairs(self._store, segments.packed, threshold, room)
         else:
-            rows, labels = wide_groups(*self._group, *tool, threshold, group_flat, exact_within, self._room)
-        if 5 * len(labels) > 4 * self._room:  # the next query is likely to find as many; too little room is only slower
-            self._room = 2 * len(labels)
-        return pairs_from_rows(rows, labels)
+            made, found = wide_groups(self._store, segments.packed, threshold, group_flat, exact_within, room)
+        if 5 * found > 4 * room:  # the next query is likely to find as many; too little room is only slower
+            self._room = 2 * found
+        return pairs_from_made(made, found)
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """See ``Proximity.clearance``."""
-        return wide_clearance(*self._search, segments.start, segments.end, segments.radius, upper)
+        return wide_clearance(self._store, segments.packed, upper)
 
     def closest(self, segments: Segments) -> Pair:
         """The pair of the smallest distance."""
-        return pair_from_row(*wide_closest(*self._search, segments.start, segments.end, segments.radius))
+        return pair_from_row(*wide_closest(self._store, segments.packed))
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
         """See ``Proximity.point_distance``."""
-        return wide_points(*self._search, checked_points(points))
+        return wide_points(self._store, checked_points(points))
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        labels = wide_pairs(*self._search, segments.start, segments.end, segments.radius, reach, 2 * self._room)[1]
-        arrays = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), self.arrays.frame)
-        return CandidateList(segments, reach, Candidates(*arrays), len(labels))
+        made, found = wide_pairs(self._store, segments.packed, reach, 2 * self._room)
+        labels = cut_made(made, found)[1]
+        store = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), self.arrays.frame)
+        return CandidateList(segments, reach, store, found)

@@ -17,6 +17,7 @@ from .box_lanes import FACETS, NODE, SHELL
 from .candidate_kernels import box_of_block, empty_boxes, put_box
 from .compiled import compiled
 from .shell_kernels import axes_of, extents, moments, put_shell
+from .wide_search import HEAD, cut
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -26,6 +27,7 @@ Index = NDArray[np.int32]
 class Wide(NamedTuple):
     """The tree as arrays; B blocks, N nodes, lengths in mm.
 
+    store: all of the others in one piece of memory.
     boxes: (96 N,) float32, see ``box_lanes``: first the nodes over the blocks, last the root.
     corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
     label: (16 B,) face of the mesh in each lane, −1 where there is none.
@@ -35,6 +37,7 @@ class Wide(NamedTuple):
     level: (L + 1,) blocks are numbered from 0, nodes behind them: those of level l from level[l] to level[l + 1] − 1.
     """
 
+    store: Array
     boxes: Single
     corners: Array
     label: Index
@@ -239,11 +242,13 @@ def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wid
         order = sort_triangles(centres)
     level = levels_of(len(faces))
     blocks, nodes = int(level[1]), int(level[-1] - level[1])
-    corners, label = np.empty(CORNERS * blocks), np.empty(LANES * blocks, np.int32)
-    boxes, shells = np.empty(NODE * nodes, np.float32), np.empty(SHELL * nodes, np.float32)
-    facets = np.empty(FACETS * blocks, np.float32)
+    store = np.zeros(HEAD + (CORNERS + (FACETS + LANES) // 2) * blocks + (NODE + SHELL) // 2 * nodes)
+    store[:4] = frame
+    head = store[4:HEAD].view(np.int32)
+    head[0], head[1 : 1 + len(level)] = len(level), level
+    frame, level, corners, facets, boxes, shells, label = cut(store)
     fill_blocks(vertices, faces, order, corners, label)
     fill_boxes(corners, frame, level, boxes)
     fill_shells(corners, frame, level, shells)
     fill_facets(corners, frame, facets)
-    return Wide(boxes, corners, label, facets, shells, frame, level)
+    return Wide(store, boxes, corners, label, facets, shells, frame, level)

@@ -16,12 +16,17 @@ from .wide_search import (
     NUMBERS,
     PICKED,
     PLACES,
+    ROOM,
     SINGLES,
     STACK,
     children,
     in_reach,
+    parts,
     pick,
+    room_for,
+    rows_of,
     set_out,
+    tool_of,
 )  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -127,11 +132,11 @@ def _push(first: int, last: int, gaps: Single, most: np.float32, waiting: Index,
 
 
 @borrowing
-def _clearance(
-    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array, upper: float, numbers: Array, singles: Single, places: Index,
-) -> tuple[float, int, int]:  # fmt: skip
+def _clearance(store: Array, tool: Array, upper: float, room: Array) -> tuple[float, int, int]:
     """Smallest distance of the tool's surface, its segment and place; (upper, −1, −1) when none is nearer."""
+    frame, level, corners, facets, boxes, _, label = parts(store)
+    start, end, radius = tool_of(tool)
+    numbers, singles, places, _ = room_for(room)
     least, segment, where = upper, -1, -1
     for s in range(len(radius)):
         if least + radius[s] > 0.0:
@@ -145,15 +150,9 @@ def _clearance(
 
 
 @compiled
-def wide_clearance(
-    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array, upper: float,
-) -> float:  # fmt: skip
+def wide_clearance(store: Array, tool: Array, upper: float) -> float:
     """Smallest distance of the tool's surface, or ``upper`` when nothing is nearer."""
-    numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
-    return _clearance(
-        boxes, corners, label, facets, frame, level, start, end, radius, upper, numbers, singles, places
-    )[0]  # fmt: skip
+    return _clearance(store, tool, upper, np.empty(ROOM))[0]
 
 
 @borrowing
@@ -163,23 +162,25 @@ def _keep(work: Array, lane: int, numbers: Array) -> None:
 
 
 @compiled
-def wide_closest(
-    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array,
-) -> tuple[Array, int, int]:  # fmt: skip
-    """The row of the pair with the smallest distance, its segment and its triangle."""
-    numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
-    row = np.empty(10)
-    _, s, place = _clearance(
-        boxes, corners, label, facets, frame, level, start, end, radius, np.inf, numbers, singles, places
-    )
-    if not _kept_row(start[s], end[s], radius[s], numbers, row):
-        lanes, rows, labels = np.empty(LANES + 1, np.uint64), np.empty((1, 10)), np.empty((1, 2), np.int32)
+def wide_closest(store: Array, tool: Array) -> tuple[Array, float, int, int]:
+    """The row of the pair with the smallest distance (see ``pair_from_row``), the distance, segment and triangle."""
+    made = np.empty(11)
+    segment, triangle = _closest(store, tool, made, np.empty(ROOM))
+    return made, made[0], segment, triangle
+
+
+@borrowing
+def _closest(store: Array, tool: Array, made: Array, room: Array) -> tuple[int, int]:
+    frame, _, corners, _, _, _, label = parts(store)
+    start, end, radius = tool_of(tool)
+    numbers, singles, places, lanes = room_for(room)
+    _, s, place = _clearance(store, tool, np.inf, room)
+    if not _kept_row(start[s], end[s], radius[s], numbers, made):
+        rows, labels = rows_of(made)
         _one_row(
             corners, label, place, start[s], end[s], radius[s], frame, rows, labels, numbers, singles, places, lanes
         )
-        row = rows[0]
-    return row, s, label[place]
+    return s, label[place]
 
 
 @borrowing
@@ -216,24 +217,17 @@ def _one_row(
 
 
 @compiled
-def wide_points(
-    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index, points: Array
-) -> tuple[Array, Array, Index]:
+def wide_points(store: Array, points: Array) -> tuple[Array, Array, Index]:
     """Distance (n,), closest point (n, 3) and triangle (n,) of each point (n, 3)."""
     distance, closest, triangle = np.empty(len(points)), np.empty(points.shape), np.empty(len(points), np.int32)
-    numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
-    _points(
-        boxes, corners, label, facets, frame, level, points,
-        distance, closest, triangle, numbers, singles, places,
-    )  # fmt: skip
+    _points(store, points, distance, closest, triangle, np.empty(ROOM))
     return distance, closest, triangle
 
 
 @borrowing
-def _points(
-    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index, points: Array,
-    distance: Array, closest: Array, triangle: Index, numbers: Array, singles: Single, places: Index,
-) -> None:  # fmt: skip
+def _points(store: Array, points: Array, distance: Array, closest: Array, triangle: Index, room: Array) -> None:
+    frame, level, corners, facets, boxes, _, label = parts(store)
+    numbers, singles, places, _ = room_for(room)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     block = -1  # the one before is a good guess when the points follow each other
     for i in range(len(points)):

@@ -10,7 +10,23 @@ from .box_lanes import NODE, PROBE, SHELL, box_gaps, shell_gaps
 from .candidate_kernels import append_block
 from .compiled import borrowing, compiled
 from .shell_kernels import group_row
-from .wide_search import NAMES, NUMBERS, PICKED, PLACES, SINGLES, STACK, children, in_reach, keep_near, pick, set_out
+from .wide_search import (
+    NAMES,
+    NUMBERS,
+    PICKED,
+    PLACES,
+    ROOM,
+    STACK,
+    children,
+    in_reach,
+    keep_near,
+    parts,
+    pick,
+    room_for,
+    rows_of,
+    set_out,
+    tool_of,
+)
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -19,30 +35,22 @@ Lanes = NDArray[np.uint64]
 
 
 @compiled
-def wide_pairs(
-    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array, threshold: float, room: int,
-) -> tuple[Array, Index]:  # fmt: skip
-    """All pairs with distance − radius ≤ threshold as rows (see ``pairs_from_rows``); ``room`` rows are expected."""
-    numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
-    lanes = np.empty(LANES + 1, np.uint64)
+def wide_pairs(store: Array, tool: Array, threshold: float, room: int) -> tuple[Array, int]:
+    """All pairs with distance − radius ≤ threshold (see ``pairs_from_made``) and how many; ``room`` are expected."""
     while True:
-        rows, labels = np.empty((room, 10)), np.empty((room, 2), np.int32)
-        found = _pairs(
-            boxes, corners, label, facets, frame, level, start, end, radius, threshold,
-            rows, labels, numbers, singles, places, lanes,
-        )  # fmt: skip
+        made = np.empty(11 * room)
+        found = _pairs(store, tool, threshold, made, np.empty(ROOM))
         if found <= room:
-            return rows[:found], labels[:found]
+            return made, found
         room = found
 
 
 @borrowing
-def _pairs(
-    boxes: Single, corners: Array, label: Index, facets: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array, threshold: float,
-    rows: Array, labels: Index, numbers: Array, singles: Single, places: Index, lanes: Lanes,
-) -> int:  # fmt: skip
+def _pairs(store: Array, tool: Array, threshold: float, made: Array, room: Array) -> int:
+    frame, level, corners, facets, boxes, _, label = parts(store)
+    start, end, radius = tool_of(tool)
+    rows, labels = rows_of(made)
+    numbers, singles, places, lanes = room_for(room)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
     waiting, near, picked = places[:STACK], places[STACK : STACK + LANES], places[PICKED:PLACES]
@@ -102,33 +110,29 @@ def _rows_of_picked(
 
 @compiled
 def wide_groups(
-    corners: Array, label: Index, facets: Single, shells: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array, threshold: float, flat: float, exact_within: float, room: int,
-) -> tuple[Array, Index]:  # fmt: skip
+    store: Array, tool: Array, threshold: float, flat: float, exact_within: float, room: int
+) -> tuple[Array, int]:
     """As ``wide_pairs``, but with one pair for all of a flat block or node that is not too near.
 
     That is where its box is no thicker than ``flat`` and farther than ``exact_within``; the pair is the segment's and
     the plane's that separates it from that box.
     """
-    numbers, singles, places = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(PLACES, np.int32)
-    lanes = np.empty(LANES + 1, np.uint64)
     while True:
-        rows, labels = np.empty((room, 10)), np.empty((room, 2), np.int32)
-        found = _groups(
-            corners, label, facets, shells, frame, level, start, end, radius, threshold, flat, exact_within,
-            rows, labels, numbers, singles, places, lanes,
-        )  # fmt: skip
+        made = np.empty(11 * room)
+        found = _groups(store, tool, threshold, flat, exact_within, made, np.empty(ROOM))
         if found <= room:
-            return rows[:found], labels[:found]
+            return made, found
         room = found
 
 
 @borrowing
 def _groups(
-    corners: Array, label: Index, facets: Single, shells: Single, frame: Array, level: Index,
-    start: Array, end: Array, radius: Array, threshold: float, flat: float, exact_within: float,
-    rows: Array, labels: Index, numbers: Array, singles: Single, places: Index, lanes: Lanes,
-) -> int:  # fmt: skip
+    store: Array, tool: Array, threshold: float, flat: float, exact_within: float, made: Array, room: Array
+) -> int:
+    frame, level, corners, facets, _, shells, label = parts(store)
+    start, end, radius = tool_of(tool)
+    rows, labels = rows_of(made)
+    numbers, singles, places, lanes = room_for(room)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
     waiting, near, picked = places[:STACK], places[STACK : STACK + LANES], places[PICKED:PLACES]

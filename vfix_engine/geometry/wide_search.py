@@ -9,25 +9,73 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
-from .box_lanes import FACETS, PROBE, describe_single, facet_gaps
+from .box_lanes import FACETS, NODE, PROBE, SHELL, describe_single, facet_gaps
 from .compiled import borrowing
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Index = NDArray[np.int32]
+Lanes = NDArray[np.uint64]
 
 STACK = 16 * 10  # room for a descent: at most 16 entries wait on each level of an index of 32 bits
 LEFT = 256  # blocks that are kept for a look at their exact distances
 
 # Room that a query calculates in: float64, float32 and int32.
-KEPT = QUERY + WORK + 3  # of the nearest so far: t on the segment, the triangle's point minus p (3)
+KEPT = QUERY + WORK + 4  # of the nearest so far: t on the segment, the triangle's point minus p (3)
 NUMBERS = KEPT + 4 + CORNERS
 SINGLES = PROBE + LANES + STACK + LEFT
 NAMES = STACK + LEFT
 PICKED = NAMES + LANES
 PLACES = PICKED + 2 * LANES
+ROOM = NUMBERS + (SINGLES + PLACES) // 2 + LANES + 1  # all of it in one array
+
+HEAD = 16  # numbers before the blocks: the frame, then as int32 how many numbers the levels have, and these
 
 _PICKED_OVER = 6  # of 16 triangles too far away: fewer, and the block is measured as it lies
+
+
+def cut(store: Array) -> tuple[Array, Index, Array, Single, Single, Single, Index]:
+    """The arrays of a tree in its one piece of memory: frame, level, corners, facets, boxes, shells, label.
+
+    One array is handed over sooner than seven: that took as long as a third of a query.
+    """
+    head = store[4:HEAD].view(np.int32)
+    level = head[1 : 1 + head[0]]
+    blocks, nodes = int(level[1]), int(level[len(level) - 1] - level[1])
+    facets = HEAD + CORNERS * blocks
+    boxes = facets + FACETS // 2 * blocks
+    shells = boxes + NODE // 2 * nodes
+    label = shells + SHELL // 2 * nodes
+    return (
+        store[:4], level, store[HEAD:facets], store[facets:boxes].view(np.float32),
+        store[boxes:shells].view(np.float32), store[shells:label].view(np.float32), store[label:].view(np.int32),
+    )  # fmt: skip
+
+
+parts = borrowing(cut)
+
+
+@borrowing
+def room_for(room: Array) -> tuple[Array, Single, Index, Lanes]:
+    """What a query calculates in, cut from one array (ROOM,): NUMBERS, SINGLES, PLACES and LANES + 1."""
+    one, two, three = NUMBERS, NUMBERS + SINGLES // 2, NUMBERS + SINGLES // 2 + PLACES // 2
+    return room[:one], room[one:two].view(np.float32), room[two:three].view(np.int32), room[three:].view(np.uint64)
+
+
+@borrowing
+def rows_of(made: Array) -> tuple[Array, Index]:
+    """Rows (R, 10) and labels (R, 2) in one array (11 R,), see ``pairs_from_made``."""
+    room = len(made) // 11
+    return made[: 10 * room].reshape(room, 10), made[10 * room :].view(np.int32).reshape(room, 2)
+
+
+@borrowing
+def tool_of(packed: Array) -> tuple[Array, Array, Array]:
+    """Start (S, 3), end (S, 3) and radius (S,) of packed ``Segments``."""
+    count = len(packed) // 7
+    return (
+        packed[: 3 * count].reshape(count, 3), packed[3 * count : 6 * count].reshape(count, 3), packed[6 * count :]
+    )  # fmt: skip
 
 
 @borrowing
