@@ -5,8 +5,9 @@ holds it, and the explanation names what held it.
 """
 
 from ..fixtures import ToolState
-from .controller import Controller, StepReport, Task
+from .controller import Controller
 from .explain import Blocker
 from .settings import Bound, ControlSettings
+from .task import StepReport, Task
 
 __all__ = ["Blocker", "Bound", "ControlSettings", "Controller", "StepReport", "Task", "ToolState"]

@@ -25,12 +25,13 @@ from ..fixtures.rows import progress_weight
 from ..fixtures.target_inspection import PROGRESS_REWARD as VIEW_REWARD
 from ..robots import Tool
 from .admittance import approach_velocity, eased, path_velocity, saturate
-from .controller import Task
 from .settings import ControlSettings
+from .task import Task
 
 Array = NDArray[np.float64]
 
 _NOTHING_MM = 1e-9  # a shorter wanted step is none
+_TURNING_MM = 1e-6  # stands for the length of one on its way from one direction to another
 
 
 def follow_path(
@@ -83,7 +84,7 @@ def approach_target(
     rows = ReachTarget(desired, settings.view_distance_mm, tool.direction(np.eye(3))).at(state)
     along = _along(jacobian, desired)
     compliance = _compliance(settings, ease, VIEW_REWARD)
-    return Task(rows.objectives, (), _length(desired), along, None, compliance, _part(desired, wish))
+    return Task(rows.objectives, (), _scale(state, desired, wish), along, None, compliance, _part(desired, wish))
 
 
 def inspect_target(
@@ -109,7 +110,7 @@ def inspect_target(
     return Task(
         rows.objectives,
         rows.constraints,
-        lever * _length(turn),
+        lever * _scale(state, turn, wanted * settings.dt_s),
         _along(state.tip.jacobian[3:], turn),
         lambda after: fixture.keeps(state, after),
         lever**2 * settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * ease * progress_weight(VIEW_REWARD),
@@ -135,7 +136,7 @@ def move_freely(
     return Task(
         rows.objectives,
         (),
-        _length(scale * desired),
+        _scale(state, scale * desired, scale * wanted * settings.dt_s),
         _along(scale[:, None] * jacobian, scale * desired),
         compliance=settings.gain_mm_per_s_per_n * settings.dt_s * ease,
         begun=_part(size * desired, size * wanted * settings.dt_s),
@@ -153,7 +154,7 @@ def _tip_task(state: ToolState, desired: Array, ease: float, wish: Array, settin
     along = _along(state.tip.jacobian[:3], desired)
     rows = PathFollowing(desired).at(state)
     compliance = _compliance(settings, ease, PATH_REWARD)
-    return Task(rows.objectives, (), _length(desired), along, None, compliance, _part(desired, wish))
+    return Task(rows.objectives, (), _scale(state, desired, wish), along, None, compliance, _part(desired, wish))
 
 
 def _view(state: ToolState, tool: Tool, settings: ControlSettings) -> tuple[Array, Array]:
@@ -208,13 +209,22 @@ def _compliance(settings: ControlSettings, ease: float, reward: float) -> float:
     return settings.gain_mm_per_s_per_n * settings.dt_s * ease * progress_weight(reward)
 
 
-def _length(vector: Array) -> float:
-    length = float(np.linalg.norm(vector))
-    return length if length > _NOTHING_MM else 0.0
+def _scale(state: ToolState, desired: Array, wish: Array) -> float:
+    """Length of the wanted step, 0 where nothing is wanted.
+
+    A tool that moves against its hand, as on its way out of a margin, comes by a wish to stand still on the way to the
+    hand's. That is no rest: rows that ask for more must have their say.
+    """
+    length = float(np.linalg.norm(desired))
+    if length > _NOTHING_MM:
+        return length
+    return _TURNING_MM if float(np.linalg.norm(wish)) > _NOTHING_MM and state.velocity.any() else 0.0
 
 
-def _along(jacobian: Array, desired: Array) -> Array:
-    """Part of the desired motion that each joint's motion (n,) makes along it."""
+def _along(jacobian: Array, desired: Array) -> Array | None:
+    """Part of the desired motion that each joint's motion (n,) makes along it; None where it is none."""
     size = float(desired @ desired)
-    along: Array = (desired @ jacobian) / size if size > 0.0 else np.zeros(jacobian.shape[1])
+    if not size > _NOTHING_MM * _NOTHING_MM:
+        return None
+    along: Array = (desired @ jacobian) / size
     return along

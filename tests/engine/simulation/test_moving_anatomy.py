@@ -83,6 +83,9 @@ def test_the_tool_comes_out_of_the_margin_whatever_the_hand_wants(push: list[flo
         report = control.step(state, move_freely(state, np.array(push), np.zeros(3), FAST))
         if push[1] >= 0.0:  # a hand that pulls back goes as fast as it pulls
             assert report.state.clearance - state.clearance <= retreat + 0.02
+        if state.clearance < FAST.margin_mm - retreat:
+            assert report.outcome != "idle"  # against the hand, but never as if there were none
+            assert report.state.clearance > state.clearance
         state = report.state
     assert state.clearance >= FAST.margin_mm
     assert CoalJudge(scene.tree.mesh).clearance(state.segments) >= FAST.margin_mm - 1e-6
