@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -57,6 +58,7 @@ def _kept(function: Function, dispatcher: Any) -> Function:
         # What enable_caching() does with a cache of numba's own.
         dispatcher._cache = KernelCache(function)  # type: ignore[no-untyped-call]
     _forget_literals(dispatcher)
+    _keep_garbage(dispatcher)
     return cast(Function, dispatcher)
 
 
@@ -73,3 +75,19 @@ def _forget_literals(dispatcher: Any) -> None:
         return template_of([unliteral(kind) for kind in args], plain)
 
     dispatcher.get_call_template = get_call_template
+
+
+def _keep_garbage(dispatcher: Any) -> None:
+    """Compile without looking for garbage: there is little among very many objects, and it took a fifth of the time."""
+    compile_one = dispatcher.compile
+
+    def compile_in_peace(signature: Any) -> Any:
+        collecting = gc.isenabled()
+        gc.disable()
+        try:
+            return compile_one(signature)
+        finally:
+            if collecting:
+                gc.enable()
+
+    dispatcher.compile = compile_in_peace
