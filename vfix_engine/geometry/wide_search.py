@@ -52,7 +52,7 @@ def cut(store: Array) -> tuple[Array, Index, Array, Single, Single, Single, Inde
     )  # fmt: skip
 
 
-parts = borrowing(cut)
+parts = borrowing(cut)  # this and the next three: for borrowing kernels only, what they return is not counted
 
 
 @borrowing

@@ -7,6 +7,8 @@ import pytest
 from geometry_oracle import every_distance, exact_distance
 
 from vfix_engine.geometry.block_kernels import LANES, QUERY, WORK, block_gaps, describe
+from vfix_engine.geometry.box_lanes import PROBE, describe_single, facet_bounds, facet_gaps
+from vfix_engine.geometry.wide_build import build_wide
 
 _TINY = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5, 1e-3])
 
@@ -65,3 +67,26 @@ def test_needles(width: float) -> None:
         distance = measured(p, q, triangles)[0]
         truth = [exact_distance(p, q, triangle) for triangle in triangles]
         assert distance == pytest.approx(np.array(truth), abs=1e-8)
+
+
+def test_single_precision_never_leaves_a_triangle_out() -> None:
+    """Bounds by facets hold for needles, for triangles far larger than their distance and far from the origin."""
+    random = np.random.default_rng(6)
+    probe, gaps = np.empty(PROBE, np.float32), np.empty(LANES, np.float32)
+    for turn in range(2000):
+        size = 10.0 ** random.uniform(-1, 3)
+        triangles = random.normal(size=(LANES, 3, 3)) * size * 10.0 ** random.uniform(-4 * (turn % 2), 0, (LANES, 1, 1))
+        if turn % 3 == 0:
+            triangles[:, 2] = triangles[:, 0] + 1e-6 * triangles[:, 2]
+        triangles += random.normal(size=3) * 10.0 ** random.uniform(-1, 4)
+        a, b, c = triangles[random.integers(LANES)]
+        along = random.normal() * (b - a) + random.normal() * (c - a)
+        over = random.normal(size=3) * size * 10.0 ** random.uniform(-6, 0)  # just over a triangle, along its plane
+        p, q = (a + b + c) / 3.0 + over - along, (a + b + c) / 3.0 + over + 10.0 ** random.uniform(-2, 1) * along
+        wide = build_wide(triangles.reshape(-1, 3), np.arange(3 * LANES, dtype=np.int32).reshape(-1, 3))
+        describe_single(p, q - p, wide.frame, probe)
+        facet_gaps(wide.facets, probe, np.float32(0.0), gaps)
+        truth = every_distance(p, q, triangles[wide.label])
+        assert (gaps <= truth).all()
+        low, high = facet_bounds(wide.facets, probe)
+        assert low <= truth.min() <= high
