@@ -1,5 +1,7 @@
 """Wires settings, services, scene server and routers into the application that `vfix serve` runs."""
 
+import importlib
+
 from fastapi import FastAPI
 
 from app.api import router as api_router
@@ -22,12 +24,18 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
     services.uploads.open()
     warm_up = WarmUp(
         (
+            WarmUpStep("Loading the scene", _load_scene),
             WarmUpStep(_preparing, preparation.prepare, needed=lambda: not preparation.is_prepared(), spare=True),
             WarmUpStep("Reading the head", lambda: _read_head(services)),
             WarmUpStep("Loading the geometry engine", lambda: _drive_plans(services)),
         )
     )
     return build_application(settings, services, scene_server, warm_up, (api_router, session_router))
+
+
+def _load_scene() -> None:
+    """What every tab needs and the address does not."""
+    importlib.import_module("app.session.workspace")
 
 
 def _preparing() -> str:

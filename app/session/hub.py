@@ -7,13 +7,15 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import viser
 
 from app.services import Services
 from app.session.rehearsals import RehearsalRooms
-from app.session.workspace import Workspace
+
+if TYPE_CHECKING:
+    from app.session.workspace import Workspace
 
 MAX_WORKSPACES = 24
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
@@ -60,6 +62,8 @@ class SessionHub:
 
     def connect(self, tab: str, wanted: dict[str, str]) -> Workspace:
         """The workspace of a tab, new or as it was left. Raises TabTaken or TooManyTabs."""
+        from app.session.workspace import Workspace  # imported here: slow to load, with all of the scene
+
         with self._lock:
             entry = self._entries.get(tab)
             if entry is not None and entry.connected:

@@ -9,7 +9,7 @@ import logging
 import math
 import re
 from collections.abc import AsyncIterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, FastAPI
 from pydantic import ValidationError
@@ -17,7 +17,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.session.commands import parse_command
 from app.session.hub import SessionHub, TabTaken, TooManyTabs
-from app.session.workspace import Workspace
+
+if TYPE_CHECKING:
+    from app.session.workspace import Workspace
 
 MAX_MESSAGE_CHARS = 64_000
 MIN_INTERVAL_S = 0.05  # the page is told at most 20 times a second

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import make_interp_spline
 
 from ..errors import PlanError
 from .path_kernels import arc_table, closest_on_path, sample
@@ -46,6 +45,8 @@ class SplinePath:
             )
         control.setflags(write=False)
         self.points, self.degree = control, min(degree, len(control) - 1)
+        from scipy.interpolate import make_interp_spline  # imported here: slow to load
+
         # Chord lengths as parameter keep the speed near 1 and the curve from swinging between uneven points.
         spline = make_interp_spline(np.concatenate([[0.0], np.cumsum(chords)]), control, k=self.degree)
         breaks = np.unique(spline.t)

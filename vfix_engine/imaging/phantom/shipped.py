@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -97,6 +96,8 @@ def load_landmarks() -> Landmarks:
 
 def with_noise(ct: Volume, seed: int = NOISE_SEED, sigma_hu: float = NOISE_HU) -> Volume:
     """The volume with seeded noise of a scanner: normal, slightly correlated between neighbours."""
+    from scipy import ndimage  # imported here: slow to load
+
     noise = np.random.default_rng(seed).standard_normal(ct.hu.shape, dtype=np.float32)
     noise = ndimage.gaussian_filter(noise, _NOISE_GRAIN, mode="wrap", truncate=3.0)
     noisy = ct.hu + noise * np.float32(sigma_hu / noise.std())
