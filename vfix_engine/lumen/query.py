@@ -1,0 +1,123 @@
+"""How far a snake deviates from its constraint pathway: Kwok 2013, eq. 8-9, as Python asks it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from .query_blocks import VertexBlocks, vertex_blocks
+from .query_fast import deviations_batch, every_deviation, points_deviation
+
+if TYPE_CHECKING:  # the query is to be had without the robots' libraries
+    from ..robots.snake_surface import LinkVertices
+    from .packed import PackedPathway
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class Deviations(NamedTuple):
+    """What eq. 9 gives for L links, or (K, L) for K poses."""
+
+    depth: Array
+    """(…, L) d_l in mm, 0 where the whole link is inside."""
+    vertex: Index
+    """(…, L) row in ``LinkVertices.points`` of a vertex that deviates that far; the link's first where none does."""
+    segment: Index
+    """(…, L) the segment that this vertex has its minimum of eq. 8 at."""
+
+
+class Query:
+    """Asks one snake's vertices against any pathway, any pose and any window of segments."""
+
+    def __init__(self, snake_vertices: LinkVertices) -> None:
+        """Raises InputError where a link has no vertices or a vertex is not finite."""
+        self.vertices = snake_vertices
+        self.blocks: VertexBlocks = vertex_blocks(snake_vertices)
+        self.links = len(snake_vertices.start) - 1
+        self._work = np.zeros(256)
+
+    def deviations(self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]) -> Deviations:
+        """Deviation d_l of each link in mm (Kwok 2013, eq. 9), with the vertex and the segment that cause it.
+
+        Args:
+            packed: the pathway, patient frame, mm.
+            frames: [R | p] of the links in the patient frame: (L, 3, 4), (L, 4, 4) or (L + 1, 4, 4) with the base
+                first as ``SnakeModel.frames`` has them, or K such poses.
+            windows: the segments first … last - 1 that a link is asked against: one pair for all or (L, 2).
+
+        Raises:
+            InputError: frames or windows of another shape, frames that are not finite, empty windows.
+        """
+        poses = self._poses(frames)
+        window = self._windows(windows, len(packed.rows))
+        shape = (len(poses), self.links)
+        found = Deviations(np.empty(shape), np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64))
+        deviations_batch(packed.rows, packed.polar, window, poses, *self.blocks, *found, self._work)
+        return found if np.ndim(frames) == 4 else Deviations(found.depth[0], found.vertex[0], found.segment[0])
+
+    def every_vertex(
+        self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
+    ) -> tuple[Array, Index]:
+        """δ_i of every vertex (V,) in mm (Kwok 2013, eq. 8) and the segment (V,) that it has it at; one pose.
+
+        Raises:
+            InputError: as ``deviations``.
+        """
+        poses = self._poses(frames)
+        window = self._windows(windows, len(packed.rows))
+        gap = np.empty(len(self.vertices.points))
+        segment = np.empty(len(gap), dtype=np.int64)
+        every_deviation(packed.rows, packed.polar, window, poses[0], *self.blocks, gap, segment, self._work)
+        return gap, segment
+
+    def _poses(self, frames: ArrayLike) -> Array:
+        """Frames as (K, L, 3, 4)."""
+        given = np.array(frames, dtype=np.float64)
+        poses = given[None] if given.ndim == 3 else given
+        if poses.ndim != 4 or poses.shape[2:] not in ((3, 4), (4, 4)):
+            raise InputError(f"frames are (L, 3, 4) or (L + 1, 4, 4) or poses of them, not {given.shape}")
+        if poses.shape[1] == self.links + 1:
+            poses = poses[:, 1:]
+        if poses.shape[1] != self.links:
+            raise InputError(f"frames of {poses.shape[1]} links for a snake of {self.links}")
+        if not np.isfinite(poses).all():
+            raise InputError("frames are not finite")
+        return np.ascontiguousarray(poses[:, :, :3])
+
+    def _windows(self, windows: ArrayLike | tuple[int, int], segments: int) -> Index:
+        """Windows as (L, 2)."""
+        given = np.array(windows)
+        if given.shape not in ((2,), (self.links, 2)) or not np.issubdtype(given.dtype, np.integer):
+            raise InputError(f"windows are one pair of segment numbers or ({self.links}, 2), not {given.shape}")
+        window = np.ascontiguousarray(np.broadcast_to(given, (self.links, 2)), dtype=np.int64)
+        _check_windows(window, segments)
+        return window
+
+
+def deviation_of_points(points: ArrayLike, packed: PackedPathway, first: int, last: int) -> tuple[Array, Index]:
+    """δ_i in mm (n,) of any points (n, 3) against the segments ``first`` … ``last`` - 1, and where they have it (n,).
+
+    Kwok 2013, eq. 1-8, segment by segment: nothing is left out. It is what the fast query is held against.
+
+    Raises:
+        InputError: points of another shape or not finite; an empty window.
+    """
+    places = np.array(points, dtype=np.float64)
+    if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
+        raise InputError(f"points are finite and (n, 3) in mm, not {places.shape}")
+    _check_windows(np.array([[first, last]]), len(packed.rows))
+    gap = np.empty(len(places))
+    segment = np.empty(len(places), dtype=np.int64)
+    points_deviation(packed.rows, packed.polar, first, last, places, gap, segment)
+    return gap, segment
+
+
+def _check_windows(window: Index, segments: int) -> None:
+    wrong = (window[:, 0] < 0) | (window[:, 0] >= window[:, 1]) | (window[:, 1] > segments)
+    if wrong.any():
+        first, last = window[int(wrong.argmax())]
+        raise InputError(f"a window of segments {first} to {last}: needs 0 ≤ first < last ≤ {segments}")
