@@ -6,6 +6,20 @@ A placed robot has its base somewhere in the patient frame: its kinematics and J
 
 from .model import Joint, Mount, RobotModel, Visual
 from .placed import PlacedRobot, TipState
+from .snake import SnakeModel
+from .snake_surface import LinkVertices
 from .tool import Camera, Part, Tool
 
-__all__ = ["Camera", "Joint", "Mount", "Part", "PlacedRobot", "RobotModel", "TipState", "Tool", "Visual"]
+__all__ = [
+    "Camera",
+    "Joint",
+    "LinkVertices",
+    "Mount",
+    "Part",
+    "PlacedRobot",
+    "RobotModel",
+    "SnakeModel",
+    "TipState",
+    "Tool",
+    "Visual",
+]
