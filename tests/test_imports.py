@@ -19,6 +19,7 @@ ENGINE_ROOMS = {
     "fixtures": 4,
     "control": 5,
     "simulation": 6,
+    "lumen": 6,
     "": 7,  # what a script may import from the top
 }
 APP_ROOMS = {

@@ -6,7 +6,8 @@
     │   ├── ImageError          a CT volume cannot be used
     │   ├── MeshError           a surface cannot be used
     │   ├── PlanError           a plan cannot be used
-    │   └── RobotError          a robot or tool description cannot be used
+    │   ├── RobotError          a robot or tool description cannot be used
+    │   └── PathwayError        a lumen, centreline or constraint pathway cannot be used
     └── ControlError            the controller refuses
         └── StartRefused        the start pose violates a limit or the margin
 
@@ -48,6 +49,10 @@ class PlanError(InputError):
 
 class RobotError(InputError):
     """A robot or tool description cannot be used."""
+
+
+class PathwayError(InputError):
+    """A lumen, centreline or constraint pathway cannot be used."""
 
 
 class ControlError(VfixError):

@@ -1,0 +1,93 @@
+"""The pathway as kernels read it: one row of numbers a segment, and the radii of every contour."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Columns of PackedPathway.rows; vectors take three.
+START, END = 0, 3  # P_j, P_{j+1} mm
+START_TANGENT, END_TANGENT = 6, 9  # M_j, M_{j+1}
+START_RADIUS, END_RADIUS = 12, 13  # the contours' largest radius, mm
+BALL, BALL_RADIUS = 14, 17  # holds both contours' discs, so the whole segment
+CORE = 18  # mm; every point between the contours' planes that is nearer to the axis line is inside
+AXIS, LENGTH = 19, 22  # unit vector from P_j to P_{j+1} and their distance in mm
+START_FIRST, START_SECOND, END_FIRST, END_SECOND = 23, 26, 29, 32  # directions of the polar angles 0 and π/2
+SLOPE = 35  # Λ_j: the deviation from the segment changes by no more than that per mm, outside the core
+ROW = 36
+
+_ROUNDING = 1e-12  # of a length: what ball and core give away to rounding
+
+
+class PackedPathway(NamedTuple):
+    """A pathway at one moment.
+
+    rows: (S, ROW), one row a segment, read-only and C-contiguous; the columns are named above.
+    polar: (S + 1, A) mm, radii of every contour at the polar angles 2πa/A, linear in the angle between them; A is 1
+        for circular contours and at least 3 for others. The direction at the angle ψ is cos ψ · first + sin ψ ·
+        second, with second = tangent × first.
+    """
+
+    rows: Array
+    polar: Array
+
+
+def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPathway:
+    """Rows for contours that have been checked (``checks.py``).
+
+    Args:
+        centre: (C, 3) mm.
+        tangent: (C, 3) unit, the contours' normals along the pathway.
+        first: (C, 3) unit, perpendicular to the tangents: the polar angle 0.
+        radius: (C, A) mm.
+    """
+    rows = np.zeros((len(centre) - 1, ROW))
+    polar = np.array(radius, dtype=np.float64, order="C")
+    second = np.cross(tangent, first)
+    along = centre[1:] - centre[:-1]
+    length = np.linalg.norm(along, axis=1)
+    axis = along / length[:, None]
+    largest, smallest = polar.max(axis=1), polar.min(axis=1)
+    facing = np.einsum("ij,ij->i", tangent[:-1], axis), np.einsum("ij,ij->i", tangent[1:], axis)
+    rows[:, START : START + 3], rows[:, END : END + 3] = centre[:-1], centre[1:]
+    rows[:, START_TANGENT : START_TANGENT + 3], rows[:, END_TANGENT : END_TANGENT + 3] = tangent[:-1], tangent[1:]
+    rows[:, START_RADIUS], rows[:, END_RADIUS] = largest[:-1], largest[1:]
+    rows[:, BALL : BALL + 3] = 0.5 * (centre[:-1] + centre[1:])
+    rows[:, BALL_RADIUS] = np.maximum(
+        _farthest(0.5 * length, largest[:-1], facing[0]), _farthest(0.5 * length, largest[1:], facing[1])
+    )
+    # In the plane of the axis and a point the contour's rim is at the height R a / √(a² + b²) above the axis, where
+    # a = M·e and b is M along the other direction of that plane; a² + b² ≤ 1. Between the rims lies a straight line.
+    core = np.maximum(np.minimum(smallest[:-1] * facing[0], smallest[1:] * facing[1]) * (1.0 - _ROUNDING), 0.0)
+    rows[:, CORE] = core
+    rows[:, AXIS : AXIS + 3], rows[:, LENGTH] = axis, length
+    rows[:, START_FIRST : START_FIRST + 3], rows[:, START_SECOND : START_SECOND + 3] = first[:-1], second[:-1]
+    rows[:, END_FIRST : END_FIRST + 3], rows[:, END_SECOND : END_SECOND + 3] = first[1:], second[1:]
+    rows[:, SLOPE] = _slope(polar, core, facing)
+    rows.setflags(write=False)
+    polar.setflags(write=False)
+    return PackedPathway(rows, polar)
+
+
+def _farthest(half: Array, radius: Array, facing: Array) -> Array:
+    """Distance (S,) from the middle of each axis to the farthest point of a disc about its end."""
+    sine = np.sqrt(np.maximum(1.0 - facing**2, 0.0))  # how much of the axis lies in the disc's plane
+    far: Array = np.sqrt(half**2 + radius**2 + 2.0 * half * radius * sine) * (1.0 + _ROUNDING)
+    return far
+
+
+def _slope(polar: Array, core: Array, facing: tuple[Array, Array]) -> Array:
+    """Λ_j (S,): 1 + (speed of the rim per angle of the plane about the axis) / (least distance to the axis).
+
+    A point that moves by dx changes its distance to the line between the rims by dx and by the rims' own motion, as
+    the plane through the point turns by dx / h at most, h ≥ core. Infinite where there is no core.
+    """
+    angles = polar.shape[1]
+    rate = np.abs(np.roll(polar, -1, axis=1) - polar).max(axis=1) * angles / (2.0 * np.pi)
+    speed = np.hypot(polar.max(axis=1), rate)
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 + np.maximum(speed[:-1] / (core * facing[0]), speed[1:] / (core * facing[1])))
