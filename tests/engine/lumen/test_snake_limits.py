@@ -1,0 +1,194 @@
+"""The certificate of a snake in its pathway: what it takes is judged again, vertex by vertex, and so is the way."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from lumen_shapes import arc, straight
+
+from vfix_engine.errors import InputError
+from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, HardLimits, Pose
+from vfix_engine.lumen.limits_kernel import _bows, _turn_between
+from vfix_engine.lumen.query import Query, deviation_of_points
+from vfix_engine.robots.snake import SnakeModel
+
+SNAKE = SnakeModel(5)
+BOUND = np.array([6.0, 6.0, 6.0, 6.0, 3.0])
+BASE = np.eye(4)
+
+
+def limits(bound: np.ndarray = BOUND, count: int = 60) -> HardLimits:
+    return HardLimits(Query(SNAKE.vertices(count)), SNAKE, bound)
+
+
+def windows(packed) -> np.ndarray:
+    return np.tile(np.array([0, len(packed.rows)], dtype=np.int64), (5, 1))
+
+
+def judged(packed, pose: Pose, count: int = 60) -> np.ndarray:
+    """Depth (5,) of every link, each vertex against each segment, without the query's blocks."""
+    frames, vertices = SNAKE.frames(pose.q, pose.base)[1:], SNAKE.vertices(count)
+    depth = np.empty(5)
+    for link in range(5):
+        own = vertices.points[vertices.start[link] : vertices.start[link + 1]]
+        placed = own @ frames[link, :3, :3].T + frames[link, :3, 3]
+        depth[link] = deviation_of_points(placed, packed, 0, len(packed.rows))[0].max()
+    return depth
+
+
+def between(one: Pose, two: Pose, share: float) -> Pose:
+    """A pose on the way of a motion, by SciPy's rotations."""
+    from scipy.spatial.transform import Rotation, Slerp
+
+    base = one.base.copy()
+    turns = Slerp([0.0, 1.0], Rotation.from_matrix([one.base[:3, :3], two.base[:3, :3]]))
+    base[:3, :3] = turns(share).as_matrix()
+    base[:3, 3] = (1.0 - share) * one.base[:3, 3] + share * two.base[:3, 3]
+    return Pose(base, one.q + share * (two.q - one.q))
+
+
+def wild(rng: np.random.Generator, pose: Pose) -> Pose:
+    """Somewhere an attacker wants to be: some joints by a little, all by a lot, or the base shifted and turned."""
+    size = rng.choice([0.002, 0.03, 0.3])
+    q = SNAKE.clamp(pose.q + size * rng.uniform(-1.0, 1.0, 10) * rng.integers(0, 2, 10))
+    base = pose.base.copy()
+    if rng.uniform() < 0.3:
+        axis = rng.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        angle, cross = size * rng.uniform(), np.cross(np.eye(3), axis)
+        turn = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
+        base[:3, :3] = turn @ base[:3, :3]
+        base[:3, 3] += 10.0 * size * rng.normal(size=3)
+    return Pose(base, q)
+
+
+@pytest.mark.parametrize("shape", [straight(260.0, contours=14), arc(120.0, 1.6, contours=12)])
+def test_no_motion_that_is_taken_leaves_the_bounds(shape) -> None:
+    """HAZ-01, HAZ-02 for the snake: its poses within b_i, its ways within b_i and the tolerance."""
+    packed = shape.packed()
+    certificate, window = limits(), windows(packed)
+    rng = np.random.default_rng(20261121)
+    chords = np.tile([0.0, 2.0 * math.asin(14.0 / 120.0)], 5)  # joint centres on the arc
+    chords[1] *= 0.5
+    rest = Pose(BASE, np.zeros(10)) if shape.centre[-1, 0] == 0.0 else Pose(BASE, chords)
+    pose, taken, refused, replayed = rest, 0, 0, 0
+    deepest = 0.0
+    assert (judged(packed, pose) <= BOUND).all()
+    for attempt in range(700):
+        if attempt % 60 == 0:
+            pose = rest
+        wanted = wild(rng, pose)
+        verdict = certificate.certify(packed, window, pose, wanted)
+        if not verdict.taken:
+            refused += 1
+            assert verdict.held_by is not None
+            assert 0.0 <= verdict.part < 1.0
+            continue
+        depth = judged(packed, wanted)
+        np.testing.assert_allclose(verdict.deviation.depth, depth, rtol=0.0, atol=1e-9)
+        assert (depth <= BOUND).all()
+        if taken % 10 == 0 or (depth > BOUND - 1.0).any():
+            replayed += 1
+            for share in np.linspace(0.0, 1.0, 8)[1:-1]:
+                on_the_way = judged(packed, between(pose, wanted, share))
+                assert (on_the_way <= BOUND + WAY_TOLERANCE_MM).all()
+        deepest = max(deepest, float((depth - BOUND).max()))
+        pose, taken = wanted, taken + 1
+    assert taken > 60
+    assert refused > 150
+    assert replayed > 30
+    assert deepest > -0.6  # it was pressed against the bound
+
+
+def test_a_way_through_the_wall_between_two_good_poses_is_refused() -> None:
+    """Both ends are within the bounds, the way between them is not: the base swings round outside the bend."""
+    packed = straight(260.0, contours=14).packed()
+    window = windows(packed)
+    one, two = Pose(BASE, np.tile([0.0, 0.0], 5)), BASE.copy()
+    c, s = math.cos(2.98), math.sin(2.98)  # nearly half a turn about y
+    two[:3, :3], two[:3, 3] = [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]], [0.0, 0.0, 200.0]
+    back = Pose(two, np.tile([0.0, 0.03], 5))
+    assert (judged(packed, back) <= 20.0).all()
+    certificate = limits(np.full(5, 20.0))
+    assert certificate.certify(packed, window, one, one).taken
+    assert certificate.certify(packed, window, back, back).taken
+    verdict = certificate.certify(packed, window, one, back)
+    assert not verdict.taken
+    assert "bound" in str(verdict.held_by)
+
+
+def test_from_beyond_a_bound_nothing_goes_deeper() -> None:
+    """The pathway narrowed: links beyond their bound may only come back."""
+    packed = straight(260.0, 9.0, contours=14).packed()
+    certificate, window = limits(np.full(5, 1.0)), windows(packed)
+    bent = Pose(BASE, np.tile([0.0, 0.05], 5))
+    depth = judged(packed, bent)
+    assert (depth[2:] > 1.0).all()
+    assert certificate.certify(packed, window, bent, Pose(BASE, np.tile([0.0, 0.045], 5))).taken
+    verdict = certificate.certify(packed, window, bent, Pose(BASE, np.tile([0.0, 0.051], 5)))
+    assert not verdict.taken
+    assert "bound" in str(verdict.held_by)
+    assert certificate.certify(packed, window, bent, bent).taken
+
+
+def test_nonsense_is_refused() -> None:
+    packed = straight(260.0, contours=14).packed()
+    certificate, window = limits(), windows(packed)
+    here = Pose(BASE, np.zeros(10))
+    for value in (np.nan, np.inf, -np.inf):
+        q = np.zeros(10)
+        q[3] = value
+        assert not certificate.certify(packed, window, here, Pose(BASE, q)).taken
+        base = BASE.copy()
+        base[1, 3] = value
+        assert not certificate.certify(packed, window, here, Pose(base, np.zeros(10))).taken
+    beyond = np.zeros(10)
+    beyond[4] = math.radians(45.001)
+    assert "range" in str(certificate.certify(packed, window, here, Pose(BASE, beyond)).held_by)
+    for bound in ([1.0], [1.0, 1.0, 1.0, 1.0, -0.1], [1.0, 1.0, 1.0, 1.0, np.nan]):
+        with pytest.raises(InputError):
+            HardLimits(Query(SNAKE.vertices(60)), SNAKE, bound)
+    with pytest.raises(InputError):
+        HardLimits(Query(SnakeModel(4).vertices(60)), SNAKE, BOUND)
+
+
+def test_a_broken_certificate_would_be_found_out() -> None:
+    """With bounds that are laxer than the judge's the same attack leaves them."""
+    packed = straight(260.0, contours=14).packed()
+    certificate, window = limits(BOUND + 1.0), windows(packed)
+    rng = np.random.default_rng(5)
+    pose, found = Pose(BASE, np.zeros(10)), 0
+    for _ in range(300):
+        wanted = wild(rng, pose)
+        if certificate.certify(packed, window, pose, wanted).taken:
+            pose = wanted
+            found += bool((judged(packed, pose) > BOUND).any())
+    assert found > 3
+
+
+def test_the_bow_bounds_the_second_derivative() -> None:
+    """K of docs/safety.md against differences along random motions; and it is no more than a few times too large."""
+    rng = np.random.default_rng(3)
+    vertices = SNAKE.vertices(60)
+    shape, worst = limits()._shape, 0.0
+    for _ in range(60):
+        one = Pose(BASE, rng.uniform(-0.7, 0.7, 10))
+        base = BASE.copy()
+        angle = rng.uniform(0.0, 0.4)
+        base[:3, :3] = [[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]]
+        base[:3, 3] = rng.normal(size=3)
+        two = Pose(base, np.clip(one.q + rng.normal(size=10) * 0.2, -0.78, 0.78))
+        turn, bow = np.empty(3), np.empty(5)
+        _turn_between(one.base, two.base, turn)
+        np.testing.assert_allclose(turn, [0.0, 0.0, angle], atol=1e-12)
+        assert _bows(one.q, two.q, turn, shape, bow)
+        frames = [SNAKE.frames(*(lambda p: (p.q, p.base))(between(one, two, x)))[1:] for x in (0.49, 0.5, 0.51)]
+        for link in range(5):
+            own = vertices.points[vertices.start[link] : vertices.start[link + 1]]
+            places = [own @ f[link, :3, :3].T + f[link, :3, 3] for f in frames]
+            second = np.linalg.norm(places[0] - 2.0 * places[1] + places[2], axis=1).max() / 1e-4
+            assert second <= bow[link] * 1.001
+            worst = max(worst, second / bow[link])
+    assert worst > 0.2
