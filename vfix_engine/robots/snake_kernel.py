@@ -25,12 +25,11 @@ def snake_frames(q: Array, base: Array, length: float, out: Array) -> None:
         q: (2L,) rad; base: (3, 4) or (4, 4) the frame before the first joint; length: of a link, mm.
         out: (L, 3, 4) the poses of the links' frames.
     """
-    for row in range(3):  # a row of a pose depends on the same row of the one before it only
-        x, y, z, place = base[row, 0], base[row, 1], base[row, 2], base[row, 3]
-        for link in range(len(out)):
-            out[link, row, 0], out[link, row, 1], out[link, row, 2], out[link, row, 3] = x, y, z, place
+    for row in range(3):
+        for column in range(4):
+            out[0, row, column] = base[row, column]
     for link in range(len(out)):
-        before = link - 1 if link > 0 else 0  # the first one still holds the base
+        before = link - 1 if link > 0 else 0  # where the base lies as yet
         ca, sa = math.cos(q[2 * link]), math.sin(q[2 * link])
         cb, sb = math.cos(q[2 * link + 1]), math.sin(q[2 * link + 1])
         for row in range(3):

@@ -1,0 +1,154 @@
+"""Forces on the hand: direction, monotony, caps, and no NaN from anything finite (Kwok 2013, eq. 31-35)."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vfix_engine.errors import InputError
+from vfix_engine.lumen.haptics import HapticSettings, guidance, net, resistance
+
+TABLE_II = HapticSettings()
+STILL = np.zeros(2)
+any_number = st.floats(allow_nan=False, allow_infinity=False)
+pairs = st.tuples(any_number, any_number)
+
+
+def damping(speed: float) -> float:
+    """N, against a camera that moves to the right with the fastest joint at ``speed`` rad/s."""
+    return -float(resistance([0.0, speed, 0.1 * speed], np.zeros(3), (5.0, 0.0), STILL, TABLE_II)[0])
+
+
+def inertia(torque: float) -> float:
+    return -float(resistance(np.zeros(3), [0.2 * torque, 0.0, torque], STILL, (0.0, 7.0), TABLE_II)[1])
+
+
+def test_resistance_is_the_printed_curve() -> None:
+    """(31) with the exponents that the print lost, at values of Table II."""
+    for speed in (0.1, -0.3, 0.6):
+        b = math.radians(36.0) - abs(speed)
+        assert damping(speed) == pytest.approx(1e-3 * (1.0 / b - 1.0 / math.radians(36.0)), rel=1e-12)
+    for torque in (0.01, -0.05, 0.07):
+        margin = 0.0756 - abs(torque)
+        assert inertia(torque) == pytest.approx(3e-3 * (1.0 / margin - 1.0 / 0.0756), rel=1e-12)
+
+
+def test_resistance_rises_from_nothing_to_its_cap_without_a_jump() -> None:
+    for force, limit, cap, constant in (
+        (damping, math.radians(36.0), 0.88, 1e-3),
+        (inertia, 0.0756, 3.30, 3e-3),
+    ):
+        knee = limit - 1.0 / (cap / constant + 1.0 / limit)  # where the curve meets its cap
+        used = np.concatenate([np.linspace(0.0, knee, 400), np.linspace(knee, 3.0 * limit, 50)[1:]])
+        forces = np.array([force(float(u)) for u in used])
+        assert forces[0] == 0.0
+        assert (np.diff(forces[:400]) > 0.0).all()
+        assert forces[399] == pytest.approx(cap, rel=1e-9)
+        np.testing.assert_array_equal(forces[400:], cap)  # at the limit and beyond it too
+        assert force(knee * (1.0 - 1e-9)) == pytest.approx(cap, abs=1e-5)
+
+
+def test_resistance_opposes_the_camera() -> None:
+    """(32) with the sign that the print lost: damping against the velocity, inertia against the acceleration."""
+    random = np.random.default_rng(0)
+    for _ in range(200):
+        speeds, torques = random.uniform(-0.7, 0.7, 10), random.uniform(-0.08, 0.08, 10)
+        velocity, acceleration = random.normal(size=2), random.normal(size=2)
+        slow = resistance(speeds, np.zeros(10), velocity, acceleration, TABLE_II)
+        assert slow @ velocity == pytest.approx(-np.linalg.norm(slow) * np.linalg.norm(velocity))
+        heavy = resistance(np.zeros(10), torques, velocity, acceleration, TABLE_II)
+        assert heavy @ acceleration == pytest.approx(-np.linalg.norm(heavy) * np.linalg.norm(acceleration))
+        both = resistance(speeds, torques, velocity, acceleration, TABLE_II)
+        np.testing.assert_allclose(both, slow + heavy, atol=1e-12)
+
+
+def test_a_camera_at_rest_is_not_held() -> None:
+    """(32) is 0/0 there."""
+    beyond = np.full(4, 10.0)
+    assert not resistance(beyond, beyond, STILL, STILL, TABLE_II).any()
+    assert not resistance(beyond, beyond, (6e-10, -6e-10), (0.0, 9e-10), TABLE_II).any()
+    held = resistance(beyond, beyond, (0.0, 1e-6), STILL, TABLE_II)
+    np.testing.assert_allclose(held, [0.0, -0.88])
+
+
+def test_guidance_is_the_sum_of_springs_towards_less_bending() -> None:
+    """(33)-(35): strength from the links, direction J [−1, 0]ᵀ whatever its second column is."""
+    jacobian = np.array([[30.0, 5.0], [40.0, -80.0]])
+    force = guidance([0.0, 1.0, 2.0, 0.5, 3.0], jacobian, TABLE_II)
+    strength = 0.07 * 3.5 + 0.45 * 3.0
+    np.testing.assert_allclose(force, [-0.6 * strength, -0.8 * strength], rtol=1e-12)
+    assert force @ (jacobian @ (-0.1, 0.0)) > 0.0  # it pushes along what makes r smaller
+    assert not guidance(np.zeros(5), jacobian, TABLE_II).any()
+    np.testing.assert_allclose(np.linalg.norm(guidance(np.full(5, 1e3), jacobian, TABLE_II)), 3.3, rtol=1e-12)
+    assert not guidance(np.full(5, 4.0), np.zeros((2, 2)), TABLE_II).any()
+
+
+def test_thresholds_put_off_the_springs() -> None:
+    late = HapticSettings(threshold=(2.0, 2.0, 2.0, 2.0, 1.0))
+    jacobian = np.array([[-1.0, 0.0], [0.0, 1.0]])
+    assert not guidance([2.0, 1.9, 0.0, 2.0, 1.0], jacobian, late).any()
+    np.testing.assert_allclose(guidance([2.5, 0.0, 0.0, 0.0, 1.2], jacobian, late), [0.5 * 0.07 + 0.2 * 0.45, 0.0])
+    before, after = (guidance([2.0 + d, 0.0, 0.0, 0.0, 0.0], jacobian, late)[0] for d in (-1e-9, 1e-9))
+    assert abs(after - before) < 1e-9
+
+
+@given(
+    st.lists(st.tuples(any_number, any_number), min_size=1, max_size=10), pairs, pairs,
+    st.lists(any_number, min_size=5, max_size=5), st.tuples(pairs, pairs),
+)  # fmt: skip
+@settings(max_examples=400, deadline=None)
+def test_every_finite_input_makes_a_finite_and_bounded_force(
+    joints: list[tuple[float, float]],
+    velocity: tuple[float, float],
+    acceleration: tuple[float, float],
+    depth: list[float],
+    jacobian: tuple[tuple[float, float], tuple[float, float]],
+) -> None:
+    speeds, torques = np.array(joints).T
+    forces = net(speeds, torques, velocity, acceleration, depth, jacobian, TABLE_II)
+    assert np.isfinite(forces).all()
+    np.testing.assert_array_equal(forces.total, forces.resistance + forces.guidance)
+    assert math.hypot(*forces.resistance) <= (0.88 + 3.30) * (1.0 + 1e-12)
+    assert math.hypot(*forces.guidance) <= 3.3 * (1.0 + 1e-12)
+    assert math.hypot(*forces.total) <= TABLE_II.most * (1.0 + 1e-12)
+
+
+def test_another_number_of_links_keeps_the_tips_spring() -> None:
+    settings = TABLE_II.for_links(3)
+    assert settings.spring == (0.07, 0.07, 0.45)
+    assert settings.threshold == (0.0, 0.0, 0.0)
+    assert TABLE_II.for_links(5) == TABLE_II
+    assert TABLE_II.for_links(1).spring == (0.45,)
+    with pytest.raises(InputError, match="at least 1"):
+        TABLE_II.for_links(0)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"tau_max": 0.0}, {"speed_max": math.nan}, {"f_h_max": math.inf}, {"c_b": -1.0}, {"spring": ()},
+     {"spring": (0.07, -0.1, 0.0, 0.0, 0.0)}, {"threshold": (0.0,)}, {"threshold": (math.nan,) * 5}],
+)  # fmt: skip
+def test_settings_that_are_none_are_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(InputError):
+        HapticSettings(**wrong)  # type: ignore[arg-type]
+
+
+def test_inputs_that_are_none_are_refused() -> None:
+    good = (np.zeros(10), np.zeros(10), STILL, STILL, np.zeros(5), np.eye(2))
+    net(*good, TABLE_II)
+    for place, wrong in (
+        (0, np.full(10, math.nan)),
+        (0, np.zeros(8)),
+        (1, np.zeros(0)),
+        (2, np.zeros(3)),
+        (3, (math.inf, 0.0)),
+        (4, np.zeros(4)),
+        (5, np.zeros((2, 3))),
+        (5, np.full((2, 2), math.nan)),
+    ):
+        given_ = list(good)
+        given_[place] = wrong
+        with pytest.raises(InputError):
+            net(*given_, TABLE_II)

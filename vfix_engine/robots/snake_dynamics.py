@@ -1,0 +1,142 @@
+"""Inverse dynamics of a snake through Pinocchio, in SI.
+
+Everything else in vfix is in mm; with mm, s and N the unit of mass would be a tonne. So this file alone is in kg, m, s
+and N·m, and turns the robot's lengths into metres in the one place where its model is made.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import RobotError
+from .description import check_transform
+from .snake import JOINT_SPEED, SnakeModel
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.80665  # [m/s²]
+TORQUE_LIMIT = 0.0756  # [N·m] Kwok 2013, Table II
+_MM = 1e-3  # [m]
+
+
+class SnakeDynamics:
+    """A snake whose base is at rest, as rigid bodies: each link a solid cylinder of its radius, length and mass.
+
+    The mass lies evenly along the link, its centre at z = −length / 2 of the link's frame; a universal joint is a
+    revolute joint about x and one about y with a body without mass between them. Friction, gears, motors and what the
+    tissue pushes are left out. The link's mass is assumed (see ``SnakeModel``), so torques are as good as that.
+
+    model: ``pin.Model`` with joints "x1", "y1", "x2", … and frames "base", "link1", … at the links' far ends, in SI.
+    """
+
+    def __init__(self, snake: SnakeModel) -> None:
+        self.snake = snake
+        length = snake.length_mm * _MM
+        solid = pin.Inertia.FromCylinder(snake.mass_kg, snake.radius_mm * _MM, length)
+        middle, end = (pin.SE3(np.eye(3), np.array([0.0, 0.0, z])) for z in (0.5 * length, length))
+        most = np.array([snake.q_max])
+        limits = (np.array([TORQUE_LIMIT]), np.array([JOINT_SPEED]), -most, most)
+        model = pin.Model()
+        model.name = f"snake_{snake.links}"
+        model.addFrame(pin.Frame("base", 0, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+        parent = 0
+        for link in range(1, snake.links + 1):
+            before = end if link > 1 else pin.SE3.Identity()
+            parent = model.addJoint(parent, pin.JointModelRX(), before, f"x{link}", *limits)
+            parent = model.addJoint(parent, pin.JointModelRY(), pin.SE3.Identity(), f"y{link}", *limits)
+            model.appendBodyToJoint(parent, solid, middle)
+            model.addFrame(pin.Frame(f"link{link}", parent, 0, end, pin.FrameType.OP_FRAME))
+        self.model = model
+        self._data = model.createData()
+
+    def torque(
+        self,
+        q: ArrayLike,
+        velocity: ArrayLike,
+        acceleration: ArrayLike,
+        gravity_in_base: ArrayLike = (0.0, 0.0, -GRAVITY),
+    ) -> Array:
+        """Joint torques (2L,) in N·m that move the snake so (recursive Newton-Euler); not for two threads at once.
+
+        Args:
+            q: (2L,) rad; velocity: rad/s; acceleration: rad/s²; gravity_in_base: (3,) m/s², see ``gravity_in``.
+
+        Raises:
+            RobotError: an array of another shape, or a number that is not finite.
+        """
+        joints = [self._checked(given, what) for given, what in zip((q, velocity, acceleration), _MOTION, strict=True)]
+        self.model.gravity.linear = _finite(gravity_in_base, (3,), "gravity")
+        torque: Array = pin.rnea(self.model, self._data, *joints).copy()
+        return torque
+
+    def _checked(self, values: ArrayLike, what: str) -> Array:
+        return _finite(values, (self.snake.dof,), f"{what} of a snake of {self.snake.links} links")
+
+
+_MOTION = ("the joint angles", "the joint speeds", "the joint accelerations")
+
+
+def gravity_in(transform_base_to_patient: ArrayLike, down_in_patient: ArrayLike = (0.0, 1.0, 0.0)) -> Array:
+    """Gravity (3,) in m/s² in the frame of a base; down is to the back, +y of LPS, where the patient lies on it.
+
+    Raises:
+        RobotError: the base is no rigid transform, or down is no direction.
+    """
+    base = check_transform(np.asarray(transform_base_to_patient, dtype=float), "the snake's base")
+    down = _finite(down_in_patient, (3,), "the direction of gravity")
+    size = float(np.linalg.norm(down))
+    if not 1e-9 < size < 1e9:
+        raise RobotError(f"the direction of gravity has length {size:g}")
+    gravity: Array = GRAVITY * (base[:3, :3].T @ (down / size))
+    return gravity
+
+
+class Drift(NamedTuple):
+    """How a bending Q(r, ϑ, t) changes by itself as tissue moves: partial derivatives with the time, rad and s.
+
+    t: (n,) Q_t; tt: (n,) Q_tt; mixed: (n, 2) Q_rt and Q_ϑt.
+    """
+
+    t: Array
+    tt: Array
+    mixed: Array
+
+
+def accelerated(
+    partials: ArrayLike, second: ArrayLike, rate: ArrayLike, acceleration: ArrayLike, drift: Drift | None = None
+) -> tuple[Array, Array]:
+    """Joint speeds and accelerations (n,), (n,) of a bending Q(r, ϑ, t) (Kwok 2013, eq. 30).
+
+    The paper's second line has no terms of second order in the rates, Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇²; these are the
+    centrifugal part of the motion along a curve and of the same size as the rest, so they are here.
+
+    Args:
+        partials: (n, 2) Q_r, Q_ϑ; second: (n, 3) Q_rr, Q_rϑ, Q_ϑϑ; rate: (2,) ṙ, ϑ̇; acceleration: (2,) r̈, ϑ̈.
+        drift: nothing where the bending does not change with time.
+
+    Raises:
+        RobotError: an array of another shape, or a number that is not finite.
+    """
+    count = len(np.atleast_1d(np.asarray(partials, dtype=float)))
+    first = _finite(partials, (count, 2), "the partial derivatives")
+    curved = _finite(second, (count, 3), "the second derivatives")
+    r, theta = _finite(rate, (2,), "the rates")
+    q_rate = first @ (r, theta)  # (30), first line
+    q_acceleration = first @ _finite(acceleration, (2,), "the accelerations")  # (30), second line
+    q_acceleration += curved @ (r * r, 2.0 * r * theta, theta * theta)
+    if drift is not None:
+        q_rate += _finite(drift.t, (count,), "the drift")
+        q_acceleration += 2.0 * (_finite(drift.mixed, (count, 2), "the drift's partial derivatives") @ (r, theta))
+        q_acceleration += _finite(drift.tt, (count,), "the drift's second derivative")
+    return q_rate, q_acceleration
+
+
+def _finite(values: ArrayLike, shape: tuple[int, ...], what: str) -> Array:
+    array = np.array(values, dtype=np.float64)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise RobotError(f"{what}: {' x '.join(str(n) for n in shape)} finite numbers are needed")
+    return array
