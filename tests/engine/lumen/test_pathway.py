@@ -1,0 +1,409 @@
+"""The pathway: curve, frames, interpolation, checks, motion, and what the query reads."""
+
+from __future__ import annotations
+
+import time
+
+import lumen_shapes
+import numpy as np
+import pytest
+from scipy.interpolate import PchipInterpolator
+
+from vfix_engine.errors import PathwayError
+from vfix_engine.lumen import packed
+from vfix_engine.lumen.curve import Curve
+from vfix_engine.lumen.interpolation import Interpolation
+from vfix_engine.lumen.pathway import Pathway
+from vfix_engine.lumen.tissue_motion import breathing, peristalsis, together
+from vfix_engine.lumen.transport import transported
+
+SHAPES = {
+    "straight": lumen_shapes.straight(),
+    "arc": lumen_shapes.arc(),
+    "polar arc": lumen_shapes.arc(angles=28),
+    "helix": lumen_shapes.helix(),
+    "s": lumen_shapes.s_curve(),
+    "cavity": lumen_shapes.cavity(),
+    "interpolated": lumen_shapes.helix(contours=50, count=197, tangent=None),
+}
+
+
+def rotation(rng: np.random.Generator) -> np.ndarray:
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q *= np.sign(np.diag(r))
+    return q * np.sign(np.linalg.det(q))
+
+
+# Curve
+
+
+def circle(radius: float = 50.0, turn: float = 2.0, points: int = 60) -> np.ndarray:
+    angle = np.linspace(0.0, turn, points)
+    return np.column_stack([radius * np.sin(angle), radius * (1.0 - np.cos(angle)), np.zeros(points)])
+
+
+def test_a_curve_is_even_in_arc_length_and_goes_straight_on() -> None:
+    curve = Curve.through(circle())
+    assert curve.length == pytest.approx(100.0, abs=2e-3)
+    assert curve.step_mm <= 0.5
+    apart = np.linalg.norm(np.diff(curve.points, axis=0), axis=1)
+    assert np.ptp(apart) < 1e-4
+    s = np.linspace(0.0, curve.length, 40)
+    turned = s / 50.0
+    assert np.abs(curve.position(s) - 50.0 * np.column_stack([np.sin(turned), 1 - np.cos(turned), 0 * s])).max() < 2e-3
+    assert np.abs(curve.tangent(s) - np.column_stack([np.cos(turned), np.sin(turned), 0 * s])).max() < 1e-3
+    assert np.abs(curve.bending() - 0.02).max() < 2e-4
+    assert np.allclose(curve.position(-7.0), curve.points[0] - 7.0 * curve.tangents[0], atol=1e-12)
+    beyond = curve.position([curve.length + 3.0])
+    assert np.allclose(beyond, curve.points[-1] + 3.0 * curve.tangents[-1], atol=1e-12)
+    assert np.allclose(curve.tangent(curve.length + 3.0), curve.tangents[-1], atol=1e-15)
+
+
+def test_the_closest_place_stays_within_its_window() -> None:
+    curve = Curve.through(circle(turn=6.2))  # the ends nearly meet
+    assert curve.closest([0.0, -1.0, 0.0]) == pytest.approx(0.0, abs=0.2)
+    at = curve.position(180.0) + [0.0, 0.0, 9.0]
+    assert curve.closest(at) == pytest.approx(180.0, abs=1e-6)
+    assert curve.closest([0.0, 0.0, 0.0], near_s=300.0, window=20.0) > 280.0
+    with pytest.raises(PathwayError, match="no nearest point"):
+        curve.closest([0.0, np.nan, 0.0])
+    with pytest.raises(PathwayError, match="no nearest point"):
+        curve.closest([0.0, 0.0, 0.0], near_s=900.0, window=20.0)
+
+
+@pytest.mark.parametrize(
+    ("points", "says"),
+    [
+        ([[0, 0, 0]], "at least two points"),
+        ([[0, 0, 0], [0, 0, np.nan]], "point 2 .* not finite"),
+        ([[0, 0, 0], [0, 0, 1], [0, 0, 1]], "points 2 and 3 .* same place"),
+        ([0, 1, 2], "at least two"),
+    ],
+)
+def test_a_curve_refuses(points: list, says: str) -> None:
+    with pytest.raises(PathwayError, match=says):
+        Curve.through(points)
+
+
+def test_a_curve_refuses_steps_windows_and_places() -> None:
+    with pytest.raises(PathwayError, match="step"):
+        Curve.through(circle(), step_mm=0.0)
+    curve = Curve.through(circle())
+    with pytest.raises(PathwayError, match="not finite"):
+        curve.position([0.0, np.inf])
+    with pytest.raises(PathwayError, match="window"):
+        curve.bending(-1.0)
+
+
+# Frames
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_frames_are_orthonormal_and_do_not_spin(name: str) -> None:
+    found = SHAPES[name].contours()
+    second = np.cross(found.tangent, found.first)
+    frames = np.stack([found.first, second, found.tangent], axis=2)
+    assert np.abs(np.einsum("cij,cik->cjk", frames, frames) - np.eye(3)).max() < 1e-12
+    # The first vector's change has no part along the second: it does not turn about the tangent.
+    step = np.linalg.norm(np.diff(found.centre, axis=0), axis=1)
+    middle = second[:-1] + second[1:]
+    twist = np.einsum("ij,ij->i", np.diff(found.first, axis=0), middle) / (2.0 * step)
+    assert np.abs(twist).max() < 2e-4  # rad/mm
+
+
+def test_frames_come_back_on_a_plane_curve() -> None:
+    """Without torsion a vector in the plane stays in it, and one across stays what it is."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 150)
+    centre = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle]) * (30.0 + 8.0 * np.cos(2.0 * angle))[:, None]
+    curve = Curve.through(centre)
+    across = transported(curve.points, curve.tangents, [0.0, 0.0, 1.0])
+    assert np.abs(across - [0.0, 0.0, 1.0]).max() < 1e-12
+    inside = transported(curve.points, curve.tangents, [1.0, 0.0, 0.0])
+    assert np.abs(inside[:, 2]).max() < 1e-12
+
+
+def test_frames_turn_by_the_solid_angle_of_a_helix() -> None:
+    """Parallel transport round one turn of a helix turns by 2π(1 − sin pitch) against the helix's own frame."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 400)
+    centre = np.column_stack([40.0 * np.cos(angle), 40.0 * np.sin(angle), 30.0 * angle])
+    tangent = np.column_stack([-40.0 * np.sin(angle), 40.0 * np.cos(angle), np.full(400, 30.0)]) / 50.0
+    first = transported(centre, tangent, [-1.0, 0.0, 0.0])
+    normal, binormal = np.array([-1.0, 0.0, 0.0]), np.cross(tangent[-1], [-1.0, 0.0, 0.0])
+    turned = np.arctan2(first[-1] @ binormal, first[-1] @ normal)
+    # Torsion 30/2500 per mm over the length 2π · 50 mm is 0.6 turns.
+    assert turned % (2.0 * np.pi) == pytest.approx((-2.0 * np.pi * 0.6) % (2.0 * np.pi), abs=1e-6)
+
+
+def test_a_frame_along_the_tangent_still_starts() -> None:
+    first = transported([[0, 0, 0], [0, 0, 1]], [[0, 0, 1], [0, 0, 1]], [0.0, 0.0, 2.0])
+    assert np.allclose(np.linalg.norm(first, axis=1), 1.0)
+    assert np.allclose(first[:, 2], 0.0)
+
+
+# Interpolation
+
+
+def test_of_197_contours_every_fourth_is_a_control_contour() -> None:
+    pathway = SHAPES["interpolated"]
+    found = pathway.contours()
+    assert len(found.s) == 197
+    assert np.abs(found.centre[::4] - pathway.centre).max() < 1e-11
+    assert np.array_equal(found.radius[::4], pathway.radius)
+    assert np.abs(found.s[::4] - pathway.at_s).max() < 1e-9
+    assert pathway.length == pytest.approx(np.hypot(60.0, 40.0) * np.pi, abs=1e-4)
+    assert pathway.curve().length == pytest.approx(pathway.length, abs=1e-4)
+
+
+@pytest.mark.parametrize("count", [2, 3, 10, 50, 60, 100, 400])
+def test_any_number_of_contours(count: int) -> None:
+    pathway = lumen_shapes.straight(contours=50, count=count)
+    found = pathway.contours()
+    assert len(found.s) == count
+    assert found.s[0] == 0.0
+    assert found.s[-1] == pytest.approx(300.0)
+    assert len(pathway.packed().rows) == count + 1
+    assert len(lumen_shapes.straight(contours=50, count=count, closed_ends=True).packed().rows) == count - 1
+
+
+def test_two_and_three_control_contours_are_enough() -> None:
+    two = Pathway([[0, 0, 0], [0, 0, 50]], [10, 5], count=11)
+    assert np.allclose(two.contours().radius[:, 0], np.linspace(10, 5, 11))
+    three = Pathway([[0, 0, 0], [0, 5, 50], [0, 0, 100]], [10, 5, 7], count=11)
+    assert np.abs(three.contours().centre[5] - [0, 5, 50]).max() < 1e-12
+
+
+def test_radii_stay_between_their_neighbours() -> None:
+    rng = np.random.default_rng(3)
+    knots = np.cumsum(rng.uniform(1.0, 9.0, 50))
+    between = Interpolation(knots, 197)
+    values = rng.uniform(4.0, 20.0, (50, 5))
+    values[10:13] = 7.0
+    found = between.monotone(values)
+    low, high = (choose(values[between.piece], values[between.piece + 1]) for choose in (np.minimum, np.maximum))
+    assert (found >= low).all()
+    assert (found <= high).all()
+    # The same as scipy's, which is written for one pathway at rest and takes longer.
+    assert np.abs(found - PchipInterpolator(knots, values)(between.places)).max() < 1e-12
+
+
+def test_equal_polar_radii_are_a_circle() -> None:
+    round_, polar = lumen_shapes.arc(), lumen_shapes.arc()
+    polar = Pathway(polar.centre, np.tile(polar.radius, (1, 28)), polar.count, polar.tangent)
+    assert np.array_equal(round_.packed().rows[:, : packed.SLOPE], polar.packed().rows[:, : packed.SLOPE])
+    assert np.array_equal(polar.packed().polar, np.tile(round_.packed().polar, (1, 28)))
+
+
+def test_given_normals_are_kept() -> None:
+    tangent = np.tile([0.0, 0.1, np.sqrt(0.99)], (31, 1))
+    pathway = lumen_shapes.straight(tangent=tangent)
+    assert np.abs(pathway.contours().tangent - tangent).max() < 1e-12
+
+
+def test_the_polar_angle_zero_is_where_it_is_asked_for() -> None:
+    first = lumen_shapes.straight(first=[0.0, 3.0, 7.0]).contours().first
+    assert np.abs(first - [0.0, 1.0, 0.0]).max() < 1e-12
+
+
+# What the query reads
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_rows_say_what_they_must(name: str) -> None:
+    rng = np.random.default_rng(5)
+    pathway = SHAPES[name]
+    rows, polar = pathway.packed()
+    found = pathway.contours(extended=True)
+    assert rows.shape == (len(found.s) - 1, packed.ROW)
+    assert rows.flags.c_contiguous
+    assert not rows.flags.writeable
+    assert np.array_equal(rows[:, packed.START : 3], found.centre[:-1])
+    assert np.allclose(rows[:, packed.AXIS : 22] * rows[:, packed.LENGTH, None], np.diff(found.centre, axis=0))
+    assert np.allclose(np.cross(rows[:, 9:12], rows[:, packed.END_FIRST : 32]), rows[:, packed.END_SECOND : 35])
+    assert np.array_equal(rows[:, packed.START_RADIUS], polar[:-1].max(axis=1))
+    # Every rim point of both contours lies in the ball.
+    angles = 2.0 * np.pi * np.arange(polar.shape[1]) / polar.shape[1] if polar.shape[1] > 1 else rng.uniform(0, 6.3, 9)
+    second = np.cross(found.tangent, found.first)
+    ray = np.cos(angles)[:, None] * found.first[:, None] + np.sin(angles)[:, None] * second[:, None]
+    rim = found.centre[:, None] + polar[:, :, None] * ray
+    for here in (rim[:-1], rim[1:]):
+        away = np.linalg.norm(here - rows[:, None, packed.BALL : 17], axis=2).max(axis=1)
+        assert (away <= rows[:, packed.BALL_RADIUS]).all()
+        # Nothing of the rims is nearer to the axis line than the core.
+        out = here - rows[:, None, :3]
+        out -= np.einsum("sai,si->sa", out, rows[:, packed.AXIS : 22])[..., None] * rows[:, None, packed.AXIS : 22]
+        assert (np.linalg.norm(out, axis=2).min(axis=1) >= rows[:, packed.CORE]).all()
+    assert (rows[:, packed.CORE] > 0.0).all()
+    assert (rows[:, packed.SLOPE] >= 2.0 - 1e-9).all()
+
+
+def test_a_window_reaches_beyond_its_arc() -> None:
+    pathway = lumen_shapes.straight()  # contours every 10 mm, segment 0 before the first
+    assert pathway.window(101.0, 139.0) == (10, 16)
+    assert pathway.window(-500.0, -400.0) == (0, 2)
+    assert pathway.window(900.0, 1000.0)[1] == 32
+    assert pathway.window(-1e9, 1e9) == (0, 32)
+    rows = pathway.packed().rows
+    for low, high in ((101.0, 139.0), (0.0, 0.0), (299.0, 310.0), (-30.0, 5.0)):
+        first, last = pathway.window(low, high)
+        assert 0 <= first < last <= len(rows)
+        assert rows[first, 2] <= max(low, -24.0)
+        assert rows[last - 1, 5] >= min(high, 324.0)
+    assert lumen_shapes.straight(closed_ends=True).window(0.0, 5.0) == (0, 2)
+    with pytest.raises(PathwayError, match="no window"):
+        pathway.window(5.0, np.nan)
+
+
+# Refusals
+
+
+def changed(name: str, number: int, value: object, **more: object) -> dict:
+    given = {"centre": np.array(SHAPES["arc"].centre), "radius": np.full(31, 12.0), "count": 31, **more}
+    given[name][number] = value
+    return given
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"centre": [[0, 0, 0]], "radius": [3]}, "at least 2 contours, not 1"),
+        ({"centre": [[0, 0, 0], [0, 0, 9]], "radius": [3]}, r"\(2, 3\) and \(1, 1\)"),
+        ({"centre": [[0, 0, 0], [0, 0, 9]], "radius": np.ones((2, 2))}, "not 2"),
+        ({"centre": [[0, 0, 0], [0, 0, 9]], "radius": [3, 3], "count": 1}, "at least 2 contours, not 1"),
+        ({"centre": [[0, 0, 0], [0, 0, 9]], "radius": [3, 3], "knots": [1, 1]}, "knots"),
+        ({"centre": [[0, 0, 0], [0, 0, 9]], "radius": [3, 3], "first": [0, 0, 0]}, "polar angle 0"),
+        (changed("centre", 4, np.nan), "centre of contour 5 is not finite"),
+        (changed("radius", 6, np.inf), "radius of contour 7 is not finite"),
+        (changed("radius", 8, 0.0), "contour 9 has the radius 0 mm"),
+        (changed("radius", 8, -2.0), "contour 9 has the radius -2 mm"),
+        (changed("radius", 2, 0.0, radius=np.where(np.eye(31, 7) > 0, 5.0, 4.0)), "contour 3 .* at angle 1 of 7"),
+        (changed("centre", 9, SHAPES["arc"].centre[8]), "contours 9 and 10 have the same centre"),
+        (changed("tangent", 3, [0, 0, 2.0], tangent=np.array(SHAPES["arc"].tangent)), "contour 4 has the length 2"),
+        (changed("tangent", 3, [0, 1, 0], tangent=np.array(SHAPES["arc"].tangent)), "contours 3 and 4 do not face"),
+        (changed("tangent", 3, np.nan, tangent=np.array(SHAPES["arc"].tangent)), "tangent of contour 4 is not finite"),
+        ({"centre": [[0, 0, 0], [0, 0, 9]], "radius": [3, 3], "tangent": [[0, 0, 1]]}, "tangents have the shape"),
+        ({"centre": SHAPES["arc"].centre, "radius": np.full(31, 85.0), "count": 31}, "contours .* cross: .* 85 mm"),
+        ({"centre": SHAPES["arc"].centre, "radius": np.full((31, 28), 85.0), "count": 197}, "cross"),
+    ],
+)
+def test_contours_that_cannot_be_used_are_refused(given: dict, says: str) -> None:
+    with pytest.raises(PathwayError, match=says):
+        Pathway(**given)
+
+
+def test_a_gap_is_refused() -> None:
+    centre = np.zeros((12, 3))
+    centre[:, 2] = 10.0 * np.arange(12)
+    centre[7:, 2] += 160.0
+    with pytest.raises(PathwayError, match=r"gap of 170 mm between contours 7 and 8; .* 140 mm"):
+        Pathway(centre, np.full(12, 10.0))
+
+
+def test_a_crossing_names_the_control_contours() -> None:
+    with pytest.raises(PathwayError, match=r"of 197 \(from control contour \d+ on\) cross"):
+        Pathway(SHAPES["arc"].centre, np.full(31, 90.0))
+
+
+def test_what_a_pathway_is_made_of_is_not_changed() -> None:
+    centre = np.array(SHAPES["arc"].centre)
+    pathway = Pathway(centre, np.full(31, 12.0))
+    centre[3] = 1e9
+    assert pathway.centre[3, 0] < 1e3
+    with pytest.raises(ValueError, match="read-only"):
+        pathway.radius[0] = 1.0
+
+
+# Motion
+
+
+def test_a_moved_pathway_is_the_pathway_of_the_moved_contours() -> None:
+    motion = together(breathing([0, 0.2, 1], falloff_s=90.0), peristalsis(0.3))
+    for rest in (SHAPES["interpolated"], SHAPES["cavity"], SHAPES["polar arc"]):
+        moved = rest.moved(motion)
+        shift, factor = motion(rest.at_s, 1.3)
+        tangent = None if rest.tangent is None else moved.contours(1.3).tangent
+        rebuilt = Pathway(
+            rest.centre + shift, rest.radius * factor[:, None], rest.count, tangent, rest.first, knots=rest.knots
+        )
+        assert np.abs(moved.packed(1.3).rows - rebuilt.packed().rows).max() < 1e-9
+        assert np.abs(moved.packed(1.3).polar - rebuilt.packed().polar).max() < 1e-12
+
+
+def test_a_shift_of_everything_shifts_the_pathway() -> None:
+    rest = SHAPES["cavity"]
+    moved = rest.moved(breathing([0, 3, 4], 10.0, 4.0))
+    found = moved.contours(2.0)
+    assert np.abs(found.centre - rest.contours().centre - [0.0, 6.0, 8.0]).max() < 1e-12
+    assert np.abs(found.first - rest.contours().first).max() < 1e-12
+    assert np.abs(moved.curve(2.0).position(50.0) - rest.curve().position(50.0) - [0.0, 6.0, 8.0]).max() < 1e-9
+    assert moved.packed(0.0) is moved.packed()
+    assert np.array_equal(moved.packed(4.0).polar, rest.packed().polar)
+
+
+def test_given_normals_turn_with_the_tissue() -> None:
+    rest = lumen_shapes.arc()
+
+    def turn(s: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+        tilted = np.array([[np.cos(t), 0, np.sin(t)], [0, 1, 0], [-np.sin(t), 0, np.cos(t)]])
+        return rest.centre @ tilted.T - rest.centre, np.ones(len(s))
+
+    moved = rest.moved(turn).contours(0.4).tangent
+    tilted = np.array([[np.cos(0.4), 0, np.sin(0.4)], [0, 1, 0], [-np.sin(0.4), 0, np.cos(0.4)]])
+    assert np.abs(moved - rest.tangent @ tilted.T).max() < 1e-9
+
+
+def test_breathing_leaves_the_entry_and_peristalsis_only_narrows() -> None:
+    s = np.linspace(0.0, 500.0, 50)
+    shift, factor = breathing([0, 0, 2], 8.0, 4.0, falloff_s=100.0)(s, 2.0)
+    assert np.array_equal(shift[0], [0.0, 0.0, 0.0])
+    assert shift[-1, 2] == pytest.approx(8.0 * (1.0 - np.exp(-5.0)))
+    assert (np.diff(shift[:, 2]) > 0.0).all()
+    assert (factor == 1.0).all()
+    for t in np.linspace(0.0, 6.0, 13):
+        still, narrowed = peristalsis(0.15, 120.0, 20.0)(s, t)
+        assert not still.any()
+        assert narrowed.max() <= 1.0
+        assert narrowed.min() >= 0.85
+    later = peristalsis()(s + 20.0 * 1.7, 1.7)[1]  # the wave travels at its speed
+    assert np.allclose(later, peristalsis()(s, 0.0)[1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: breathing([0, 0, 0]),
+        lambda: breathing([0, np.nan, 1]),
+        lambda: breathing([0, 0, 1], -1.0),
+        lambda: breathing([0, 0, 1], 8.0, 0.0),
+        lambda: breathing([0, 0, 1], falloff_s=-3.0),
+        lambda: peristalsis(1.0),
+        lambda: peristalsis(-0.1),
+        lambda: peristalsis(wavelength_mm=0.0),
+        lambda: peristalsis(speed_mm_per_s=np.nan),
+    ],
+)
+def test_motions_refuse(make) -> None:
+    with pytest.raises(PathwayError, match="must|needs"):
+        make()
+
+
+def test_a_motion_that_cannot_be_used_is_refused_when_it_is_asked_for() -> None:
+    rest = SHAPES["arc"]
+    with pytest.raises(PathwayError, match="shapes"):
+        rest.moved(lambda s, t: (np.zeros(3), np.ones(len(s))))
+    bad = rest.moved(lambda s, t: (np.zeros((len(s), 3)), np.full(len(s), 1.0 - t)))
+    with pytest.raises(PathwayError, match=r"t = 2 s .* contour 1: .* factor -1"):
+        bad.packed(2.0)
+    wide = rest.moved(lambda s, t: (np.zeros((len(s), 3)), np.full(len(s), 1.0 + t)))
+    wide.packed(1.0)
+    with pytest.raises(PathwayError, match="cross"):
+        wide.packed(9.0)
+
+
+def test_a_moved_pathway_takes_less_than_a_millisecond() -> None:
+    pathway = SHAPES["interpolated"].moved(together(breathing([0, 0, 1]), peristalsis()))
+    taken = []
+    for t in np.linspace(0.1, 3.0, 60):
+        start = time.perf_counter()
+        pathway.packed(float(t))
+        taken.append(time.perf_counter() - start)
+    assert min(taken) < 1e-3  # the least: other work on the machine does not count
