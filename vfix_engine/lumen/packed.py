@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .inner_line import inner_lines
+
 Array = NDArray[np.float64]
 
 # Columns of PackedPathway.rows; vectors take three.
@@ -17,8 +19,11 @@ BALL, BALL_RADIUS = 14, 17  # holds both contours' discs, so the whole segment
 CORE = 18  # mm; every point between the contours' planes that is nearer to the axis line is inside
 AXIS, LENGTH = 19, 22  # unit vector from P_j to P_{j+1} and their distance in mm
 START_FIRST, START_SECOND, END_FIRST, END_SECOND = 23, 26, 29, 32  # directions of the polar angles 0 and π/2
-SLOPE = 35  # Λ_j: the deviation from the segment changes by no more than that per mm, outside the core
-ROW = 36
+SLOPE = 35  # Λ_j: the deviation from the segment changes by no more than that per mm, outside half the core
+INNER_LINE = 36  # height mm, slope, factor and √(1 + slope²) of the line below the wall (inner_line.py)
+START_FACING, END_FACING = 40, 41  # M_j·e, M_{j+1}·e
+START_LEAN, END_LEAN = 42, 43  # M_j·w, M_{j+1}·w; w: first_j made perpendicular to e, the plane of a point on the axis
+ROW = 44
 
 _ROUNDING = 1e-12  # of a length: what ball and core give away to rounding
 
@@ -68,6 +73,12 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     rows[:, START_FIRST : START_FIRST + 3], rows[:, START_SECOND : START_SECOND + 3] = first[:-1], second[:-1]
     rows[:, END_FIRST : END_FIRST + 3], rows[:, END_SECOND : END_SECOND + 3] = first[1:], second[1:]
     rows[:, SLOPE] = _slope(polar, core, facing)
+    rows[:, INNER_LINE : INNER_LINE + 4] = inner_lines(smallest, length, facing)
+    rows[:, START_FACING], rows[:, END_FACING] = facing
+    across = first[:-1] - np.einsum("ij,ij->i", first[:-1], axis)[:, None] * axis
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    rows[:, START_LEAN] = np.einsum("ij,ij->i", tangent[:-1], across)
+    rows[:, END_LEAN] = np.einsum("ij,ij->i", tangent[1:], across)
     rows.setflags(write=False)
     polar.setflags(write=False)
     return PackedPathway(rows, polar)
@@ -81,13 +92,17 @@ def _farthest(half: Array, radius: Array, facing: Array) -> Array:
 
 
 def _slope(polar: Array, core: Array, facing: tuple[Array, Array]) -> Array:
-    """Λ_j (S,): 1 + (speed of the rim per angle of the plane about the axis) / (least distance to the axis).
+    """Λ_j (S,) = √(1 + (2 K_j / core_j)²): ``clearance.slope`` says what it bounds and why. Infinite without a core.
 
-    A point that moves by dx changes its distance to the line between the rims by dx and by the rims' own motion, as
-    the plane through the point turns by dx / h at most, h ≥ core. Infinite where there is no core.
+    K_j is how far an end of the wall moves in its section per angle that the section turns about the axis: by R tan β
+    across, as the contour leans, and by |R'| / cos β along, cos β = M·e.
     """
     angles = polar.shape[1]
     rate = np.abs(np.roll(polar, -1, axis=1) - polar).max(axis=1) * angles / (2.0 * np.pi)
-    speed = np.hypot(polar.max(axis=1), rate)
+    largest = polar.max(axis=1)
     with np.errstate(divide="ignore"):
-        return np.asarray(1.0 + np.maximum(speed[:-1] / (core * facing[0]), speed[1:] / (core * facing[1])))
+        turned = [
+            np.hypot(radius * np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), change) / (0.5 * cosine * core)
+            for radius, change, cosine in ((largest[:-1], rate[:-1], facing[0]), (largest[1:], rate[1:], facing[1]))
+        ]
+        return np.asarray(np.hypot(1.0, np.maximum(*turned)))

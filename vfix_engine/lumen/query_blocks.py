@@ -30,7 +30,7 @@ class VertexBlocks(NamedTuple):
     """(B, 4): centre and radius of a ball about them."""
     start: Index
     """(L + 1,): link l has the blocks start[l] … start[l + 1] - 1."""
-    index: Index
+    index: Index  # type: ignore[assignment]  # tuple has a method of that name, which nobody calls here
     """(B, 16): their rows in ``LinkVertices.points``."""
 
 

@@ -62,7 +62,7 @@ def test_a_curve_is_even_in_arc_length_and_goes_straight_on() -> None:
 def test_the_closest_place_stays_within_its_window() -> None:
     curve = Curve.through(circle(turn=6.2))  # the ends nearly meet
     assert curve.closest([0.0, -1.0, 0.0]) == pytest.approx(0.0, abs=0.2)
-    at = curve.position(180.0) + [0.0, 0.0, 9.0]
+    at = curve.position(180.0) + np.array([0.0, 0.0, 9.0])
     assert curve.closest(at) == pytest.approx(180.0, abs=1e-6)
     assert curve.closest([0.0, 0.0, 0.0], near_s=300.0, window=20.0) > 280.0
     with pytest.raises(PathwayError, match="no nearest point"):
@@ -233,7 +233,8 @@ def test_rows_say_what_they_must(name: str) -> None:
         out -= np.einsum("sai,si->sa", out, rows[:, packed.AXIS : 22])[..., None] * rows[:, None, packed.AXIS : 22]
         assert (np.linalg.norm(out, axis=2).min(axis=1) >= rows[:, packed.CORE]).all()
     assert (rows[:, packed.CORE] > 0.0).all()
-    assert (rows[:, packed.SLOPE] >= 2.0 - 1e-9).all()
+    assert (rows[:, packed.SLOPE] >= 1.0).all()
+    assert (rows[:, packed.SLOPE] < 4.0).all()
 
 
 def test_a_window_reaches_beyond_its_arc() -> None:
@@ -382,7 +383,7 @@ def test_breathing_leaves_the_entry_and_peristalsis_only_narrows() -> None:
     ],
 )
 def test_motions_refuse(make) -> None:
-    with pytest.raises(PathwayError, match="must|needs"):
+    with pytest.raises(PathwayError, match=r"must|needs"):
         make()
 
 
