@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
+from tests.engine.lumen.lumen_shapes import cavity
 from vfix_engine.errors import InputError
 from vfix_engine.lumen.haptics import HapticSettings, guidance, net, resistance
+from vfix_engine.lumen.query import Query
+from vfix_engine.robots import SnakeModel
 
 TABLE_II = HapticSettings()
 STILL = np.zeros(2)
@@ -98,7 +102,7 @@ def test_thresholds_put_off_the_springs() -> None:
     st.lists(st.tuples(any_number, any_number), min_size=1, max_size=10), pairs, pairs,
     st.lists(any_number, min_size=5, max_size=5), st.tuples(pairs, pairs),
 )  # fmt: skip
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 def test_every_finite_input_makes_a_finite_and_bounded_force(
     joints: list[tuple[float, float]],
     velocity: tuple[float, float],
@@ -152,3 +156,56 @@ def test_inputs_that_are_none_are_refused() -> None:
         given_[place] = wrong
         with pytest.raises(InputError):
             net(*given_, TABLE_II)
+
+
+class BentInACavity:
+    """Five links in the cavity, base inclined by 25°, all bent alike: by 40° r a link towards ϑ."""
+
+    def __init__(self) -> None:
+        self.snake = SnakeModel(5)
+        self.query, self.packed = Query(self.snake.vertices(200)), cavity().packed()
+        self.base = np.eye(4)
+        self.base[:3, :3] = Rotation.from_euler("y", 25.0, degrees=True).as_matrix()
+        self.base[:3, 3] = (0.0, 0.0, 40.0)
+
+    def joints(self, r: float, theta: float) -> np.ndarray:
+        return math.radians(40.0) * r * np.tile([-math.sin(theta), math.cos(theta)], 5)
+
+    def depth(self, r: float, theta: float) -> np.ndarray:
+        frames = self.snake.frames(self.joints(r, theta), self.base)
+        return self.query.deviations(self.packed, frames, (0, len(self.packed.rows))).depth
+
+    def jacobian(self, r: float, theta: float) -> np.ndarray:
+        """(28)"""
+        q = self.joints(r, theta)
+        partials = np.column_stack([self.joints(1.0, theta), self.joints(r, theta + math.pi / 2)])
+        camera = self.snake.point_jacobian(q, self.base, 4, [0.0, 0.0, self.snake.camera_offset_mm])
+        return (self.snake.camera(q, self.base)[:3, :3].T @ camera @ partials)[:2]
+
+
+def test_a_hand_that_gives_way_is_led_back_into_the_cavity() -> None:
+    """A hand that follows the force by 2 mm at a time: the springs slacken with every step, until there is none."""
+    robot, led = BentInACavity(), 0
+    for theta in np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False):
+        state = np.array([0.4, float(theta)])
+        depth = robot.depth(*state)
+        for _ in range(60):
+            jacobian = robot.jacobian(*state)
+            force = guidance(depth, jacobian, TABLE_II)
+            if not force.any():
+                break
+            led += 1
+            state += np.linalg.solve(jacobian, 2.0 * force / np.linalg.norm(force))
+            before, depth = depth, robot.depth(*state)
+            assert np.dot(TABLE_II.spring, depth) < np.dot(TABLE_II.spring, before)
+        assert not depth.any()
+    assert led > 100  # there was something to lead back from
+
+
+def test_less_bending_is_not_always_less_deviation() -> None:
+    """A limit of (34) as it is printed: an end that is bent back towards the base goes out first when it is unbent."""
+    robot, state = BentInACavity(), np.array([0.9, 0.0])
+    depth, jacobian = robot.depth(*state), robot.jacobian(*state)
+    force = guidance(depth, jacobian, TABLE_II)
+    after = robot.depth(*(state + np.linalg.solve(jacobian, force / np.linalg.norm(force))))
+    assert np.dot(TABLE_II.spring, after) > np.dot(TABLE_II.spring, depth) > 0.0
