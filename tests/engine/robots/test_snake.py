@@ -245,9 +245,14 @@ def test_joints_bases_links_and_counts_that_are_none_are_refused() -> None:
             snake.frames(joints, BASE)
         with pytest.raises(RobotError, match="4 finite joint angles"):
             snake.clamp(joints)
-    for base in (np.eye(3), 2.0 * np.eye(4), np.full((4, 4), math.nan)):
+    far, flipped, sheared, tilted = (np.eye(4) for _ in range(4))
+    far[0, 3], flipped[1, 1], sheared[0, 1], tilted[3, 0] = 2e6, -1.0, 1e-3, 1e-3
+    for base in (np.eye(3), 2.0 * np.eye(4), np.full((4, 4), math.nan), far, flipped, sheared, tilted):
         with pytest.raises(RobotError, match="rigid"):
             snake.frames(q, base)
+    rounded = np.eye(4)
+    rounded[0, 1] = 1e-7  # no more than a file with seven digits has
+    np.testing.assert_array_equal(snake.frames(q, rounded)[0], rounded)
     for link in (-1, 2):
         with pytest.raises(RobotError, match=r"0 … 1"):
             snake.point_jacobian(q, BASE, link, np.zeros(3))
