@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES
-from .box_lanes import FACETS, NODE, SHELL
+from .box_lanes import FACETS, FARTHEST, HEADER, NODE, SHELL, Words, unpacked
 from .candidate_kernels import box_of_block, empty_boxes, put_box
-from .compiled import compiled
+from .compiled import borrowing, compiled
 from .shell_kernels import axes_of, extents, moments, put_shell
 from .wide_search import HEAD, cut
 
@@ -31,7 +31,7 @@ class Wide(NamedTuple):
     boxes: (96 N,) float32, see ``box_lanes``: first the nodes over the blocks, last the root.
     corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
     label: (16 B,) face of the mesh in each lane, −1 where there is none.
-    facets: (160 B,) float32, the triangles once more, see ``box_lanes``.
+    facets: (56 B,) int32, the triangles once more, rounded, see ``box_lanes``.
     shells: (240 N,) float32, boxes along the principal axes of what lies in each lane of each node.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
     level: (L + 1,) blocks are numbered from 0, nodes behind them: those of level l from level[l] to level[l + 1] − 1.
@@ -41,7 +41,7 @@ class Wide(NamedTuple):
     boxes: Single
     corners: Array
     label: Index
-    facets: Single
+    facets: Words
     shells: Single
     frame: Array
     level: Index
@@ -215,23 +215,62 @@ def fill_shells(corners: Array, frame: Array, level: Index, shells: Single) -> N
 
 
 @compiled
-def fill_facets(corners: Array, frame: Array, facets: Single) -> None:
+def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
     """Each triangle as ``facet_gaps`` wants it."""
-    for place in range(len(facets) // (FACETS // LANES)):
-        at, to = CORNERS * (place // LANES) + place % LANES, FACETS * (place // LANES) + place % LANES
+    ways, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
+    for b in range(len(facets) // FACETS):
+        block, here = corners[CORNERS * b : CORNERS * (b + 1)], facets[FACETS * b : FACETS * (b + 1)]
+        head = here[:HEADER].view(np.float32)
+        least[:], most[:], widest, span = np.inf, -np.inf, 0.0, 0.0
         for k in range(3):
-            one, two, three = corners[at + LANES * k], corners[at + LANES * (3 + k)], corners[at + LANES * (6 + k)]
-            facets[to + LANES * k] = (one + two + three) / 3.0 - frame[k]
-        most = 0.0
-        for c in range(3):
-            square = 0.0
+            for j in range(LANES):
+                one, two = block[LANES * k + j] - frame[k], block[LANES * (3 + k) + j] - frame[k]
+                three = block[LANES * (6 + k) + j] - frame[k]
+                middle = (one + two + three) / 3.0
+                ways[0, k, j], ways[1, k, j], ways[2, k, j] = middle, one - middle, two - middle
+                least[k], most[k] = min(least[k], middle), max(most[k], middle)
+                widest = max(widest, max(abs(one - middle), abs(two - middle)))
+            span = max(span, most[k] - least[k])
+        head[3], head[4] = span * (1024.0 / 1023.0 * 1.000001), widest * (1024.0 / 511.0 * 1.000001)
+        for k in range(3):
+            head[k] = least[k] - np.float64(head[3])
+        _pack_facets(ways, head, here[HEADER:])
+        _measure_facets(block, frame, here)
+
+
+@borrowing
+def _pack_facets(ways: Array, head: Single, words: Words) -> None:
+    """The middles and corners (3, 3, 16) in ten bits."""
+    for i in range(3):
+        span = np.float64(head[3 if i == 0 else 4])
+        share = 1024.0 / span if 0.0 < span < FARTHEST else 0.0
+        for j in range(LANES):
+            word = 0
             for k in range(3):
-                away = corners[at + LANES * (3 * c + k)] - frame[k] - np.float64(facets[to + LANES * k])
-                square += away * away
-                if c < 2:
-                    facets[to + LANES * (3 * (c + 1) + k)] = away
-            most = max(most, square)
-        facets[to + LANES * 9] = np.sqrt(most) * 1.000001 + 1e-6 * frame[3]
+                from_one = np.float64(head[k]) + span if i == 0 else -0.5 * span
+                step = np.rint((ways[i, k, j] - from_one) * share)
+                word |= int(min(max(step, 0.0), 1023.0)) << (12 if k == 0 else 2 if k == 1 else 22)
+            words[LANES * i + j] = np.int32(word)
+
+
+@borrowing
+def _measure_facets(block: Array, frame: Array, here: Words) -> None:
+    """How far the rounded corners are from where they should be and from their middles, at most."""
+    head = here[:HEADER].view(np.float32)
+    span, corner = np.float64(head[3]), np.float64(head[4])
+    off, far = 0.0, 0.0
+    for j in range(LANES):
+        middle, one, two = unpacked(here[8 + j]), unpacked(here[24 + j]), unpacked(here[40 + j])
+        off1, off2, off3, far1, far2, far3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(3):
+            x = np.float64(head[k]) + span * np.float64(middle[k]) + frame[k]
+            y, z = corner * (np.float64(one[k]) - 1.5), corner * (np.float64(two[k]) - 1.5)
+            off1 += (x + y - block[LANES * k + j]) ** 2
+            off2 += (x + z - block[LANES * (3 + k) + j]) ** 2
+            off3 += (x - y - z - block[LANES * (6 + k) + j]) ** 2
+            far1, far2, far3 = far1 + y * y, far2 + z * z, far3 + (y + z) ** 2
+        off, far = max(off, max(off1, max(off2, off3))), max(far, max(far1, max(far2, far3)))
+    head[5], head[6] = np.sqrt(off) * 1.000001, np.sqrt(far) * 1.000001
 
 
 def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wide:

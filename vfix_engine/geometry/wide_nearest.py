@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
-from .box_lanes import FACETS, NODE, PROBE, box_gaps, facet_bounds
+from .box_lanes import FACETS, NODE, PROBE, Words, box_gaps, facet_bounds
 from .candidate_kernels import append_block, nearest_of_block
 from .compiled import borrowing, compiled
 from .wide_search import (
@@ -37,7 +37,7 @@ Lanes = NDArray[np.uint64]
 
 @borrowing
 def _nearest(
-    boxes: Single, corners: Array, label: Index, facets: Single, level: Index, bound: float, seed: int,
+    boxes: Single, corners: Array, label: Index, facets: Words, level: Index, bound: float, seed: int,
     numbers: Array, singles: Single, places: Index,
 ) -> tuple[float, int]:  # fmt: skip
     """Nearest triangle to the segment set out: (distance from its axis, place); (bound, −1) when none is nearer.
@@ -84,7 +84,7 @@ def _nearest(
 
 @borrowing
 def _look(
-    corners: Array, label: Index, facets: Single, left: Index, lows: Single, count: int, most: np.float32,
+    corners: Array, label: Index, facets: Words, left: Index, lows: Single, count: int, most: np.float32,
     best: float, where: int, numbers: Array, singles: Single, places: Index,
 ) -> tuple[float, int]:  # fmt: skip
     """Exact distances of what is left: only of triangles that may be nearer than ``most``."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
-from .box_lanes import FACETS, NODE, PROBE, SHELL, describe_single, facet_gaps
+from .box_lanes import FACETS, NODE, PROBE, SHELL, Words, describe_single, facet_gaps
 from .compiled import borrowing
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ HEAD = 16  # numbers before the blocks: the frame, then as int32 how many number
 _PICKED_OVER = 6  # of 16 triangles too far away: fewer, and the block is measured as it lies
 
 
-def cut(store: Array) -> tuple[Array, Index, Array, Single, Single, Single, Index]:
+def cut(store: Array) -> tuple[Array, Index, Array, Words, Single, Single, Index]:
     """The arrays of a tree in its one piece of memory: frame, level, corners, facets, boxes, shells, label.
 
     One array is handed over sooner than seven: that took as long as a third of a query.
@@ -47,7 +47,7 @@ def cut(store: Array) -> tuple[Array, Index, Array, Single, Single, Single, Inde
     shells = boxes + NODE // 2 * nodes
     label = shells + SHELL // 2 * nodes
     return (
-        store[:4], level, store[HEAD:facets], store[facets:boxes].view(np.float32),
+        store[:4], level, store[HEAD:facets], store[facets:boxes].view(np.int32),
         store[boxes:shells].view(np.float32), store[shells:label].view(np.float32), store[label:].view(np.int32),
     )  # fmt: skip
 
@@ -108,7 +108,7 @@ def keep_near(first: int, last: int, gaps: Single, limit: float, places: Index, 
 
 
 @borrowing
-def in_reach(facets: Single, block: int, probe: Single, limit: float, gaps: Single, picked: Index, count: int) -> int:
+def in_reach(facets: Words, block: int, probe: Single, limit: float, gaps: Single, picked: Index, count: int) -> int:
     """Places of a block's triangles that may be within ``limit``, from picked[count] on; the place behind.
 
     −1 when most of the block may be: then it is measured as it is, which costs less than picking.

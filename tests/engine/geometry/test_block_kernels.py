@@ -7,7 +7,7 @@ import pytest
 from geometry_oracle import every_distance, exact_distance
 
 from vfix_engine.geometry.block_kernels import LANES, QUERY, WORK, block_gaps, describe
-from vfix_engine.geometry.box_lanes import PROBE, describe_single, facet_bounds, facet_gaps
+from vfix_engine.geometry.box_lanes import FACETS, PROBE, describe_single, facet_bounds, facet_gaps
 from vfix_engine.geometry.wide_build import build_wide
 
 _TINY = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5, 1e-3])
@@ -69,24 +69,42 @@ def test_needles(width: float) -> None:
         assert distance == pytest.approx(np.array(truth), abs=1e-8)
 
 
+def awkward(random: np.random.Generator, turn: int) -> tuple[np.ndarray, float]:
+    """Triangles (16 or 48, 3, 3) that bounds have a hard time with, and their size in mm."""
+    size, count = 10.0 ** random.uniform(-1, 3), LANES if turn % 4 else 3 * LANES
+    sizes = 10.0 ** random.uniform(-4 * (turn % 2), 0, (count, 1, 1))
+    triangles = random.normal(size=(count, 3, 3)) * size * sizes
+    kind = turn % 7
+    if kind in (0, 1):  # needles
+        triangles[:, 2] = triangles[:, 0] + 1e-6 * triangles[:, 2]
+    elif kind == 2:  # points, and all of them in one place
+        triangles[:] = triangles[0, 0] if turn % 2 else triangles[:, :1]
+    elif kind == 3:  # small ones about one that is huge
+        triangles[1:] *= 1e-5
+    elif kind == 4:  # a flat block
+        triangles[..., turn % 3] = 0.0
+    elif kind == 5:  # one triangle, sixteen times over
+        triangles[:] = triangles[0]
+    return triangles + random.normal(size=3) * 10.0 ** random.uniform(-1, 6 if turn % 5 == 0 else 4), size
+
+
 def test_single_precision_never_leaves_a_triangle_out() -> None:
-    """Bounds by facets hold for needles, for triangles far larger than their distance and far from the origin."""
+    """HAZ-08: bounds by rounded triangles hold for needles, huge ones, flat blocks, points and far from the origin."""
     random = np.random.default_rng(6)
     probe, gaps = np.empty(PROBE, np.float32), np.empty(LANES, np.float32)
-    for turn in range(2000):
-        size = 10.0 ** random.uniform(-1, 3)
-        triangles = random.normal(size=(LANES, 3, 3)) * size * 10.0 ** random.uniform(-4 * (turn % 2), 0, (LANES, 1, 1))
-        if turn % 3 == 0:
-            triangles[:, 2] = triangles[:, 0] + 1e-6 * triangles[:, 2]
-        triangles += random.normal(size=3) * 10.0 ** random.uniform(-1, 4)
-        a, b, c = triangles[random.integers(LANES)]
+    for turn in range(3000):
+        triangles, size = awkward(random, turn)
+        a, b, c = triangles[random.integers(len(triangles))]
         along = random.normal() * (b - a) + random.normal() * (c - a)
         over = random.normal(size=3) * size * 10.0 ** random.uniform(-6, 0)  # just over a triangle, along its plane
         p, q = (a + b + c) / 3.0 + over - along, (a + b + c) / 3.0 + over + 10.0 ** random.uniform(-2, 1) * along
-        wide = build_wide(triangles.reshape(-1, 3), np.arange(3 * LANES, dtype=np.int32).reshape(-1, 3))
+        wide = build_wide(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
         describe_single(p, q - p, wide.frame, probe)
-        facet_gaps(wide.facets, probe, np.float32(0.0), gaps)
-        truth = every_distance(p, q, triangles[wide.label])
-        assert (gaps <= truth).all()
-        low, high = facet_bounds(wide.facets, probe)
-        assert low <= truth.min() <= high
+        for facets, label in zip(wide.facets.reshape(-1, FACETS), wide.label.reshape(-1, LANES), strict=True):
+            truth = every_distance(p, q, triangles[label])
+            for limit in (0.0, float(np.median(truth))):
+                over_it = facet_gaps(facets, probe, np.float32(limit), gaps)
+                assert over_it == (gaps > np.float32(limit)).sum()
+                assert (gaps <= truth).all()
+            low, high = facet_bounds(facets, probe)
+            assert low <= truth.min() <= high
