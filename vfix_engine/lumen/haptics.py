@@ -90,14 +90,13 @@ def resistance(
         InputError: an array of another shape, or a number that is not finite.
     """
     speeds, torques = _finite(q_speed, None, "joint speeds"), _finite(torque, None, "joint torques")
-    if speeds.shape != torques.shape:
+    if len(speeds) != len(torques):
         raise InputError(f"{len(speeds)} joint speeds and {len(torques)} joint torques")
-    damping = _rising(settings.speed_max, float(np.abs(speeds).max()), settings.c_b, settings.f_b_max)
-    inertia = _rising(settings.tau_max, float(np.abs(torques).max()), settings.c_i, settings.f_i_max)
+    damping = _rising(settings.speed_max, max(map(abs, speeds)), settings.c_b, settings.f_b_max)
+    inertia = _rising(settings.tau_max, max(map(abs, torques)), settings.c_i, settings.f_i_max)
     moving = _direction(_finite(velocity, 2, "velocity"), _STILL)
     speeding = _direction(_finite(acceleration, 2, "acceleration"), _STILL)
-    force: Array = -inertia * speeding - damping * moving  # (32)
-    return force
+    return np.array([-inertia * a - damping * v for a, v in zip(speeding, moving, strict=True)])  # (32)
 
 
 def guidance(depth: ArrayLike, jacobian: ArrayLike, settings: HapticSettings) -> Array:
@@ -112,15 +111,14 @@ def guidance(depth: ArrayLike, jacobian: ArrayLike, settings: HapticSettings) ->
     """
     deviation = _finite(depth, len(settings.spring), "deviation of the links")
     motion = np.asarray(jacobian, dtype=float)
-    if motion.shape != (2, 2) or not np.isfinite(motion).all():
-        raise InputError("the camera's Jacobian has 2 x 2 finite numbers")
-    beyond = np.maximum(np.maximum(deviation, 0.0) - settings.threshold, 0.0)
+    if motion.shape != (2, 2):
+        raise InputError(f"the camera's Jacobian has 2 x 2 finite numbers, not {motion.shape}")
+    (x_r, _, y_r, _) = _finite(motion.ravel(), 4, "the camera's Jacobian")
     strength = 0.0
-    for spring, over in zip(settings.spring, beyond, strict=True):
-        strength += spring * min(float(over), 1e9)  # (33); beyond any cap, and no overflow
-    towards = _direction(-motion[:, 0], _NO_WAY)  # (34): J [−1, 0]ᵀ
-    force: Array = min(strength, settings.f_h_max) * towards  # (35)
-    return force
+    for spring, deep, least in zip(settings.spring, deviation, settings.threshold, strict=True):
+        strength += spring * max(0.0, max(deep, 0.0) - least)  # (33)
+    towards = _direction([-x_r, -y_r], _NO_WAY)  # (34): J [−1, 0]ᵀ
+    return min(strength, settings.f_h_max) * np.array(towards)  # (35)
 
 
 def net(
@@ -147,20 +145,21 @@ def _rising(limit: float, used: float, constant: float, most: float) -> float:
     return min(constant * used / margin / limit, most)
 
 
-def _direction(vector: Array, least: float) -> Array:
+def _direction(vector: list[float], least: float) -> list[float]:
     """The unit vector (2,), or 0 where the vector is shorter than ``least``; no size overflows."""
-    largest = float(np.abs(vector).max())
-    scaled = vector / max(largest, least)
-    size = math.hypot(scaled[0], scaled[1])
-    if size * max(largest, least) < least:
-        return np.zeros(2)
-    unit: Array = scaled / size
-    return unit
+    largest = max(abs(vector[0]), abs(vector[1]), least)
+    x, y = vector[0] / largest, vector[1] / largest
+    size = math.hypot(x, y)
+    if size * largest < least:
+        return [0.0, 0.0]
+    return [x / size, y / size]
 
 
-def _finite(values: ArrayLike, count: int | None, what: str) -> Array:
-    array = np.array(values, dtype=np.float64)
-    if array.ndim != 1 or array.size == 0 or count not in (None, array.size) or not np.isfinite(array).all():
+def _finite(values: ArrayLike, count: int | None, what: str) -> list[float]:
+    """Numbers of a row; plain ones, as a step of control asks for few of them and often."""
+    array = np.asarray(values, dtype=np.float64)
+    numbers: list[float] = array.tolist() if array.ndim == 1 else []
+    if not numbers or count not in (None, len(numbers)) or not all(map(math.isfinite, numbers)):
         wanted = "some" if count is None else str(count)
         raise InputError(f"{what}: {wanted} finite numbers are needed")
-    return array
+    return numbers
