@@ -1,5 +1,6 @@
 """The page on robots says what is so: its files load, its code runs, and what is shipped stands in it."""
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 
 from tests.engine.robots.test_robot import SHIPPED
 from tests.engine.robots.test_tools import SHIPPED as TOOLS
-from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.robots import RobotModel, SnakeModel, Tool
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "robots.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
@@ -49,6 +50,21 @@ def test_the_python_of_the_page_runs(capsys: pytest.CaptureFixture[str]) -> None
     printed = capsys.readouterr().out
     assert "(6, 6)" in printed
     assert "tool roll" in printed
+
+
+def test_the_snake_of_the_page_is_one(capsys: pytest.CaptureFixture[str]) -> None:
+    exec(compile(blocks("python")[1], "robots.md", "exec"), {})
+    printed = capsys.readouterr().out
+    assert "(6, 4, 4)" in printed
+    assert "(3, 10) (500, 3)" in printed
+    assert "mass of a link: 0.015 kg" in printed
+
+
+def test_every_argument_of_a_snake_is_told_with_its_default() -> None:
+    words = {"links": "", "q_max": "45°", "sphere_radius_mm": "as the cylinder"}
+    for argument in dataclasses.fields(SnakeModel):
+        default = words.get(argument.name) if argument.name in words else f"{argument.default:g}"
+        assert f"| `{argument.name}` | {default}".rstrip() in PAGE
 
 
 def test_everything_that_is_shipped_is_told() -> None:

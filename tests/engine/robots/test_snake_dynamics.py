@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from vfix_engine.errors import RobotError
 from vfix_engine.robots import SnakeModel
-from vfix_engine.robots.snake_dynamics import GRAVITY, Drift, SnakeDynamics, accelerated, gravity_in
+from vfix_engine.robots.snake_dynamics import GRAVITY, TORQUE_LIMIT, Drift, SnakeDynamics, accelerated, gravity_in
 
 Array = np.ndarray
 GRAVITIES = [(0.0, 0.0, -GRAVITY), (3.0, -8.0, 4.0)]
@@ -33,7 +33,7 @@ def test_the_model_stands_where_the_snake_does(links: int) -> None:
             np.testing.assert_allclose(frame[:3, :3], place.rotation, rtol=0.0, atol=1e-12)
     assert np.allclose(model.upperPositionLimit, snake.q_max)
     assert np.allclose(model.effortLimit, 0.0756)
-    assert sum(body.mass for body in model.inertias) == pytest.approx(0.030 * links)
+    assert sum(body.mass for body in model.inertias) == pytest.approx(snake.mass_kg * links)
 
 
 def energies(snake: SnakeModel, q: Array, velocity: Array, gravity: Array) -> tuple[float, float]:
@@ -113,9 +113,11 @@ def test_an_upright_snake_needs_no_torque_and_one_that_lies_its_weight() -> None
     # About x: link i's weight half a link beyond its joint, and all those ahead of it. Weight pulls to −y, a positive
     # angle takes the tip to −y, so the torque that holds it is negative.
     for link in range(5):
-        ahead = sum(0.030 * GRAVITY * 0.028 * (k - link + 0.5) for k in range(link, 5))
+        ahead = sum(0.015 * GRAVITY * 0.028 * (k - link + 0.5) for k in range(link, 5))
         assert lying[2 * link] == pytest.approx(-ahead, rel=1e-12)
     np.testing.assert_allclose(lying[1::2], 0.0, atol=1e-18)
+    assert np.abs(lying).max() == pytest.approx(0.0515, abs=5e-5)  # N·m, and motors of Table II hold it
+    assert np.abs(lying).max() < TORQUE_LIMIT
 
 
 def test_gravity_turns_with_the_base() -> None:
