@@ -1,6 +1,9 @@
 """Deviation of a snake's links from a pathway, compiled: Kwok 2013, eq. 8-9, for loops that make thousands of queries.
 
-Nothing here makes an array. A vertex whose place is no number deviates infinitely.
+Each vertex is measured to the last bit of ``section.py`` or shown to be of no account: d_l of eq. 9 is the largest of
+the smallest, so a ball of vertices that cannot deviate more than one vertex does is left out whole, and a segment
+that is farther than another one has been found is not asked. Nothing here makes an array.
+A vertex whose place is no number deviates infinitely.
 """
 
 from __future__ import annotations
@@ -10,6 +13,19 @@ from numpy.typing import NDArray
 
 from ..geometry.compiled import borrowing, compiled
 from .query_blocks import VertexBlocks, vertex_blocks
+from .query_lanes import (
+    AT,
+    FRAME,
+    GAP,
+    LEVEL,
+    STEP,
+    lower_gaps,
+    lower_polar_gaps,
+    most,
+    put_places,
+    raise_bounds,
+    raise_ends,
+)
 from .section import section_distance
 
 __all__ = ["VertexBlocks", "deviations_batch", "link_deviations", "vertex_blocks", "within_bounds"]
@@ -17,29 +33,200 @@ __all__ = ["VertexBlocks", "deviations_batch", "link_deviations", "vertex_blocks
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-
-@borrowing
-def point_deviation(
-    x: float, y: float, z: float, rows: Array, polar: Array, first: int, last: int
-) -> tuple[float, int]:
-    """δ_i of eq. 8 of one point over the segments ``first`` … ``last`` - 1, and the segment that has it."""
-    least, where = np.inf, first
-    for j in range(first, last):
-        signed = section_distance(x, y, z, rows, polar, j)[0]
-        gap = 0.0 if signed <= 0.0 else signed
-        if gap < least:
-            least, where = gap, j
-    return least, where
+_FARTHEST = 1e100  # [mm] beyond it squares overflow; such a place is no place
 
 
 @borrowing
-def place(frames: Array, link: int, lanes: Array, block: int, lane: int) -> tuple[float, float, float]:
-    """A block's point in the patient frame."""
-    a, b, c = lanes[block, lane], lanes[block, 16 + lane], lanes[block, 32 + lane]
-    x = frames[link, 0, 0] * a + frames[link, 0, 1] * b + frames[link, 0, 2] * c + frames[link, 0, 3]
-    y = frames[link, 1, 0] * a + frames[link, 1, 1] * b + frames[link, 1, 2] * c + frames[link, 1, 3]
-    z = frames[link, 2, 0] * a + frames[link, 2, 1] * b + frames[link, 2, 2] * c + frames[link, 2, 3]
-    return x, y, z
+def ahead(rows: Array, j: int, end: int, x: float, y: float, z: float) -> float:
+    """How far a point in mm lies beyond the plane of the first (0) or last (1) contour of segment ``j``."""
+    return (
+        (x - rows[j, 3 * end]) * rows[j, 6 + 3 * end]
+        + (y - rows[j, 3 * end + 1]) * rows[j, 7 + 3 * end]
+        + (z - rows[j, 3 * end + 2]) * rows[j, 8 + 3 * end]
+    )
+
+
+@borrowing
+def span(
+    rows: Array, x: float, y: float, z: float, radius: float, near: int, first: int, last: int
+) -> tuple[int, int, int]:
+    """The segment that a ball's centre lies in, walking from ``near``, and the first and last that the ball may be in.
+
+    All of the ball is ahead of the first one's first plane and before the last one's last plane, or these are the
+    window's ends: so every point of it is between the planes of one of them.
+    """
+    j = min(max(near, first), last - 1)
+    while j + 1 < last and ahead(rows, j, 1, x, y, z) > 0.0:
+        j += 1
+    while j > first and ahead(rows, j, 0, x, y, z) < 0.0:
+        j -= 1
+    low, high = j, j
+    while low > first and ahead(rows, low, 0, x, y, z) < radius:
+        low -= 1
+    while high + 1 < last and ahead(rows, high, 1, x, y, z) > -radius:
+        high += 1
+    return j, low, high
+
+
+@borrowing
+def enter(rows: Array, ball: Array, node: int, near: int, first: int, last: int, work: Array, level: int) -> None:
+    """Bound what the 16 children of a node may deviate; kept in ``work`` with the node and its segment."""
+    at = LEVEL + STEP * level
+    a, b, c = ball[node, 80], ball[node, 81], ball[node, 82]
+    x = work[FRAME] * a + work[FRAME + 1] * b + work[FRAME + 2] * c + work[FRAME + 3]
+    y = work[FRAME + 4] * a + work[FRAME + 5] * b + work[FRAME + 6] * c + work[FRAME + 7]
+    z = work[FRAME + 8] * a + work[FRAME + 9] * b + work[FRAME + 10] * c + work[FRAME + 11]
+    j, low, high = span(rows, x, y, z, ball[node, 83], near, first, last)
+    put_places(ball, node, work)
+    for k in range(at, at + 16):
+        work[k] = 0.0
+    for i in range(low, high + 1):
+        raise_bounds(ball, node, rows, i, work, at)
+    if low == first and ahead(rows, first, 0, x, y, z) < ball[node, 83]:
+        raise_ends(ball, node, rows, first, 0, work, at)
+    if high + 1 == last and ahead(rows, last - 1, 1, x, y, z) > -ball[node, 83]:
+        raise_ends(ball, node, rows, last - 1, 1, work, at)
+    work[at + 16], work[at + 17] = float(node), float(j)
+
+
+@borrowing
+def lower(rows: Array, polar: Array, j: int, work: Array) -> None:
+    if polar.shape[1] == 1:
+        lower_gaps(rows, j, work)
+    else:
+        lower_polar_gaps(rows, polar, j, work)
+
+
+@borrowing
+def measure(
+    rows: Array, polar: Array, lanes: Array, block: int, near: int, first: int, last: int, least: float, work: Array
+) -> float:
+    """The largest δ_i of eq. 8 of a block's vertices in mm; where it is over ``least``, ``work`` has all of them."""
+    a, b, c, radius = lanes[block, 48], lanes[block, 49], lanes[block, 50], lanes[block, 51]
+    x = work[FRAME] * a + work[FRAME + 1] * b + work[FRAME + 2] * c + work[FRAME + 3]
+    y = work[FRAME + 4] * a + work[FRAME + 5] * b + work[FRAME + 6] * c + work[FRAME + 7]
+    z = work[FRAME + 8] * a + work[FRAME + 9] * b + work[FRAME + 10] * c + work[FRAME + 11]
+    _, low, high = span(rows, x, y, z, radius, near, first, last)
+    put_places(lanes, block, work)
+    for k in range(16):
+        work[GAP + k], work[AT + k] = np.inf, float(first)
+    for j in range(low, high + 1):
+        lower(rows, polar, j, work)
+    far = np.sqrt(most(work, GAP))
+    j = first
+    while far > least and j < last:
+        if j == low:
+            j = high + 1
+            continue
+        u, v, w = rows[j, 14] - x, rows[j, 15] - y, rows[j, 16] - z
+        reach = far + rows[j, 17] + radius
+        if u * u + v * v + w * w < reach * reach:
+            lower(rows, polar, j, work)
+            far = np.sqrt(most(work, GAP))
+        j += 1
+    return far
+
+
+@borrowing
+def deepest(
+    rows: Array,
+    polar: Array,
+    lanes: Array,
+    ball: Array,
+    link: int,
+    near: int,
+    first: int,
+    last: int,
+    least: float,
+    once: bool,
+    work: Array,
+) -> tuple[float, int, int, int]:
+    """The largest δ_i of a link that is over ``least``, its block, lane and segment; block -1 where none is.
+
+    With ``once`` any one that is over. Nodes and blocks are taken in the order of what they may deviate.
+    """
+    block, lane, segment = -1, 0, near
+    level = 0
+    enter(rows, ball, link, near, first, last, work, 0)
+    while level >= 0:
+        at = LEVEL + STEP * level
+        bound = most(work, at)
+        if not bound > least:
+            level -= 1
+            continue
+        k = 0
+        while work[at + k] < bound:
+            k += 1
+        work[at + k] = 0.0
+        child, j = int(ball[int(work[at + 16]), 64 + k]), int(work[at + 17])
+        if child >= 0:
+            level += 1
+            enter(rows, ball, child, j, first, last, work, level)
+            continue
+        far = measure(rows, polar, lanes, -1 - child, j, first, last, least, work)
+        if far > least:
+            least, block, lane = far, -1 - child, 0
+            squared = most(work, GAP)
+            while work[GAP + lane] < squared:
+                lane += 1
+            segment = int(work[AT + lane])
+            if once:
+                break
+    return least, block, lane, segment
+
+
+@borrowing
+def take_frame(frames: Array, row: int, work: Array) -> bool:
+    """A frame into ``work``; whether it is of numbers."""
+    size = 0.0
+    for i in range(3):
+        for k in range(4):
+            work[FRAME + 4 * i + k] = frames[row, i, k]
+            size += abs(frames[row, i, k])
+    return size < _FARTHEST
+
+
+@borrowing
+def pose_deviations(
+    rows: Array,
+    polar: Array,
+    window: Index,
+    frames: Array,
+    lanes: Array,
+    ball: Array,
+    start: Index,
+    index: Index,
+    depth: Array,
+    vertex: Index,
+    segment: Index,
+    work: Array,
+    row: int,
+) -> None:
+    """``link_deviations`` of the pose whose links are ``frames[row]`` and on; the same of what is filled."""
+    near = (window[0, 0] + window[0, 1]) // 2
+    for link in range(len(start) - 1):
+        first, last = window[link, 0], window[link, 1]
+        gap, block, lane, j = np.inf, start[link], 0, first
+        if take_frame(frames, row + link, work):
+            gap, block, lane, j = deepest(rows, polar, lanes, ball, link, near, first, last, 0.0, False, work)
+            if block < 0:  # all of it is inside
+                block, lane = start[link], 0
+                j = containing(rows, polar, lanes, block, near, first, last, work)
+            near = j
+        depth[row + link], vertex[row + link], segment[row + link] = gap, index[block, lane], j
+
+
+@borrowing
+def containing(
+    rows: Array, polar: Array, lanes: Array, block: int, near: int, first: int, last: int, work: Array
+) -> int:
+    """A segment that the first vertex of a block is inside of, which is inside of one."""
+    put_places(lanes, block, work)
+    x, y, z = work[0], work[16], work[32]
+    _, low, high = span(rows, x, y, z, 1e-6, near, first, last)
+    while low < high and section_distance(x, y, z, rows, polar, low)[0] > 0.0:
+        low += 1
+    return low
 
 
 @compiled
@@ -63,15 +250,7 @@ def link_deviations(
     window[l, 0] … window[l, 1] - 1; at least one, which is not checked. ``frames`` (L, 3, 4): links in the patient
     frame, [R | p] in mm. ``lanes``, ``ball``, ``start``, ``index``: of ``VertexBlocks``. ``work`` (256,): scratch.
     """
-    for link in range(len(start) - 1):
-        deepest, culprit, at = -1.0, index[start[link], 0], window[link, 0]
-        for block in range(start[link], start[link + 1]):
-            for lane in range(16):
-                x, y, z = place(frames, link, lanes, block, lane)
-                gap, j = point_deviation(x, y, z, rows, polar, window[link, 0], window[link, 1])
-                if gap > deepest:
-                    deepest, culprit, at = gap, index[block, lane], j
-        depth[link], vertex[link], segment[link] = deepest, culprit, at
+    pose_deviations(rows, polar, window, frames, lanes, ball, start, index, depth, vertex, segment, work, 0)
 
 
 @compiled
@@ -90,10 +269,10 @@ def deviations_batch(
     work: Array,
 ) -> None:
     """``link_deviations`` of K poses: ``frames`` (K, L, 3, 4); ``depth``, ``vertex`` and ``segment`` are (K, L)."""
-    for k in range(len(frames)):
-        link_deviations(
-            rows, polar, window, frames[k], lanes, ball, start, index, depth[k], vertex[k], segment[k], work
-        )
+    poses, links = frames.shape[0], frames.shape[1]
+    flat, d, v, s = frames.reshape(poses * links, 3, 4), depth.reshape(-1), vertex.reshape(-1), segment.reshape(-1)
+    for k in range(poses):
+        pose_deviations(rows, polar, window, flat, lanes, ball, start, index, d, v, s, work, k * links)
 
 
 @compiled
@@ -108,14 +287,19 @@ def within_bounds(
     bound: Array,
     work: Array,
 ) -> bool:
-    """Whether no vertex of link l deviates by more than ``bound`` (L,) in mm: d_l ≤ b_l of eq. 17 for every link."""
-    for link in range(len(start) - 1):
-        for block in range(start[link], start[link + 1]):
-            for lane in range(16):
-                x, y, z = place(frames, link, lanes, block, lane)
-                gap, _ = point_deviation(x, y, z, rows, polar, window[link, 0], window[link, 1])
-                if not gap <= bound[link]:
-                    return False
+    """Whether no vertex of link l deviates by more than ``bound`` (L,) in mm: d_l ≤ b_l of eq. 17 for every link.
+
+    The last link is asked first: it moves the farthest.
+    """
+    links = len(start) - 1
+    near = (window[links - 1, 0] + window[links - 1, 1]) // 2
+    for link in range(links - 1, -1, -1):
+        if not (bound[link] >= 0.0 and take_frame(frames, link, work)):
+            return False
+        first, last, limit = window[link, 0], window[link, 1], bound[link]
+        _, block, _, near = deepest(rows, polar, lanes, ball, link, near, first, last, limit, True, work)
+        if block >= 0:
+            return False
     return True
 
 
@@ -134,18 +318,24 @@ def every_deviation(
     work: Array,
 ) -> None:
     """δ_i of eq. 8 of every vertex: ``gap`` (V,) in mm and the ``segment`` (V,) that has it; one pose."""
+    near = (window[0, 0] + window[0, 1]) // 2
     for link in range(len(start) - 1):
+        known = take_frame(frames, link, work)
         for block in range(start[link], start[link + 1]):
+            measure(rows, polar, lanes, block, near, window[link, 0], window[link, 1], 0.0, work)
             for lane in range(16):
-                x, y, z = place(frames, link, lanes, block, lane)
                 i = index[block, lane]
-                gap[i], segment[i] = point_deviation(x, y, z, rows, polar, window[link, 0], window[link, 1])
+                gap[i], segment[i] = np.sqrt(work[GAP + lane]) if known else np.inf, int(work[AT + lane])
 
 
 @compiled
 def points_deviation(
     rows: Array, polar: Array, first: int, last: int, points: Array, gap: Array, segment: Index
 ) -> None:
-    """``point_deviation`` of points (n, 3): ``gap`` (n,), ``segment`` (n,)."""
+    """δ_i of eq. 8 of points (n, 3), segment by segment: ``gap`` (n,) in mm, ``segment`` (n,)."""
     for i in range(len(points)):
-        gap[i], segment[i] = point_deviation(points[i, 0], points[i, 1], points[i, 2], rows, polar, first, last)
+        gap[i], segment[i] = np.inf, first
+        for j in range(first, last):
+            signed = section_distance(points[i, 0], points[i, 1], points[i, 2], rows, polar, j)[0]
+            if max(signed, 0.0) < gap[i]:
+                gap[i], segment[i] = max(signed, 0.0), j
