@@ -2,6 +2,7 @@
 
 A robot file names its joints in order, each with axis, range, speed and the source of those numbers.
 A placed robot has its base somewhere in the patient frame: its kinematics and Jacobian are in LPS mm.
+A snake of universal joints has no file: it is made from the number of its links.
 """
 
 from .model import Joint, Mount, RobotModel, Visual
