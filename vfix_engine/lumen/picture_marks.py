@@ -1,0 +1,120 @@
+"""Lines and words on pictures of a lumen, through OpenCV; colours are red, green, blue in 0 … 255."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import packed as column
+from .camera_view import Picture, View
+from .packed import PackedPathway
+
+Array = NDArray[np.float64]
+Colour = tuple[int, int, int]
+
+INK: Colour = (40, 44, 52)
+RIM: Colour = (0, 128, 140)
+MARK: Colour = (176, 20, 110)
+PAPER: Colour = (255, 255, 255)
+
+_ROUND = 48  # corners of a drawn circle
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+_FINE = 4  # OpenCV draws between pixels with this many binary places
+_FAR = 20_000  # [px] ends of lines beyond that are left away
+
+
+def rims(packed: PackedPathway) -> tuple[Array, Array]:
+    """Centres (C, 3) of a pathway's contours and their rims (C, n, 3), closed, in mm."""
+    rows, polar = packed.rows, packed.polar
+    parts = [
+        (column.START, column.END),
+        (column.START_FIRST, column.END_FIRST),
+        (column.START_SECOND, column.END_SECOND),
+    ]
+    centre, first, second = (
+        np.concatenate([rows[:, start : start + 3], rows[-1:, end : end + 3]]) for start, end in parts
+    )
+    angles = polar.shape[1] if polar.shape[1] > 1 else _ROUND
+    turn = np.linspace(0.0, 2.0 * np.pi, angles + 1)
+    radius = np.broadcast_to(polar, (len(polar), angles))[:, np.arange(angles + 1) % angles, None]
+    around = np.cos(turn)[None, :, None] * first[:, None] + np.sin(turn)[None, :, None] * second[:, None]
+    return centre, centre[:, None] + radius * around
+
+
+def draw_line(
+    picture: Picture, view: View, points: ArrayLike, colour: Colour, hidden_by: Array | None = None, width: int = 1
+) -> None:
+    """A line through points (n, 3) mm; left away where something nearer, ``hidden_by`` (H, W) mm, covers it."""
+    pixels, distance = view.project(points)
+    kept: NDArray[np.bool_] = np.asarray((np.abs(pixels) < _FAR).all(axis=1))  # not where it is NaN either
+    if hidden_by is not None:
+        size = np.array([view.width, view.height])
+        x, y = np.clip(np.nan_to_num(pixels), 0, size - 1).astype(np.int64).T
+        kept = kept & ~(hidden_by[y, x] < distance - 1.0)
+    fixed = np.rint(np.nan_to_num(pixels, posinf=0.0, neginf=0.0).clip(-_FAR, _FAR) * 2**_FINE).astype(np.int32)
+    for k in np.flatnonzero(kept[:-1] & kept[1:]):
+        ends = [tuple(int(v) for v in fixed[i]) for i in (k, k + 1)]
+        cv2.line(picture, ends[0], ends[1], colour, width, cv2.LINE_AA, _FINE)
+
+
+def draw_mark(picture: Picture, view: View, place: ArrayLike, name: str, large: bool = False) -> None:
+    """A ring about a place (3,) and its name beside it, inside the picture."""
+    pixels, _ = view.project(np.asarray(place, dtype=np.float64)[None])
+    if not np.isfinite(pixels).all() or (np.abs(pixels) > _FAR).any():
+        return
+    x, y = (round(float(v)) for v in pixels[0])
+    radius = 9 if large else 4
+    cv2.circle(picture, (x, y), radius, PAPER, 4, cv2.LINE_AA)
+    cv2.circle(picture, (x, y), radius, MARK, 2 if large else -1, cv2.LINE_AA)
+    scale = 0.6 if large else 0.45
+    wide = text_width(name, scale, large)
+    left = x + radius + 6 if x + radius + 6 + wide < view.width else x - radius - 6 - wide
+    write(picture, name, (max(left, 4), min(max(y + 5, 16), view.height - 6)), scale, MARK, bold=large, halo=True)
+
+
+def text_width(text: str, scale: float, bold: bool = False) -> int:
+    """Width in pixels of a text."""
+    return int(cv2.getTextSize(text, _FONT, scale, 2 if bold else 1)[0][0])
+
+
+def write(
+    picture: Picture,
+    text: str,
+    at: tuple[int, int],
+    scale: float = 0.5,
+    colour: Colour = INK,
+    bold: bool = False,
+    halo: bool = False,
+) -> None:
+    """A text with its lower left corner at (x, y); with a halo it can be read on anything."""
+    weight = 2 if bold else 1
+    if halo:
+        cv2.putText(picture, text, at, _FONT, scale, PAPER, weight + 3, cv2.LINE_AA)
+    cv2.putText(picture, text, at, _FONT, scale, colour, weight, cv2.LINE_AA)
+
+
+def draw_compass(picture: Picture, view: View) -> None:
+    """Where head, the patient's left and the back lie, in the lower left corner; short where they point at the eye."""
+    turned = view.transform_camera_to_patient[:3, :3]
+    foot = np.array([54.0, view.height - 54.0])
+    # In LPS x runs to the left, y to the back and z to the head.
+    for name, axis in (("head", (0.0, 0.0, 1.0)), ("left", (1.0, 0.0, 0.0)), ("back", (0.0, 1.0, 0.0))):
+        along = (np.array(axis) @ turned)[:2]
+        if np.linalg.norm(along) < 0.3:
+            continue
+        tip = foot + 34.0 * along
+        ends = [(round(float(p[0])), round(float(p[1]))) for p in (foot, tip)]
+        cv2.arrowedLine(picture, ends[0], ends[1], INK, 1, cv2.LINE_AA, tipLength=0.25)
+        beyond = tip + 10.0 * along / np.linalg.norm(along)
+        at = round(float(beyond[0])) - text_width(name, 0.4) // 2, round(float(beyond[1])) + 4
+        write(picture, name, at, 0.4, halo=True)
+
+
+def draw_scale(picture: Picture, view: View, distance: float, length_mm: float) -> None:
+    """A bar as long as ``length_mm`` at a distance from the eye, in the lower right corner."""
+    pixels = round(view.focal * length_mm / distance)
+    right, foot = view.width - 20, view.height - 20
+    cv2.line(picture, (right - pixels, foot), (right, foot), INK, 2, cv2.LINE_AA)
+    text = f"{length_mm:g} mm"
+    write(picture, text, (right - (pixels + text_width(text, 0.45)) // 2, foot - 8), 0.45, halo=True)
