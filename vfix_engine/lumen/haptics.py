@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..robots.snake import JOINT_SPEED, JOINT_TORQUE
 
 Array = NDArray[np.float64]
 
@@ -32,8 +33,8 @@ class HapticSettings:
             and thresholds of different number.
     """
 
-    tau_max: float = 0.0756
-    speed_max: float = math.radians(36.0)
+    tau_max: float = JOINT_TORQUE
+    speed_max: float = JOINT_SPEED
     f_b_max: float = 0.88
     f_i_max: float = 3.30
     c_b: float = 1e-3

@@ -17,6 +17,7 @@ from .snake_surface import LinkVertices, link_vertices
 Array = NDArray[np.float64]
 
 JOINT_SPEED = math.radians(36.0)  # [rad/s] Kwok 2013, Table II
+JOINT_TORQUE = 0.0756  # [N·m] Kwok 2013, Table II
 MOST_LINKS = 1000  # more is a slip of the pen
 _STOP_S = 0.05  # [s] assumed: from top speed to a stop
 _GREY = (170, 175, 180)

@@ -14,12 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
 from .description import check_transform
-from .snake import JOINT_SPEED, SnakeModel
+from .snake import JOINT_SPEED, JOINT_TORQUE, SnakeModel
 
 Array = NDArray[np.float64]
 
 GRAVITY = 9.80665  # [m/s²]
-TORQUE_LIMIT = 0.0756  # [N·m] Kwok 2013, Table II
 _MM = 1e-3  # [m]
 
 
@@ -39,7 +38,7 @@ class SnakeDynamics:
         solid = pin.Inertia.FromCylinder(snake.mass_kg, snake.radius_mm * _MM, length)
         middle, end = (pin.SE3(np.eye(3), np.array([0.0, 0.0, z])) for z in (0.5 * length, length))
         most = np.array([snake.q_max])
-        limits = (np.array([TORQUE_LIMIT]), np.array([JOINT_SPEED]), -most, most)
+        limits = (np.array([JOINT_TORQUE]), np.array([JOINT_SPEED]), -most, most)
         model = pin.Model()
         model.name = f"snake_{snake.links}"
         model.addFrame(pin.Frame("base", 0, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))

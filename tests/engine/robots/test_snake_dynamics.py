@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from vfix_engine.errors import RobotError
 from vfix_engine.robots import SnakeModel
-from vfix_engine.robots.snake_dynamics import GRAVITY, TORQUE_LIMIT, Drift, SnakeDynamics, accelerated, gravity_in
+from vfix_engine.robots.snake import JOINT_TORQUE
+from vfix_engine.robots.snake_dynamics import GRAVITY, Drift, SnakeDynamics, accelerated, gravity_in
 
 Array = np.ndarray
 GRAVITIES = [(0.0, 0.0, -GRAVITY), (3.0, -8.0, 4.0)]
@@ -117,7 +118,7 @@ def test_an_upright_snake_needs_no_torque_and_one_that_lies_its_weight() -> None
         assert lying[2 * link] == pytest.approx(-ahead, rel=1e-12)
     np.testing.assert_allclose(lying[1::2], 0.0, atol=1e-18)
     assert np.abs(lying).max() == pytest.approx(0.0515, abs=5e-5)  # N·m, and motors of Table II hold it
-    assert np.abs(lying).max() < TORQUE_LIMIT
+    assert np.abs(lying).max() < JOINT_TORQUE
 
 
 def test_gravity_turns_with_the_base() -> None:
