@@ -1,4 +1,7 @@
-"""A snake's vertices in compact patches of 16 under a tree of balls, as the compiled query reads them."""
+"""A snake's vertices in compact patches of 16 under a tree of plates, as the compiled query reads them.
+
+A plate holds points in a ball and between two planes through it: a patch of a surface is much thinner than wide.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ Index = NDArray[np.int64]
 
 LANES = 16
 BLOCK = 52  # numbers in a block: x of its 16 points, y, z; centre and radius of a ball about them
-NODE = 84  # numbers in a node: x of its 16 children's balls, y, z, radius, which they are; a ball about them all
+# Numbers in a node: x of its 16 children's plates, y, z, radius, the normal's x, y, z, half the thickness and which
+# they are; then a ball about them all.
+NODE = 148
+RADIUS, NORMAL, THICKNESS, CHILD, WHOLE = 48, 64, 112, 128, 144
 
 _GROWN = 1e-10  # [mm] of every ball: more than all roundings of what is concluded from it
 
@@ -28,8 +34,8 @@ class VertexBlocks(NamedTuple):
     lanes: Array
     """(B, 52): x of the 16, y, z, then a ball about them. A block that has fewer repeats some of them."""
     ball: Array
-    """(N, 84): nodes of 16 balls; the first L are the links' roots. A child ≥ 0 is a node, any other the block
-    -1 - child. Lanes without a child have the radius -inf."""
+    """(N, 148): nodes of 16 plates; the first L are the links' roots. A child ≥ 0 is a node, any other the block
+    -1 - child. Lanes without a child are plates of no size, radius -inf, which are never entered."""
     start: Index
     """(L + 1,): link l has the blocks start[l] … start[l + 1] - 1."""
     index: Index  # type: ignore[assignment]  # tuple has a method of that name, which nobody calls here
@@ -37,11 +43,14 @@ class VertexBlocks(NamedTuple):
 
 
 class _Tree(NamedTuple):
-    """One link's vertices: rows of the patches (b, 16), children (n, 16) of the nodes and their balls (n, 4)."""
+    """One link's patches and nodes."""
 
     rows: Index
-    children: Index
+    """(b, 16) of the patches' points."""
     balls: Array
+    """(b, 4)."""
+    nodes: Array
+    """(n, NODE), the root first; children count from this tree's own."""
 
 
 def vertex_blocks(vertices: LinkVertices) -> VertexBlocks:
@@ -64,62 +73,63 @@ def vertex_blocks(vertices: LinkVertices) -> VertexBlocks:
         of_link.append(trees[key])
     start = np.concatenate([[0], np.cumsum([len(tree.rows) for tree in of_link])]).astype(np.int64)
     index = np.concatenate([tree.rows + first for tree, first in zip(of_link, vertices.start, strict=False)])
-    around = points[index]
-    lanes = np.concatenate([around.transpose(0, 2, 1).reshape(-1, 3 * LANES), _balls(around)], axis=1)
-    blocks = VertexBlocks(lanes, _nodes(of_link, lanes[:, 48:], start), start, index.astype(np.int64))
+    balls = np.concatenate([tree.balls for tree in of_link])
+    lanes = np.concatenate([points[index].transpose(0, 2, 1).reshape(-1, 3 * LANES), balls], axis=1)
+    blocks = VertexBlocks(lanes, _nodes(of_link, start), start, index.astype(np.int64))
     for array in blocks:
         array.setflags(write=False)
     return blocks
 
 
-def _nodes(trees: list[_Tree], balls: Array, start: Index) -> Array:
-    """Nodes of all links (N, 84), roots first; ``balls`` (B, 4) of the blocks."""
-    links = len(trees)
-    node_start = links + np.concatenate([[0], np.cumsum([len(tree.children) - 1 for tree in trees])])
-    nodes = np.zeros((int(node_start[-1]), NODE))
-    for link, tree in enumerate(trees):
-        place = np.concatenate([[link], np.arange(node_start[link], node_start[link + 1])])
-        for node, children in zip(place, tree.children, strict=True):
-            for lane, child in enumerate(children):
-                if child == 0:  # the root is nobody's child
-                    nodes[node, [lane, 16 + lane, 32 + lane]] = nodes[node, [0, 16, 32]]
-                    nodes[node, 48 + lane] = -np.inf
-                    continue
-                ball = tree.balls[child] if child > 0 else balls[start[link] - 1 - child]
-                nodes[node, [lane, 16 + lane, 32 + lane, 48 + lane]] = ball
-                nodes[node, 64 + lane] = place[child] if child > 0 else -1 - (start[link] - 1 - child)
-        nodes[place, 80:] = tree.balls
-    return nodes
+def _nodes(trees: list[_Tree], start: Index) -> Array:
+    """Nodes of all links, roots first, with the numbers that their children have among all."""
+    later = len(trees)
+    roots, others = [], []
+    for tree, first in zip(trees, start[:-1], strict=True):
+        nodes = tree.nodes.copy()
+        child = nodes[:, CHILD:WHOLE]
+        child[child > 0] += later - 1
+        child[child < 0] -= first
+        later += len(nodes) - 1
+        roots.append(nodes[:1])
+        others.append(nodes[1:])
+    return np.concatenate(roots + others)
 
 
 def _tree(points: Array) -> _Tree:
     """Patches and nodes over one link's points."""
     patches: list[Index] = []
-    children: list[list[int]] = []
     balls: list[Array] = []
+    nodes: list[Array] = []
 
     def add(index: Index) -> int:
-        """Number of the node over these rows, or -1 - number of the patch that they are."""
-        number = len(children)
-        children.append([])
-        balls.append(_balls(points[index][None])[0])
-        for part in _sixteen(points, index):
+        """Number of the node over these rows."""
+        node, number = np.zeros(NODE), len(nodes)
+        nodes.append(node)
+        node[WHOLE:] = _ball(points[index])
+        node[RADIUS:NORMAL] = -np.inf
+        for lane, part in enumerate(_sixteen(points, index)):
+            ball = _ball(points[part])
+            node[lane:CHILD:LANES] = _plate(points[part], ball[:3])
             if len(part) <= LANES:
                 patches.append(part)
-                children[number].append(-len(patches))
+                balls.append(ball)
+                node[CHILD + lane] = -len(patches)
             else:
-                children[number].append(add(part))
+                node[CHILD + lane] = add(part)
         return number
 
     add(np.arange(len(points)))
+    # The link's first vertex is to be the first of its first block: it is named where nothing deviates.
     one = next(k for k, patch in enumerate(patches) if 0 in patch)
-    patches[0], patches[one] = patches[one], patches[0]
-    patches[0] = np.sort(patches[0])
-    swapped = {-1: -1 - one, -1 - one: -1}
-    full = np.zeros((len(children), LANES), dtype=np.int64)
-    for row, own in zip(full, children, strict=True):
-        row[: len(own)] = [swapped.get(child, child) for child in own]
-    return _Tree(np.array([np.resize(patch, LANES) for patch in patches]), full, np.array(balls))
+    patches[0], patches[one] = np.sort(patches[one]), patches[0]
+    balls[0], balls[one] = balls[one], balls[0]
+    for node in nodes:
+        child = node[CHILD:WHOLE]
+        at, other = child == -1.0, child == -1.0 - one
+        child[at], child[other] = -1.0 - one, -1.0
+    rows = np.array([np.resize(patch, LANES) for patch in patches])
+    return _Tree(rows, np.array(balls), np.array(nodes))
 
 
 def _sixteen(points: Array, index: Index) -> list[Index]:
@@ -139,16 +149,26 @@ def _halves(points: Array, index: Index) -> list[Index]:
     return [ordered[:half], ordered[half:]]
 
 
-def _balls(points: Array) -> Array:
-    """Balls (n, 4) about sets of points (n, m, 3): from the middle of their box towards the farthest, ever less."""
-    centre = 0.5 * (points.min(axis=1) + points.max(axis=1))
-    best, least = centre, np.full(len(points), np.inf)
-    rows = np.arange(len(points))
-    for k in range(1, 40):  # Bădoiu & Clarkson 2003, "Smaller core-sets for balls", SODA
-        away = np.linalg.norm(points - centre[:, None], axis=2)
-        farthest = away.argmax(axis=1)
-        radius = away[rows, farthest]
-        best = np.where((radius < least)[:, None], centre, best)
-        least = np.minimum(least, radius)
-        centre = centre + (points[rows, farthest] - centre) / (k + 1)
-    return np.concatenate([best, (least + _GROWN)[:, None]], axis=1)
+def _ball(points: Array) -> Array:
+    """Centre and radius (4,) of a ball about points: from the middle of their box towards the farthest, ever less."""
+    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    best, least = centre, np.inf
+    for k in range(1, 25):  # Bădoiu & Clarkson 2003, "Smaller core-sets for balls", SODA
+        away = points - centre
+        squared = np.einsum("ij,ij->i", away, away)
+        farthest = int(squared.argmax())
+        if squared[farthest] < least:
+            best, least = centre, float(squared[farthest])
+        centre = centre + away[farthest] / (k + 1)
+    return np.append(best, np.sqrt(least) + _GROWN)
+
+
+def _plate(points: Array, centre: Array) -> Array:
+    """Centre, radius, normal and half the thickness (8,) of a plate about points that lie about ``centre``."""
+    away = points - centre
+    normal = np.linalg.eigh(away.T @ away - len(points) * np.outer(away.mean(axis=0), away.mean(axis=0)))[1][:, 0]
+    height = away @ normal
+    middle = 0.5 * (height.min() + height.max())
+    radius = np.linalg.norm(away - middle * normal, axis=1).max()
+    thickness = 0.5 * (height.max() - height.min())
+    return np.concatenate([centre + middle * normal, [radius + _GROWN], normal, [thickness + _GROWN]])

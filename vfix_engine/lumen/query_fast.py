@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.compiled import borrowing, compiled
-from .query_blocks import VertexBlocks, vertex_blocks
+from .query_blocks import CHILD, WHOLE, VertexBlocks, vertex_blocks
 from .query_lanes import (
     AT,
     FRAME,
@@ -22,6 +22,7 @@ from .query_lanes import (
     lower_gaps,
     lower_polar_gaps,
     most,
+    put_normals,
     put_places,
     raise_bounds,
     raise_ends,
@@ -39,11 +40,12 @@ _FARTHEST = 1e100  # [mm] beyond it squares overflow; such a place is no place
 @borrowing
 def ahead(rows: Array, j: int, end: int, x: float, y: float, z: float) -> float:
     """How far a point in mm lies beyond the plane of the first (0) or last (1) contour of segment ``j``."""
-    return (
+    far: float = (
         (x - rows[j, 3 * end]) * rows[j, 6 + 3 * end]
         + (y - rows[j, 3 * end + 1]) * rows[j, 7 + 3 * end]
         + (z - rows[j, 3 * end + 2]) * rows[j, 8 + 3 * end]
     )
+    return far
 
 
 @borrowing
@@ -72,19 +74,20 @@ def span(
 def enter(rows: Array, ball: Array, node: int, near: int, first: int, last: int, work: Array, level: int) -> None:
     """Bound what the 16 children of a node may deviate; kept in ``work`` with the node and its segment."""
     at = LEVEL + STEP * level
-    a, b, c = ball[node, 80], ball[node, 81], ball[node, 82]
+    a, b, c = ball[node, WHOLE], ball[node, WHOLE + 1], ball[node, WHOLE + 2]
     x = work[FRAME] * a + work[FRAME + 1] * b + work[FRAME + 2] * c + work[FRAME + 3]
     y = work[FRAME + 4] * a + work[FRAME + 5] * b + work[FRAME + 6] * c + work[FRAME + 7]
     z = work[FRAME + 8] * a + work[FRAME + 9] * b + work[FRAME + 10] * c + work[FRAME + 11]
-    j, low, high = span(rows, x, y, z, ball[node, 83], near, first, last)
+    j, low, high = span(rows, x, y, z, ball[node, WHOLE + 3], near, first, last)
     put_places(ball, node, work)
+    put_normals(ball, node, work)
     for k in range(at, at + 16):
         work[k] = 0.0
     for i in range(low, high + 1):
         raise_bounds(ball, node, rows, i, work, at)
-    if low == first and ahead(rows, first, 0, x, y, z) < ball[node, 83]:
+    if low == first and ahead(rows, first, 0, x, y, z) < ball[node, WHOLE + 3]:
         raise_ends(ball, node, rows, first, 0, work, at)
-    if high + 1 == last and ahead(rows, last - 1, 1, x, y, z) > -ball[node, 83]:
+    if high + 1 == last and ahead(rows, last - 1, 1, x, y, z) > -ball[node, WHOLE + 3]:
         raise_ends(ball, node, rows, last - 1, 1, work, at)
     work[at + 16], work[at + 17] = float(node), float(j)
 
@@ -112,7 +115,7 @@ def measure(
         work[GAP + k], work[AT + k] = np.inf, float(first)
     for j in range(low, high + 1):
         lower(rows, polar, j, work)
-    far = np.sqrt(most(work, GAP))
+    far: float = np.sqrt(most(work, GAP))
     j = first
     while far > least and j < last:
         if j == low:
@@ -125,6 +128,42 @@ def measure(
             far = np.sqrt(most(work, GAP))
         j += 1
     return far
+
+
+@borrowing
+def every_of_block(
+    rows: Array, polar: Array, lanes: Array, block: int, near: int, first: int, last: int, work: Array
+) -> int:
+    """δ_i in mm and segments of a block's vertices into ``work``; where it lies.
+
+    A ball that is below the lines of all segments it may be in is inside of them.
+    """
+    a, b, c, radius = lanes[block, 48], lanes[block, 49], lanes[block, 50], lanes[block, 51]
+    x = work[FRAME] * a + work[FRAME + 1] * b + work[FRAME + 2] * c + work[FRAME + 3]
+    y = work[FRAME + 4] * a + work[FRAME + 5] * b + work[FRAME + 6] * c + work[FRAME + 7]
+    z = work[FRAME + 8] * a + work[FRAME + 9] * b + work[FRAME + 10] * c + work[FRAME + 11]
+    j, low, high = span(rows, x, y, z, radius, near, first, last)
+    inside = ahead(rows, low, 0, x, y, z) >= radius and ahead(rows, high, 1, x, y, z) <= -radius
+    for i in range(low, high + 1):
+        px, py, pz = x - rows[i, 0], y - rows[i, 1], z - rows[i, 2]
+        t = px * rows[i, 19] + py * rows[i, 20] + pz * rows[i, 21]
+        h = np.sqrt(max(px * px + py * py + pz * pz - t * t, 0.0)) + 1e-6
+        inside = inside and h + radius * rows[i, 39] <= rows[i, 36] + rows[i, 37] * t
+    if not inside:
+        measure(rows, polar, lanes, block, j, first, last, 0.0, work)
+        for k in range(16):
+            work[GAP + k] = np.sqrt(work[GAP + k])
+        return j
+    for k in range(16):
+        work[GAP + k], work[AT + k] = 0.0, float(low)
+    if low < high:
+        put_places(lanes, block, work)
+        for k in range(16):
+            i = low
+            while i < high and ahead(rows, i, 1, work[k], work[16 + k], work[32 + k]) > 0.0:
+                i += 1
+            work[AT + k] = float(i)
+    return j
 
 
 @borrowing
@@ -158,7 +197,7 @@ def deepest(
         while work[at + k] < bound:
             k += 1
         work[at + k] = 0.0
-        child, j = int(ball[int(work[at + 16]), 64 + k]), int(work[at + 17])
+        child, j = int(ball[int(work[at + 16]), CHILD + k]), int(work[at + 17])
         if child >= 0:
             level += 1
             enter(rows, ball, child, j, first, last, work, level)
@@ -322,10 +361,10 @@ def every_deviation(
     for link in range(len(start) - 1):
         known = take_frame(frames, link, work)
         for block in range(start[link], start[link + 1]):
-            measure(rows, polar, lanes, block, near, window[link, 0], window[link, 1], 0.0, work)
+            near = every_of_block(rows, polar, lanes, block, near, window[link, 0], window[link, 1], work)
             for lane in range(16):
                 i = index[block, lane]
-                gap[i], segment[i] = np.sqrt(work[GAP + lane]) if known else np.inf, int(work[AT + lane])
+                gap[i], segment[i] = work[GAP + lane] if known else np.inf, int(work[AT + lane])
 
 
 @compiled

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.compiled import borrowing, vectorised
+from .query_blocks import NORMAL, RADIUS, THICKNESS
 from .section import AXIS, EDGE, section_distance
 
 Array = NDArray[np.float64]
@@ -17,8 +18,9 @@ Array = NDArray[np.float64]
 WORK = 256
 GAP = 48  # the least squared deviation so far of the 16
 AT = 64  # and the segment that has it
-FRAME = 80  # [R | p] row by row
-LEVEL = 92  # of each level of the tree: the children's bounds, the node, the segment it is at
+TURNED = 48  # in a node: the normals x, y, z of the 16
+FRAME = 96  # [R | p] row by row
+LEVEL = 108  # of each level of the tree: the children's bounds, the node, the segment it is at
 STEP = 18
 
 
@@ -36,21 +38,43 @@ def put_places(source: Array, row: int, work: Array) -> None:
 
 
 @vectorised
-def raise_bounds(ball: Array, node: int, rows: Array, j: int, work: Array, at: int) -> None:
-    """Raise the bounds of 16 balls by what they may deviate where they are between the planes of segment ``j``.
+def put_normals(ball: Array, node: int, work: Array) -> None:
+    """The normals of a node's 16 plates, turned by the link's frame."""
+    a, b, c = work[FRAME], work[FRAME + 1], work[FRAME + 2]
+    d, e, f = work[FRAME + 4], work[FRAME + 5], work[FRAME + 6]
+    g, h, i = work[FRAME + 8], work[FRAME + 9], work[FRAME + 10]
+    for k in range(16):
+        x, y, z = ball[node, NORMAL + k], ball[node, NORMAL + 16 + k], ball[node, NORMAL + 32 + k]
+        work[TURNED + k] = a * x + b * y + c * z
+        work[TURNED + 16 + k] = d * x + e * y + f * z
+        work[TURNED + 32 + k] = g * x + h * y + i * z
 
-    It is measured from the line below the wall (``inner_line.py``): δ_j ≤ factor · (h - ℓ(t)) in all of the ball.
+
+@vectorised
+def raise_bounds(ball: Array, node: int, rows: Array, j: int, work: Array, at: int) -> None:
+    """Raise the bounds of 16 plates by what they may deviate where they are between the planes of segment ``j``.
+
+    It is measured from the line below the wall (``inner_line.py``): δ_j ≤ factor · (h - ℓ(t)) in all of a plate.
+    With w the way from the axis to its centre and d from there to a point of it, h² ≤ w² + 2 w·d + d², |d| ≤ radius,
+    and w·d is no more than |w·n| · thickness + |w - (w·n) n| · radius.
     """
     ax, ay, az, bx, by, bz = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 3], rows[j, 4], rows[j, 5]
     mx, my, mz, nx, ny, nz = rows[j, 6], rows[j, 7], rows[j, 8], rows[j, 9], rows[j, 10], rows[j, 11]
     ex, ey, ez = rows[j, 19], rows[j, 20], rows[j, 21]
-    height, slope, factor, spread = rows[j, 36], rows[j, 37], rows[j, 38], rows[j, 39]
+    height, slope, factor = rows[j, 36], rows[j, 37], rows[j, 38]
+    steep = abs(slope)
+    at &= WORK - 1  # known not to be negative, so that the loop is turned into lanes
     for k in range(16):
-        x, y, z, radius = work[k], work[16 + k], work[32 + k], ball[node, 48 + k]
+        x, y, z = work[k], work[16 + k], work[32 + k]
+        radius, thickness = ball[node, RADIUS + k], ball[node, THICKNESS + k]
         px, py, pz = x - ax, y - ay, z - az
         t = px * ex + py * ey + pz * ez
         wx, wy, wz = px - t * ex, py - t * ey, pz - t * ez
-        above = np.sqrt(wx * wx + wy * wy + wz * wz) - (height + slope * t) + radius * spread
+        ww = wx * wx + wy * wy + wz * wz
+        out = wx * work[TURNED + k] + wy * work[TURNED + 16 + k] + wz * work[TURNED + 32 + k]
+        aside = ww - out * out
+        support = abs(out) * thickness + np.sqrt(aside if aside > 0.0 else 0.0) * radius
+        above = np.sqrt(ww + 2.0 * support + radius * radius) - (height + slope * t) + radius * steep
         before = px * mx + py * my + pz * mz + radius
         behind = (bx - x) * nx + (by - y) * ny + (bz - z) * nz + radius
         bound = factor * above if min(above, min(before, behind)) > 0.0 else 0.0
@@ -67,8 +91,9 @@ def raise_ends(ball: Array, node: int, rows: Array, j: int, end: int, work: Arra
     side = 1.0 - 2.0 * end
     mx, my, mz = side * rows[j, 6 + 3 * end], side * rows[j, 7 + 3 * end], side * rows[j, 8 + 3 * end]
     rim = rows[j, 12 + end]
+    at &= WORK - 1
     for k in range(16):
-        x, y, z, radius = work[k] - px, work[16 + k] - py, work[32 + k] - pz, ball[node, 48 + k]
+        x, y, z, radius = work[k] - px, work[16 + k] - py, work[32 + k] - pz, ball[node, RADIUS + k]
         far = np.sqrt(x * x + y * y + z * z) + radius + rim
         bound = far if x * mx + y * my + z * mz < radius else 0.0
         work[at + k] = max(work[at + k], bound)
@@ -127,8 +152,11 @@ def lower_polar_gaps(rows: Array, polar: Array, j: int, work: Array) -> None:
 
 @vectorised
 def most(work: Array, at: int) -> float:
-    """The largest of 16 numbers that are not negative: their bits have their order."""
-    largest = np.int64(0)
-    for k in range(16):
-        largest = max(largest, np.float64(work[at + k]).view(np.int64))
-    return np.int64(largest).view(np.float64)
+    """The largest of 16 numbers that are not negative."""
+    at &= WORK - 1
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    for k in range(0, 16, 4):
+        e, f, g, h = work[at + k], work[at + k + 1], work[at + k + 2], work[at + k + 3]
+        a, b, c, d = e if e > a else a, f if f > b else b, g if g > c else c, h if h > d else d
+    a, b = a if a > c else c, b if b > d else d
+    return a if a > b else b
