@@ -38,32 +38,11 @@ class Surroundings:
         self, robot: PlacedRobot, tool: Tool, tree: Proximity, settings: ControlSettings, zones: Sequence[Zone] = ()
     ):
         self.zones = ordered(zones)
-        patches, shapes = bodies(self.zones)
+        patches, _ = bodies(self.zones)
         self.surfaces = (tree, *patches)
-        margin = np.array([settings.margin_mm, *(zone.margin_mm for zone in self.zones)])
-        model, chain = robot.robot, robot.chain
-        ends = tool.segments(np.eye(3), np.zeros(3))
-        farthest = max(np.linalg.norm(ends.start, axis=1).max(), np.linalg.norm(ends.end, axis=1).max())
-        self.world = World(
-            chain=chain,
-            links=_fixed(np.linalg.norm(chain.offset, axis=1)),
-            reach=float(np.linalg.norm(chain.tip_offset) + farthest),
-            start=ends.start,
-            end=ends.end,
-            radius=ends.radius,
-            lower=_fixed(model.lower),
-            upper=_fixed(model.upper),
-            speed=_fixed(model.speed),
-            acceleration=_fixed(model.acceleration),
-            shapes=shape_table(shapes),
-            margin=_fixed(margin),
-            keep=_fixed(margin + BUFFER_MM),
-            threshold=float(max(settings.reach_mm, margin.max() + BEYOND_MARGIN_MM)),
-            change=float(settings.approach_deceleration_mm_per_s2 * settings.dt_s**2),
-            dt=float(settings.dt_s),
-        )
+        self.world = _world_of(robot, tool, settings, self.zones)
         self.packed = pack_world(self.world)
-        self.arrays = self._gathered(ends, -1.0)
+        self.arrays = self._gathered(Segments(self.world.start, self.world.end, self.world.radius), -1.0)
 
     def gather(self, start: Array, end: Array, further: float = 0.0) -> None:
         """Gather the triangles around a pose of the tool's segments (S, 3), (S, 3), with more slack than usual."""
@@ -76,6 +55,32 @@ class Surroundings:
         cover = lists[0] if len(lists) == 1 else _joined(lists)
         poses = pack_poses(slack, segments.start, segments.end, cover.frame)
         return *self.packed, cover.boxes, cover.corners, cover.label, cover.offset.reshape(len(lists), -1), poses
+
+
+def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: Sequence[Zone] = ()) -> World:
+    """All that stays the same for one tool among an anatomy and ``zones``, which are ordered."""
+    margin = np.array([settings.margin_mm, *(zone.margin_mm for zone in zones)])
+    model, chain = robot.robot, robot.chain
+    ends = tool.segments(np.eye(3), np.zeros(3))
+    farthest = max(np.linalg.norm(ends.start, axis=1).max(), np.linalg.norm(ends.end, axis=1).max())
+    return World(
+        chain=chain,
+        links=_fixed(np.linalg.norm(chain.offset, axis=1)),
+        reach=float(np.linalg.norm(chain.tip_offset) + farthest),
+        start=ends.start,
+        end=ends.end,
+        radius=ends.radius,
+        lower=_fixed(model.lower),
+        upper=_fixed(model.upper),
+        speed=_fixed(model.speed),
+        acceleration=_fixed(model.acceleration),
+        shapes=shape_table(bodies(zones)[1]),
+        margin=_fixed(margin),
+        keep=_fixed(margin + BUFFER_MM),
+        threshold=float(max(settings.reach_mm, margin.max() + BEYOND_MARGIN_MM)),
+        change=float(settings.approach_deceleration_mm_per_s2 * settings.dt_s**2),
+        dt=float(settings.dt_s),
+    )
 
 
 def _joined(lists: Sequence[Candidates]) -> Candidates:

@@ -20,20 +20,22 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..control import ControlSettings
+from ..control import ControlSettings, compile_ahead
 from ..geometry.fit import nearest_place
 from ..geometry.kernel_cache import cache_folder, count_kernels
 from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
 from ..geometry.proximity import ProximityTree
 from ..imaging.sampling import sample_plane, sample_points
-from ..robots import RobotModel, Tool
+from ..robots import PlacedRobot, RobotModel, Tool
 from .dry_run import dry_run
 from .rehearsal import Command, Rehearsal
 from .scene import Scene
 
-FIRST, THEN = "surface", ("distances", "control")  # every part needs the first one's kernels
+# Two at a time; the second ones put kernels of the first ones into theirs.
+FIRST, THEN = ("surface", "parts"), ("distances", "control")
 PART_SECONDS = 600.0  # a part that takes longer hangs
 _DONE = "prepared"
 _idle = threading.Event()
@@ -64,9 +66,9 @@ def prepare() -> None:
         return
     _idle.clear()
     try:
-        _run_part(FIRST)
         with ThreadPoolExecutor(max_workers=min(len(THEN), os.cpu_count() or 1)) as parts:
-            list(parts.map(_run_part, THEN))
+            for at_once in (FIRST, THEN):
+                list(parts.map(_run_part, at_once))
         with suppress(OSError):  # the disk is full: the next start looks again
             (folder / _DONE).touch()
     finally:
@@ -124,7 +126,33 @@ def _tube() -> TriangleMesh:
 
 
 def _surface() -> None:
-    ProximityTree(_tube())
+    tree, (robot, tool) = ProximityTree(_tube()), _robot()
+    tree.candidates(tool.segments(np.eye(3), np.zeros(3)), 3.0)
+    path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0.5], [0, 20, 0]]))
+    path.position(np.linspace(0.0, path.length, 5))
+    path.closest(np.array([0.1, 5.0, 0.2]))
+    compile_ahead.call_solver(robot, tool, ControlSettings())
+
+
+def _parts() -> None:
+    compile_ahead.call_parts(*_robot(), ControlSettings())
+
+
+def _robot() -> tuple[PlacedRobot, Tool]:
+    """A robot with its tip at the origin."""
+    robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
+    return robot.placed(_base(tool), tool), tool
+
+
+def _base(tool: Tool) -> NDArray[np.float64]:
+    base = np.eye(4)
+    base[:3, 3] = -tool.tip_in_flange
+    return base
+
+
+def _follow(path: SplinePath) -> None:
+    path.position(np.linspace(0.0, path.length, 5))
+    path.closest(np.array([0.1, 5.0, 0.2]))
 
 
 def _distances() -> None:
@@ -132,9 +160,6 @@ def _distances() -> None:
     tree.clearance(segments, 3.0)
     tree.closest(segments)
     tree.pairs_within(segments, 5.0)
-    path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0.5], [0, 20, 0]]))
-    path.position(np.linspace(0.0, path.length, 5))
-    path.closest(np.array([0.1, 5.0, 0.2]))
     nearest_place(tree, np.array([2.5, 5.0, 0.0]), 1.8, inside_bone=None)
     grey = np.zeros((4, 5, 6), dtype=np.int16)
     sample_points(grey, np.ones((2, 3)), -1024.0)
@@ -144,9 +169,7 @@ def _distances() -> None:
 
 def _control() -> None:
     robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
-    base = np.eye(4)
-    base[:3, 3] = -tool.tip_in_flange
-    scene = Scene(ProximityTree(_tube()), robot, tool, base, np.zeros(len(robot.joints)))
+    scene = Scene(ProximityTree(_tube()), robot, tool, _base(tool), np.zeros(len(robot.joints)))
     settings = ControlSettings()
     warm_up(Rehearsal(scene, settings))  # first what this half alone compiles, then what the other one has done
     path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0], [0, 20, 0]]))
@@ -155,7 +178,9 @@ def _control() -> None:
     dry_run(scene, settings)
 
 
-_PARTS: dict[str, Callable[[], None]] = {"surface": _surface, "distances": _distances, "control": _control}
+_PARTS: dict[str, Callable[[], None]] = {
+    "surface": _surface, "parts": _parts, "distances": _distances, "control": _control,
+}  # fmt: skip
 
 if __name__ == "__main__":
     threading.Thread(target=_end_with_the_planner, daemon=True).start()
