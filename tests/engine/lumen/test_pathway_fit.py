@@ -12,15 +12,17 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.lumen.centreline import Centreline
 from vfix_engine.lumen.curve import Curve
 from vfix_engine.lumen.fit import containment, fit_pathway
+from vfix_engine.lumen.interpolation import Interpolation
 from vfix_engine.lumen.synthetic import SyntheticCourse
 from vfix_engine.lumen.transport import transported
+from vfix_engine.lumen.uncross import uncrossed
 
 Array = np.ndarray
 Width = Callable[[Array, Array], Array]
 
 
 def tube(curve: Curve, width: Width, beyond: float = 30.0, rays: int = 48) -> TriangleMesh:
-    """Open tube of the radius width(s, ψ) about a curve, going on straight beyond both ends; normals point out of it."""
+    """Open tube of the radius width(s, ψ) about a curve and straight on beyond its ends; normals point out of it."""
     s = np.linspace(-beyond, curve.length + beyond, int(curve.length / 3.0) + 20)
     centre, tangent = curve.position(s), curve.tangent(s)
     first = transported(centre, tangent)
@@ -128,12 +130,31 @@ def test_contours_that_would_cross_in_a_tight_bend_are_made_smaller() -> None:
     mesh = tube(wide, lambda s, psi: even(s, psi) + 12.0)
     # A curve along the inner side of the bend: contours as wide as the lumen would cross behind its centre.
     start = wide.position(wide.closest([0.0, 0.0, 0.0]))
-    tight = Curve.through(tight.points + [0.0, 18.0, 0.0] + start)
+    tight = Curve.through(tight.points + np.array([0.0, 18.0, 0.0]) + start)
     for angles in (1, 28):
         pathway = fit_pathway(mesh, tight, angles=angles)
         assert pathway.radius.min() < 13.0
         # Polar contours give way on the inner side only.
         assert angles == 1 or pathway.radius.max() > 15.0
+
+
+@pytest.mark.parametrize("angles", [1, 5, 28])
+def test_radii_that_cross_are_lowered_no_further_than_they_must_be(angles: int) -> None:
+    at = np.linspace(0.0, BEND.length, 20)
+    control, radius = BEND.position(at), np.full((20, angles), 90.0)  # the bend's radius is 62.4 mm
+    between, first = Interpolation(at, 77), np.array([0.0, 1.0, 0.0])
+    pathway = uncrossed(between, control, radius, first, 1.0)
+    inner = pathway.radius.min(axis=1)
+    assert inner.min() > 40.0
+    assert inner.max() < 62.4
+    assert pathway.radius.max() == pytest.approx(90.0) or angles == 1
+    assert np.array_equal(uncrossed(between, control, 0.5 * radius, first, 1.0).radius, 0.5 * radius)
+
+
+def test_a_bend_that_no_radius_fits_into_is_refused() -> None:
+    corner = np.array([[0, 0, 0], [0, 0, 50], [0, 0.5, 100], [0, 1.0, 50], [0, 1.5, 0]], dtype=float)
+    with pytest.raises(PathwayError, match=r"bends so tightly at \d+\.\d mm"):
+        uncrossed(Interpolation(np.arange(5.0), 33), corner, np.full((5, 1), 9.0), np.array([1.0, 0.0, 0.0]), 1.0)
 
 
 def test_the_spline_is_held_off_the_wall() -> None:
