@@ -52,8 +52,7 @@ class Query:
         Raises:
             InputError: frames or windows of another shape, frames that are not finite, empty windows.
         """
-        poses = self._poses(frames)
-        window = self._windows(windows, len(packed.rows))
+        poses, window = self.checked(packed, frames, windows)
         shape = (len(poses), self.links)
         found = Deviations(np.empty(shape), np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64))
         deviations_batch(packed.rows, packed.polar, window, poses, *self.blocks, *found, self._work)
@@ -67,12 +66,17 @@ class Query:
         Raises:
             InputError: as ``deviations``.
         """
-        poses = self._poses(frames)
-        window = self._windows(windows, len(packed.rows))
+        poses, window = self.checked(packed, frames, windows)
         gap = np.empty(len(self.vertices.points))
         segment = np.empty(len(gap), dtype=np.int64)
         every_deviation(packed.rows, packed.polar, window, poses[0], *self.blocks, gap, segment, self._work)
         return gap, segment
+
+    def checked(
+        self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
+    ) -> tuple[Array, Index]:
+        """Frames as (K, L, 3, 4) and windows as (L, 2), contiguous; InputError as ``deviations``."""
+        return self._poses(frames), self._windows(windows, len(packed.rows))
 
     def _poses(self, frames: ArrayLike) -> Array:
         """Frames as (K, L, 3, 4)."""
