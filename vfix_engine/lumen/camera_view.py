@@ -24,7 +24,7 @@ Picture = NDArray[np.uint8]
 FIELD_DEG = 70.0  # Kwok 2013, section IV: field of view of the endoscope
 _TISSUE = np.array([0.90, 0.40, 0.31])
 _MOST_GAIN = 8.0
-_LIGHT_MM = 22.0  # at this distance the light at the lens has fallen to a half
+_LIGHT_MM = 20.0  # at this distance the light at the lens has fallen to a half
 _NUDGE = 1e-2  # [mm] behind a hit the next ray starts: Embree computes in single precision
 
 
@@ -169,7 +169,7 @@ def endoscope_view(surfaces: list[tuple[Surface, ArrayLike | None]], view: View)
 
 def to_picture(colour: Array) -> Picture:
     """Linear light (H, W, 3) as a screen shows it."""
-    return np.rint(255.0 * np.clip(colour, 0.0, 1.0) ** (1.0 / 2.0)).astype(np.uint8)
+    return np.rint(255.0 * np.clip(colour, 0.0, 1.0) ** (1.0 / 1.6)).astype(np.uint8)
 
 
 def _vertex_normals(mesh: TriangleMesh) -> Array:

@@ -12,7 +12,7 @@ from ..geometry.mesh import TriangleMesh
 from ..robots.snake import SnakeModel
 from .camera_view import FIELD_DEG, Picture, Seen, Surface, View, endoscope_view
 from .packed import PackedPathway
-from .picture_marks import INK, MARK, PAPER, RIM, draw_compass, draw_line, draw_mark, draw_scale, rims, write
+from .picture_marks import INK, MARK, PAPER, RIM, Box, draw_compass, draw_line, draw_mark, draw_scale, rims, write
 from .robot_shape import robot_shape
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ _AHEAD_MM, _BEHIND_MM = 70.0, 60.0  # of lumen shown ahead of the tip and behind
 _SHOWN, _DRAWN = 6, 8  # distal links that the close view is about, and those that are drawn there
 _FRUSTUM_MM = 30.0
 _WALL = np.array([0.42, 0.47, 0.56])
-_DISTAL, _BODY = np.array([0.95, 0.36, 0.05]), np.array([0.98, 0.70, 0.18])
+_DISTAL, _BODY = np.array([0.88, 0.22, 0.06]), np.array([0.98, 0.70, 0.18])
 
 
 class LumenPictures:
@@ -78,11 +78,9 @@ class LumenPictures:
         picture = _through_walls(self._whole_layers, seen, robot[1])
         centre, _ = rims(packed)
         draw_line(picture, view, centre, RIM, hidden_by=seen.distance)
-        for other, place in self._landmarks.items():
-            if other != name:
-                draw_mark(picture, view, place, _readable(other))
-        if name in self._landmarks:
-            draw_mark(picture, view, self._landmarks[name], _readable(name), large=True)
+        taken: list[Box] = []
+        for other in sorted(self._landmarks, key=lambda one: one != name):
+            draw_mark(picture, view, self._landmarks[other], _readable(other), taken, large=other == name)
         draw_compass(picture, view)
         draw_scale(picture, view, float(np.linalg.norm(self._mesh.bounds.mean(axis=0) - view.eye)), 100.0)
         return picture
@@ -102,7 +100,7 @@ class LumenPictures:
             draw_line(picture, view, one, RIM, hidden_by=seen.distance)
         _draw_frustum(picture, view, snake, frames)
         if name in self._landmarks:
-            draw_mark(picture, view, self._landmarks[name], _readable(name), large=True)
+            draw_mark(picture, view, self._landmarks[name], _readable(name), [], large=True)
         draw_compass(picture, view)
         draw_scale(picture, view, float(np.linalg.norm(joints.mean(axis=0) - view.eye)), 20.0)
         return picture

@@ -12,6 +12,7 @@ from .packed import PackedPathway
 
 Array = NDArray[np.float64]
 Colour = tuple[int, int, int]
+Box = tuple[int, int, int, int]  # left, top, right, foot [px]
 
 INK: Colour = (40, 44, 52)
 RIM: Colour = (0, 128, 140)
@@ -21,6 +22,8 @@ PAPER: Colour = (255, 255, 255)
 _ROUND = 48  # corners of a drawn circle
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _FINE = 4  # OpenCV draws between pixels with this many binary places
+_LINE = 15  # [px] height of a name
+_TRIES = 12  # steps of 6 px that a name moves down to be read
 _FAR = 20_000  # [px] ends of lines beyond that are left away
 
 
@@ -58,8 +61,8 @@ def draw_line(
         cv2.line(picture, ends[0], ends[1], colour, width, cv2.LINE_AA, _FINE)
 
 
-def draw_mark(picture: Picture, view: View, place: ArrayLike, name: str, large: bool = False) -> None:
-    """A ring about a place (3,) and its name beside it, inside the picture."""
+def draw_mark(picture: Picture, view: View, place: ArrayLike, name: str, taken: list[Box], large: bool = False) -> None:
+    """A ring about a place (3,) and its name beside it, inside the picture and on none of the names before it."""
     pixels, _ = view.project(np.asarray(place, dtype=np.float64)[None])
     if not np.isfinite(pixels).all() or (np.abs(pixels) > _FAR).any():
         return
@@ -70,7 +73,13 @@ def draw_mark(picture: Picture, view: View, place: ArrayLike, name: str, large: 
     scale = 0.6 if large else 0.45
     wide = text_width(name, scale, large)
     left = x + radius + 6 if x + radius + 6 + wide < view.width else x - radius - 6 - wide
-    write(picture, name, (max(left, 4), min(max(y + 5, 16), view.height - 6)), scale, MARK, bold=large, halo=True)
+    left, foot = max(left, 4), min(max(y + 5, _LINE), view.height - 6)
+    for _ in range(_TRIES):
+        if not any(left < b[2] and b[0] < left + wide and foot - _LINE < b[3] and b[1] < foot for b in taken):
+            break
+        foot += 6
+    taken.append((left, foot - _LINE, left + wide, foot))
+    write(picture, name, (left, foot), scale, MARK, bold=large, halo=True)
 
 
 def text_width(text: str, scale: float, bold: bool = False) -> int:
