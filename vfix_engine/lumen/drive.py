@@ -1,0 +1,246 @@
+"""The headless job: from a lumen's surface and two clicks to a snake that has been driven through it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..geometry.mesh import TriangleMesh
+from ..robots.snake import SnakeModel
+from .centreline import Centreline, centreline_between
+from .curve import Curve
+from .drive_report import DriveReport, Tally, Visit
+from .drive_state import Command, DriveSettings, DriveState
+from .fit import containment, fit_pathway
+from .follow import followable
+from .operators import OPERATORS, Order, Stop, adversarial, scripted
+from .pathway import Pathway, TissueMotion
+from .snake_drive import SnakeDrive
+
+__all__ = [
+    "OPERATORS",
+    "Command",
+    "DriveReport",
+    "DriveSettings",
+    "DriveState",
+    "Lumen",
+    "Shot",
+    "SnakeDrive",
+    "drive_lumen",
+    "lumen_between",
+]
+
+Array = NDArray[np.float64]
+
+_FAR_MM = 60.0  # [mm] a landmark farther from the curve is not on this path
+_TURNING_MM = 4.0  # [mm] a straight link between joints that are off the curve needs that much more
+_ATTACK_STEPS = 2000  # of the adversarial operator at each place
+
+
+@dataclass(frozen=True, eq=False)
+class Lumen:
+    """A lumen made ready: its centreline, the curve a snake is to follow, and the pathway around that.
+
+    room: (N,) mm at the curve's points, how far a joint centre may leave the curve before the snake touches the wall.
+    """
+
+    centreline: Centreline
+    curve: Curve
+    room: Array
+    pathway: Pathway
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A moment worth a picture: ``event`` is 'arrived', or 'bent' while the distal links look round."""
+
+    name: str
+    event: str
+    position: Array
+    snake: SnakeModel
+    state: DriveState
+    lumen: Lumen
+
+    @property
+    def frames(self) -> Array:
+        """(L + 1, 4, 4) of base and links in the patient frame."""
+        return self.snake.frames(self.state.q, self.state.base)
+
+    @property
+    def camera(self) -> Array:
+        """(4, 4) transform_camera_to_patient."""
+        return self.snake.camera(self.state.q, self.state.base)
+
+
+def lumen_between(
+    mesh: TriangleMesh,
+    start: ArrayLike,
+    end: ArrayLike,
+    snake: SnakeModel,
+    settings: DriveSettings,
+    tissue: TissueMotion | None = None,
+) -> Lumen:
+    """Centreline, followable curve and pathway from two clicks in a lumen.
+
+    Raises:
+        PathwayError: as ``centreline_between`` and ``fit_pathway``.
+    """
+    centreline = centreline_between(mesh, start, end)
+    curve = followable(centreline, snake)
+    pathway = fit_pathway(
+        mesh, curve, settings.contours, settings.interpolated, settings.angles, quantile=settings.quantile
+    )
+    room = _room(curve, pathway, snake)
+    if tissue is not None:
+        pathway = pathway.moved(tissue)
+    return Lumen(centreline, curve, room, pathway)
+
+
+def _room(curve: Curve, pathway: Pathway, snake: SnakeModel) -> Array:
+    """How far the robot may leave the curve: the pathway's least radius there, less its own and some to turn."""
+    at = np.arange(len(curve.points)) * curve.step_mm * (pathway.length / curve.length)
+    radius = np.interp(at, pathway.s, pathway.contours().radius.min(axis=1))
+    found: Array = np.maximum(radius - snake.radius_mm - _TURNING_MM, 0.0)
+    return found
+
+
+def drive_lumen(
+    mesh: TriangleMesh,
+    start: ArrayLike,
+    end: ArrayLike,
+    links: int | None,
+    landmarks: Mapping[str, ArrayLike] | None = None,
+    operator: str = "scripted",
+    settings: DriveSettings | None = None,
+    picture: Callable[[Shot], None] | None = None,
+    *,
+    snake: SnakeModel | None = None,
+    tissue: TissueMotion | None = None,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> DriveReport:
+    """Insert a snake from ``start`` towards ``end`` as far as it reaches, and look round at each landmark on the way.
+
+    Args:
+        mesh: the lumen's surface, mm; start, end: (3,) clicks in the patient frame.
+        links: of the snake; None: as many as it takes to the end.
+        landmarks: places (3,) by name; none: one look-round where the tip ends.
+        operator: 'scripted', or 'adversarial', who tries to leave the pathway at every landmark.
+        picture: called at every landmark on arrival and while looking round.
+        snake: the robot that ``links`` is taken of; None: the paper's.
+        tissue: how the pathway moves; None: it is still.
+        seed: of the adversarial operator; progress: called with what is being done.
+
+    Raises:
+        PathwayError: clicks or a surface that no path can be made of.
+        InputError: an unknown operator, a landmark that is no point.
+        RobotError: a number of links that no snake has.
+    """
+    settings, say = settings or DriveSettings(), progress or _silent
+    if operator not in OPERATORS:
+        raise InputError(f"the operator is one of {', '.join(OPERATORS)}, not {operator!r}")
+    began = perf_counter()
+    say("centreline, followable curve and pathway")
+    model = snake or SnakeModel(1)
+    lumen = lumen_between(mesh, start, end, model, settings, tissue)
+    ready = perf_counter()
+    length = lumen.curve.length
+    robot = _with_links(model, links if links is not None else math.ceil(length / model.length_mm))
+    target = min(length, robot.reach_mm())
+    visits, places = _visits(lumen.curve, landmarks, target)
+    drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.room)
+    tally = Tally(robot.q_max, drive.bound)
+    offsets: list[Array] = []
+    for order in _orders(drive, operator, visits, target, seed):
+        before = drive.q.copy()
+        drive.step(order.command, order.dt)
+        tally.add(before, drive.state, order.dt)
+        offsets.append(drive.offset_mm)
+        visit = _note(order, drive, visits)
+        if visit is not None and order.event is not None:
+            say(f"{order.event} {visit.name}, {drive.tip_s:.0f} mm in")
+            if picture is not None and order.event in ("arrived", "bent"):
+                picture(Shot(visit.name, order.event, places[visit.name], robot, drive.state, lumen))
+    _close(visits, drive)
+    outside = containment(mesh, lumen.pathway if tissue is None else lumen.pathway.moved(None))
+    offset = np.concatenate(offsets) if offsets else np.zeros(1)
+    stopped = None if drive.tip_s >= target - 1e-6 else drive.state.held_by
+    spent = {"lumen": ready - began, "drive": perf_counter() - ready}
+    return DriveReport(
+        robot.links, target, drive.tip_s, length, tally, tuple(visits), outside.outside, outside.depth_mm,
+        (float(np.median(offset)), float(offset.max())), drive.refused_commands, spent, asdict(settings), stopped,
+    )  # fmt: skip
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def _with_links(model: SnakeModel, links: int) -> SnakeModel:
+    from dataclasses import replace
+
+    return replace(model, links=links)
+
+
+def _visits(
+    curve: Curve, landmarks: Mapping[str, ArrayLike] | None, target: float
+) -> tuple[list[Visit], dict[str, Array]]:
+    """Landmarks in the order of their places along the curve; those out of reach stay unreached."""
+    found, places = [], {}
+    for name, given in (landmarks or {}).items():
+        point = np.array(given, dtype=np.float64)
+        if point.shape != (3,) or not np.isfinite(point).all():
+            raise InputError(f"landmark {name!r} is no point (3,) in mm")
+        s = curve.closest(point)
+        away = float(np.linalg.norm(curve.position(s) - point))
+        visit, places[name] = Visit(name, s), point
+        if away > _FAR_MM:
+            visit.note = f"{away:.0f} mm from the path"
+        elif s > target:
+            visit.note = f"beyond the robot's reach of {target:.0f} mm"
+        found.append(visit)
+    if not found:
+        found, places = [Visit("end", target)], {"end": curve.position(target)}
+    return sorted(found, key=lambda visit: visit.s_mm), places
+
+
+def _orders(drive: SnakeDrive, operator: str, visits: list[Visit], target: float, seed: int) -> Iterator[Order]:
+    stops = [Stop(visit.name, visit.s_mm) for visit in visits if not visit.note]
+    for order in scripted(drive, stops, target):
+        if operator == "scripted" or order.event in (None, "arrived"):
+            yield order
+        if operator == "adversarial" and order.event == "arrived":
+            yield from adversarial(drive, _ATTACK_STEPS, seed)
+
+
+def _note(order: Order, drive: SnakeDrive, visits: list[Visit]) -> Visit | None:
+    """What an order about a landmark came to."""
+    if order.stop is None:
+        return None
+    state = drive.state
+    visit = next(one for one in visits if one.name == order.stop.name)
+    visit.reached = True
+    visit.looked = visit.looked or order.event == "looked"
+    if order.event == "arrived" and not drive.can_look:
+        visit.note = "too near the entrance to look round: the links that bend are not inside yet"
+    elif order.event == "gave up":
+        visit.note = f"the look-round was not finished: {state.held_by or 'out of time'}"
+    if state.mode == "looking":
+        visit.steps += 1
+        visit.turned(state.steering)
+        visit.deviation_max_mm = max(visit.deviation_max_mm, float(state.deviation.depth.max()))
+        if state.forces is not None:
+            visit.force_max_n = max(visit.force_max_n, float(np.linalg.norm(state.forces.total)))
+    return visit
+
+
+def _close(visits: list[Visit], drive: SnakeDrive) -> None:
+    for visit in visits:
+        if not visit.reached and not visit.note:
+            visit.note = f"not reached: held at {drive.tip_s:.0f} mm, {drive.state.held_by}"

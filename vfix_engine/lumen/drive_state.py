@@ -1,0 +1,143 @@
+"""What goes into a step of the driven snake and what comes out of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .haptics import Forces
+from .packed import PackedPathway
+from .query import Deviations
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+Control = Literal["parameterised", "qp"]
+MOST_MM_PER_S = 1000.0  # ten joints at 36°/s, each with all five links ahead of it, are slower
+CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """How a snake is driven; lengths in mm, times in s.
+
+    step_s: one step while looking round; the paper's loop is faster than 1 kHz.
+    insertion_mm_per_s, insertion_step_mm: the operator's speed, and the most that one step inserts.
+    manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
+    bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one; None for the tip: half the others'.
+    r_max: largest r; reoptimise_below: control bends are found anew only while r is smaller.
+    bends: control configurations, 4 or 8.
+    control: the paper's parameterised control, or the quadratic program.
+    contours, interpolated, angles: of the pathway; angles 1 are circles. quantile: of the radii measured around a
+        contour the one that a circle gets.
+    vertices_per_link: of the surface that is measured.
+    speed_max: rad/s of every joint, Table II.
+    tissue_s: so often a pathway that moves is followed.
+
+    Raises:
+        InputError: a number out of its range.
+    """
+
+    step_s: float = 0.001
+    insertion_mm_per_s: float = 20.0
+    insertion_step_mm: float = 0.5
+    manipulated: int = 5
+    bound_mm: float = 8.0
+    tip_bound_mm: float | None = None
+    r_max: float = 1.4
+    reoptimise_below: float = 0.15
+    bends: Literal[4, 8] = 8
+    control: Control = "parameterised"
+    contours: int = 50
+    interpolated: int = 197
+    angles: int = 1
+    quantile: float = 0.3
+    vertices_per_link: int = 100
+    speed_max: float = math.radians(36.0)
+    tissue_s: float = 0.02
+
+    def __post_init__(self) -> None:
+        positive = ("step_s", "insertion_mm_per_s", "insertion_step_mm", "bound_mm", "r_max", "speed_max", "tissue_s")
+        for name in positive:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"drive setting {name} must be finite and positive, not {value:g}")
+        if self.tip_bound_mm is not None and not (math.isfinite(self.tip_bound_mm) and self.tip_bound_mm > 0.0):
+            raise InputError(f"drive setting tip_bound_mm must be finite and positive, not {self.tip_bound_mm:g}")
+        if self.control not in CONTROLS:
+            raise InputError(f"control is one of {', '.join(CONTROLS)}, not {self.control!r}")
+        if self.bends not in (4, 8):
+            raise InputError(f"there are 4 or 8 control bends, not {self.bends}")
+        if self.manipulated < 1 or self.vertices_per_link < 1:
+            raise InputError("at least one link is manipulated, and a link has at least one vertex")
+
+    @property
+    def tip_bound(self) -> float:
+        """b_i of the last link in mm."""
+        return 0.5 * self.bound_mm if self.tip_bound_mm is None else self.tip_bound_mm
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the operator asks for; numbers that are not finite count as 0 and are counted.
+
+    insert_mm_per_s: forwards, negative backwards.
+    camera_mm_per_s: of the camera in its picture's plane, x to the right, y down.
+    straighten: bring the manipulated links back to the shape that conforms.
+    """
+
+    insert_mm_per_s: float = 0.0
+    camera_mm_per_s: tuple[float, float] = (0.0, 0.0)
+    straighten: bool = False
+
+    @property
+    def finite(self) -> bool:
+        """Whether all its numbers are."""
+        return all(math.isfinite(value) for value in (self.insert_mm_per_s, *self.camera_mm_per_s))
+
+    @property
+    def camera(self) -> Array:
+        """The camera command (2,) in mm/s, no faster than any camera on a snake goes."""
+        x, y = self.camera_mm_per_s
+        size = math.hypot(x, y)
+        return np.array([x, y]) * min(1.0, MOST_MM_PER_S / size) if size > 0.0 else np.zeros(2)
+
+
+@dataclass(frozen=True, eq=False)
+class DriveState:
+    """The driven snake after a step.
+
+    t: s; mode: what the step was about.
+    base: (4, 4) transform_base_to_patient; q: (2L,) rad; q_conformed: (2L,) q̃, without the operator's bend.
+    tip_s: mm, how far the tip is in; joint_s: (L + 1,) arc lengths of the joints of the conforming shape.
+    steering: (u, v) = r (cos ϑ, sin ϑ); (0, 0) under the quadratic program.
+    packed: the pathway of this moment; windows: (L, 2); measured: (L,) links that are inside the pathway.
+    deviation: (L,) eq. 9 against that pathway, 0 for links that are not measured.
+    forces: on the operator's hand, while looking.
+    outcome: 'rest' without a command, 'moved', 'shrunk' to a part of the wanted step, or 'held'.
+    held_by: in words, what shrank or held it.
+    query_s, step_s: what the last query of all links and this step took on the clock, s.
+    """
+
+    t: float
+    mode: Literal["inserting", "looking"]
+    base: Array
+    q: Array
+    q_conformed: Array
+    tip_s: float
+    joint_s: Array
+    steering: tuple[float, float]
+    packed: PackedPathway
+    windows: Index
+    measured: NDArray[np.bool_]
+    deviation: Deviations
+    forces: Forces | None
+    outcome: Literal["rest", "moved", "shrunk", "held"]
+    held_by: str | None
+    query_s: float
+    step_s: float

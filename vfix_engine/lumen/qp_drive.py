@@ -1,0 +1,116 @@
+"""The distal links under the quadratic program of the sinus side, in place of the paper's parameterised control.
+
+Unknowns are the steps of all distal joints and the progress λ along the camera command; the whole body's clearance
+comes in as constraint rows. Where the paper steers two numbers on a surface of bends found beforehand, here every step
+finds its own bend.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..control.qp import solve, stack
+from ..fixtures import Constraint, Objective
+from ..fixtures.rows import with_progress
+from ..geometry.compiled import compiled
+from ..robots.snake_kernel import snake_jacobian
+from .clearance import binding_vertices
+from .tip_control import Place, camera_jacobian
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+REWARD = 1.0  # w_λ: what progress is worth against an error across the command
+SMALL_MOTION = 1e-2  # of a joint's step, as the way its link's end goes, against an error of the camera
+PULL = 1e-3  # back to the conforming shape
+NEAR_MM = 2.0  # [mm] vertices that are so near to their link's bound get a row
+PER_LINK = 8  # rows at most
+KEEP_MM = 0.05  # [mm] rows hold the links that much inside of the bound, as they are true for small steps only
+
+
+class QpControl:
+    """Steps of all joints at once: camera as commanded, links within b_i, joints within ranges and speeds."""
+
+    def __init__(self) -> None:
+        self.steering = (0.0, 0.0)
+        self.unsolved = 0
+
+    def settle(self, place: Place, q: Array) -> None:
+        """Nothing is found beforehand."""
+        self._place = place
+
+    def move_to(self, place: Place) -> None:
+        """The place moved."""
+        self._place = place
+
+    def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
+        """Joints after the step that the program finds; q itself where it finds none."""
+        place, snake = self._place, self._place.snake
+        n = snake.dof
+        length = float(np.linalg.norm(camera_mm))
+        if length == 0.0:
+            return q
+        jacobian, desired = np.zeros((3, n)), np.zeros(3)
+        jacobian[:2], desired[:2] = camera_jacobian(snake, q, place.base), camera_mm
+        lever = np.zeros((n, n + 1))
+        lever[:, :n] = snake.length_mm * np.eye(n)
+        objectives = [
+            with_progress(jacobian, desired, REWARD),
+            Objective(lever, np.zeros(n), SMALL_MOTION),
+            Objective(lever, snake.length_mm * np.clip(place.rest - q, -most, most), PULL),
+        ]
+        low, high = np.maximum(-most, -snake.q_max - q), np.minimum(most, snake.q_max - q)
+        low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
+        answer = solve(stack(objectives, [self._clearance(q)], low, high, length))
+        if answer is None:
+            self.unsolved += 1
+            return q
+        return snake.clamp(q + np.clip(answer.step, low, high))
+
+    def straightened(self, q: Array) -> Array:
+        """Joints of q̃."""
+        return self._place.rest
+
+    def accept(self, share: float) -> None:
+        """Nothing is steered."""
+
+    def bent(self, q: Array, rest: Array) -> float:
+        """How far the joint is that is farthest from the conforming shape, against 45°."""
+        return float(np.abs(q - rest).max()) / math.radians(45.0)
+
+    def outwards(self, q: Array) -> Array:
+        """Where the camera goes as the bend grows in proportion."""
+        found: Array = camera_jacobian(self._place.snake, q, self._place.base) @ (q - self._place.rest)
+        return found
+
+    def _clearance(self, q: Array) -> Constraint:
+        """g · J Δq ≤ b_i − signed distance, of vertices near their link's bound; never asking for a way back."""
+        place = self._place
+        frames = place.snake.frames(q, place.base)
+        near = binding_vertices(
+            place.query, place.packed, frames, place.window, place.bound, NEAR_MM + KEEP_MM, PER_LINK
+        )
+        rows = np.zeros((len(near.link), place.snake.dof + 1))
+        poses = np.ascontiguousarray(frames[1:, :3])
+        clearance_rows(poses, frames[0].copy(), q.copy(), near.link, near.point, near.gradient, rows)
+        room = np.maximum(place.bound[near.link] - KEEP_MM - near.signed, 0.0)
+        return Constraint("wall", rows, room, near.vertex, ("the wall of the pathway",))
+
+
+@compiled
+def clearance_rows(
+    frames: Array, base: Array, q: Array, links: Index, points: Array, gradient: Array, rows: Array
+) -> None:
+    """g · J of points (k, 3) that ride on ``links`` (k,), written into the first 2L columns of ``rows`` (k, 2L + 1)."""
+    jacobian = np.empty((3, len(q)))
+    for k in range(len(points)):
+        snake_jacobian(frames, base, q, links[k], points[k, 0], points[k, 1], points[k, 2], jacobian)
+        for joint in range(len(q)):
+            rows[k, joint] = (
+                gradient[k, 0] * jacobian[0, joint]
+                + gradient[k, 1] * jacobian[1, joint]
+                + gradient[k, 2] * jacobian[2, joint]
+            )

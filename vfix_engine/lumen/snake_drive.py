@@ -1,0 +1,330 @@
+"""The driven snake: inserted along a lumen, follow-the-leader, and bent at its far end by camera commands.
+
+A step is a wish and a verdict: the conforming shape, the control of the distal links or the operator say where to go,
+and the hard limits of ``limits.py`` decide whether, and how far, the robot goes there. Without a command nothing moves,
+but for a pathway that moves, which the robot's shape follows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..robots.snake import SnakeModel
+from .conformance import Conformed, Insertion, conform
+from .curve import Curve
+from .drive_state import Command, DriveSettings, DriveState
+from .hand_forces import HandForces
+from .haptics import Forces
+from .limits import HardLimits, Pose
+from .pathway import Pathway
+from .qp_drive import QpControl
+from .query import Deviations, Query
+from .tip_control import Place, TipControl
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
+WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
+_STRAIGHT = 1e-9  # [rad]
+_SLOWER = 3  # times a step is shortened until its joints are slow enough
+_TIMED = 10  # every so many steps one query of all links is timed
+
+Outcome = tuple[Literal["rest", "moved", "shrunk", "held"], str | None]
+
+
+class SnakeDrive:
+    """State and one step of a driven snake; see ``DriveState``.
+
+    Args:
+        snake: the whole robot.
+        pathway: what its links are measured against, still or moving.
+        curve: what it is to conform to, None: the pathway's own; with a moving pathway always the pathway's own.
+        room: (N,) mm at the curve's points, how far the robot may leave the curve there.
+        tip_s: how far in it starts, mm; at 0 it lies straight before the entrance.
+    """
+
+    def __init__(
+        self,
+        snake: SnakeModel,
+        pathway: Pathway,
+        settings: DriveSettings | None = None,
+        curve: Curve | None = None,
+        room: Array | None = None,
+        tip_s: float = 0.0,
+    ) -> None:
+        self.snake, self.pathway, self.settings = snake, pathway, settings or DriveSettings()
+        each, links = self.settings.vertices_per_link, snake.links
+        self.distal = snake.distal(min(self.settings.manipulated, links))
+        self.query, self._distal_query = (
+            Query(snake.vertices(each * links)),
+            Query(self.distal.vertices(each * self.distal.links)),
+        )
+        self.bound = np.full(links, self.settings.bound_mm)
+        self.bound[-1] = self.settings.tip_bound
+        self._first = links - self.distal.links  # of the distal links
+        self._limits = HardLimits(self.query, snake, self.bound)
+        self._distal_limits = HardLimits(self._distal_query, self.distal, self.bound[self._first :])
+        self.control = make_control(self.settings)
+        self._forces = HandForces(self.distal)
+        self._curve = curve if curve is not None and pathway.motion is None else pathway.curve(0.0)
+        self._room = room if curve is not None and pathway.motion is None else None
+        self.t, self.refused_commands, self._steps = 0.0, 0, 0
+        self._tissue_at, self._settled, self._query_s = 0.0, False, 0.0
+        self._why: str | None = None
+        self._windows: Index
+        self._measured: NDArray[np.bool_]
+        self._deviation: Deviations
+        self._packed = pathway.packed(0.0)
+        self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
+        begun = Insertion(snake, self._curve, self._room, None, tip_s)
+        self._roll, self._conformed, self.tip_s = begun.roll, begun.state, float(tip_s)
+        self.q = np.array(self._conformed.q)
+        self._look(self._conformed.joint_s)
+        self._measure()
+        self.state = self._state("inserting", ("rest", None), None, 0.0)
+
+    @property
+    def length_mm(self) -> float:
+        """Of the curve that the robot conforms to."""
+        return self._curve.length
+
+    @property
+    def can_look(self) -> bool:
+        """Whether all the links that the camera command moves are inside."""
+        return bool(self._measured[self._first :].all())
+
+    @property
+    def straight(self) -> bool:
+        """Whether the distal links lie as the conforming shape has them."""
+        return bool(np.abs(self.q - self._conformed.q).max() < _STRAIGHT)
+
+    @property
+    def offset_mm(self) -> Array:
+        """Distances of the joint centres that are inside to the curve, of the conforming shape."""
+        inside: Array = self._conformed.offset_mm[self._conformed.joint_s >= 0.0]
+        return inside
+
+    def ready_to_look(self) -> None:
+        """Let the control of the distal links get ready here, if it is not; a camera command does it by itself."""
+        if not self._settled:
+            self.control.settle(self.place(), self.q[2 * self._first :].copy())
+            self._settled = True
+
+    def step(self, command: Command, dt: float | None = None) -> DriveState:
+        """One step of ``dt`` s (None: the settings' step).
+
+        Raises:
+            InputError: a step that is not finite and positive.
+        """
+        began = perf_counter()
+        dt = self.settings.step_s if dt is None else dt
+        if not (np.isfinite(dt) and dt > 0.0):
+            raise InputError(f"a step takes a finite, positive time, not {dt}")
+        if not command.finite:
+            command, self.refused_commands = Command(), self.refused_commands + 1
+        self.t += dt
+        before = self.q[2 * self._first :].copy()
+        outcome: Outcome = ("rest", None)
+        if self.pathway.motion is not None and self.t >= self._tissue_at:
+            self._tissue_at = self.t + self.settings.tissue_s
+            outcome = self._follow_tissue()
+        looking = command.straighten or any(command.camera_mm_per_s)
+        if command.insert_mm_per_s != 0.0:
+            outcome = self._insert(command.insert_mm_per_s * dt, dt)
+        elif looking:
+            outcome = self._bend(command, dt)
+        if self._steps % _TIMED == 0:
+            self._time_a_query()
+        self._steps += 1
+        after = self.q[2 * self._first :]
+        forces = None
+        if looking and self._settled:
+            depth = self._deviation.depth[self._first :]
+            forces = self._forces.step(before, after, dt, command.camera, depth, self.control.outwards(after))
+        else:
+            self._forces.rest()
+        self.state = self._state("looking" if looking else "inserting", outcome, forces, perf_counter() - began)
+        return self.state
+
+    def place(self) -> Place:
+        """Where the distal links are now, for a control of them."""
+        frames = self.snake.frames(self._conformed.q, self._conformed.base)
+        window = np.ascontiguousarray(self._windows[self._first :])
+        rest = np.array(self._conformed.q[2 * self._first :])
+        bound = self._bounds()[self._first :]
+        return Place(self.distal, self._distal_query, frames[self._first], rest, self._packed, window, bound)
+
+    # What a step may do
+
+    def _insert(self, wanted_mm: float, dt: float) -> Outcome:
+        """Forwards or backwards along the curve."""
+        first = 2 * self._first
+        if self.control.bent(self.q[first:], self._conformed.q[first:]) > self.settings.reoptimise_below:
+            return "held", "the tip is bent: straighten it before it is inserted or drawn back"
+        most = self.settings.insertion_step_mm
+        target = self.tip_s + min(max(wanted_mm, -most), most)
+        way = min(max(target, 0.0), self._curve.length) - self.tip_s
+        if way == 0.0:
+            return "held", "the end of the path" if wanted_mm > 0.0 else "the robot is out"
+        within = way
+        for share in SHARES:
+            wanted = self._conform(self.tip_s + share * within)
+            for _ in range(_SLOWER):
+                ratio = self._fastest(wanted, dt)
+                if ratio <= 1.0:
+                    break
+                within *= 0.97 / ratio
+                wanted = self._conform(self.tip_s + share * within)
+            if self._certified(wanted, dt):
+                self.tip_s += share * within
+                self._settled = False
+                return ("moved", None) if share == 1.0 else ("shrunk", self._why)
+        return "held", self._why
+
+    def _follow_tissue(self) -> Outcome:
+        """The pathway of now, and the shape that conforms to it."""
+        self._packed, self._curve = self.pathway.packed(self.t), self.pathway.curve(self.t)
+        self.tip_s = min(self.tip_s, self._curve.length)
+        wanted = self._conform(self.tip_s)
+        outcome: Outcome = ("held", None)
+        for share in SHARES:
+            if self._certified(_blend(self._conformed, wanted, share), self.settings.tissue_s):
+                outcome = ("moved", None) if share == 1.0 else ("shrunk", self._why)
+                break
+        else:
+            self._measure()
+            outcome = ("held", self._why)
+        if self._settled:
+            self.control.move_to(self.place())
+        return outcome
+
+    def _conform(self, tip_s: float) -> Conformed:
+        return conform(self.snake, self._curve, tip_s, self._conformed, self._room, self._roll)
+
+    def _bent(self, conformed: Conformed) -> Array:
+        """Joints (2L,) of a conforming shape with the bend that the distal links have."""
+        bend = self.q - self._conformed.q
+        bend[: 2 * self._first] = 0.0
+        return self.snake.clamp(conformed.q + bend)
+
+    def _fastest(self, wanted: Conformed, dt: float) -> float:
+        """Speed of the fastest joint on the way there, of what joints may do."""
+        return float(np.abs(self._bent(wanted) - self.q).max()) / (self.settings.speed_max * dt)
+
+    def _certified(self, wanted: Conformed, dt: float) -> bool:
+        """Go to another conforming shape if the hard limits let it, as far as the joints' speed allows."""
+        ratio = self._fastest(wanted, dt)
+        if ratio > 1.0:
+            wanted = _blend(self._conformed, wanted, 1.0 / ratio)
+        windows, measured = self._windows, self._measured
+        self._look(wanted.joint_s)
+        start, end = Pose(self._conformed.base, self.q), Pose(wanted.base, self._bent(wanted))
+        verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds())
+        if verdict.taken:
+            self._conformed, self.q = wanted, np.array(end.q)
+            self._keep(verdict.deviation)
+        else:
+            self._windows, self._measured, self._why = windows, measured, verdict.held_by
+        return verdict.taken
+
+    def _bend(self, command: Command, dt: float) -> Outcome:
+        """The distal links, by the camera command or back to the conforming shape."""
+        first = 2 * self._first
+        q = self.q[first:].copy()
+        self.ready_to_look()
+        most = self.settings.speed_max * dt
+        if command.straighten:
+            target = self.control.straightened(q)
+        else:
+            target = self.control.wanted(q, command.camera * dt, most)
+        fastest = float(np.abs(target - q).max()) / most
+        if fastest == 0.0:
+            return "held", "no joint can move the camera so"
+        within = min(1.0, 1.0 / fastest)
+        place = self.place()
+        for share in SHARES:
+            end = q + within * share * (target - q)
+            verdict = self._distal_limits.certify(
+                self._packed, place.window, Pose(place.base, q), Pose(place.base, end), place.bound
+            )
+            if verdict.taken:
+                self.q[first:] = end
+                self.control.accept(within * share)
+                self._keep(verdict.deviation, self._first)
+                return ("moved", None) if share == 1.0 else ("shrunk", self._why)
+            self._why = verdict.held_by
+        return "held", self._why
+
+    # What is known of the robot
+
+    def _look(self, joint_s: Array) -> None:
+        """Windows of the links for joints at these arc lengths, and which links are inside."""
+        low, high = joint_s[:-1] - WINDOW_MM, joint_s[1:] + WINDOW_MM
+        low[self._first :], high[self._first :] = low[self._first], high[-1]
+        self._windows = np.array([self.pathway.window(*pair) for pair in zip(low, high, strict=True)], dtype=np.int64)
+        self._measured = joint_s[:-1] >= self._entrance
+
+    def _bounds(self) -> Array:
+        return np.where(self._measured, self.bound, np.inf)
+
+    def _measure(self) -> None:
+        frames = self.snake.frames(self.q, self._conformed.base)
+        self._keep(self.query.deviations(self._packed, frames, self._windows))
+
+    def _keep(self, found: Deviations, first: int = 0) -> None:
+        """Deviations of the links from ``first`` on; those outside of the pathway have none."""
+        depth = np.where(self._measured[first:], found.depth, 0.0)
+        vertex = found.vertex + first * self.settings.vertices_per_link
+        if first:
+            was = self._deviation
+            depth = np.concatenate([was.depth[:first], depth])
+            vertex = np.concatenate([was.vertex[:first], vertex])
+            found = Deviations(depth, vertex, np.concatenate([was.segment[:first], found.segment]))
+        self._deviation = Deviations(depth, vertex, found.segment.copy())
+
+    def _time_a_query(self) -> None:
+        frames = self.snake.frames(self.q, self._conformed.base)
+        began = perf_counter()
+        self.query.deviations(self._packed, frames, self._windows)
+        self._query_s = perf_counter() - began
+
+    def _state(
+        self, mode: Literal["inserting", "looking"], outcome: Outcome, forces: Forces | None, spent: float
+    ) -> DriveState:
+        return DriveState(
+            self.t, mode, self._conformed.base, self.q.copy(), self._conformed.q, self.tip_s,
+            self._conformed.joint_s, self.control.steering, self._packed, self._windows, self._measured,
+            self._deviation, forces, outcome[0], outcome[1], self._query_s, spent,
+        )  # fmt: skip
+
+
+def make_control(settings: DriveSettings) -> TipControl:
+    """The control of the distal links that the settings name."""
+    if settings.control == "qp":
+        return QpControl()
+    from .parameterised import ParameterisedControl
+
+    return ParameterisedControl(settings.bends, settings.r_max)
+
+
+def _blend(one: Conformed, two: Conformed, share: float) -> Conformed:
+    """On the way from one conforming shape to another; the second, bit by bit, at 1."""
+    if share >= 1.0:
+        return two
+    from scipy.spatial.transform import Rotation  # imported here: slow to load
+
+    turn = Rotation.from_matrix(two.base[:3, :3] @ one.base[:3, :3].T).as_rotvec()
+    base = one.base.copy()
+    base[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix() @ one.base[:3, :3]
+    base[:3, 3] += share * (two.base[:3, 3] - one.base[:3, 3])
+    q = one.q + share * (two.q - one.q)
+    joint_s = one.joint_s + share * (two.joint_s - one.joint_s)
+    offset_mm = one.offset_mm + share * (two.offset_mm - one.offset_mm)
+    return replace(two, base=base, q=q, joint_s=joint_s, offset_mm=offset_mm, exact=False)
