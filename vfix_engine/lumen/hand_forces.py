@@ -11,8 +11,7 @@ from .haptics import Forces, HapticSettings, net
 
 Array = NDArray[np.float64]
 
-# The tissue carries the robot: its weight is held without the motors. 150 g would else ask for more torque than the
-# paper's motors have, whatever the hand does.
+# The tissue carries the robot, and its weight is not the hand's haste: what resists the hand comes of motion alone.
 _NO_GRAVITY = (0.0, 0.0, 0.0)
 
 
