@@ -11,6 +11,7 @@ from scipy.interpolate import PchipInterpolator
 
 from vfix_engine.errors import PathwayError
 from vfix_engine.lumen import packed
+from vfix_engine.lumen.checks import clear_of_neighbours
 from vfix_engine.lumen.curve import Curve
 from vfix_engine.lumen.interpolation import Interpolation
 from vfix_engine.lumen.pathway import Pathway
@@ -289,6 +290,17 @@ def changed(name: str, number: int, value: object, **more: object) -> dict:
 def test_contours_that_cannot_be_used_are_refused(given: dict, says: str) -> None:
     with pytest.raises(PathwayError, match=says):
         Pathway(**given)
+
+
+def test_how_far_a_circle_stays_before_its_neighbour_is_exact() -> None:
+    """Against many points of the rims, as polar contours are tested."""
+    found = lumen_shapes.helix(contours=12, radius=20.0).contours()
+    along = np.diff(found.centre, axis=0)
+    ahead = np.einsum("ij,ij->i", found.tangent[:-1], along), np.einsum("ij,ij->i", found.tangent[1:], along)
+    circle_ = clear_of_neighbours(ahead, found.tangent, found.first, found.radius)
+    many = clear_of_neighbours(ahead, found.tangent, found.first, np.tile(found.radius, (1, 3000)))
+    assert np.abs(circle_ - many).max() < 1e-4
+    assert (circle_ <= many + 1e-12).all()
 
 
 def test_a_gap_is_refused() -> None:
