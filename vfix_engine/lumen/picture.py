@@ -91,14 +91,17 @@ class LumenPictures:
         centre, rim = rims(packed)
         near = _around_tip(centre, frames[-1, :3, 3], shown * snake.length_mm + _BEHIND_MM)
         part = np.isin(cKDTree(centre).query(self._centroids)[1], near)
-        view = _close_view(joints, rim[near].reshape(-1, 3))
+        eye, corners = _frustum(snake, frames)
+        view = _close_view(joints, np.concatenate([rim[near].reshape(-1, 3), corners]))
         walls = Surface(TriangleMesh(self._mesh.vertices, self._mesh.faces[part])).layers(view, 4) if part.any() else []
         robot, tint = _robot(snake, frames, distal, max(snake.links - _DRAWN, 0))
         seen = robot.first(view)
         picture = _through_walls(walls, seen, tint)
         for one in rim[near]:
             draw_line(picture, view, one, RIM, hidden_by=seen.distance)
-        _draw_frustum(picture, view, snake, frames)
+        for corner in corners:
+            draw_line(picture, view, [eye, corner], MARK)
+        draw_line(picture, view, [*corners, corners[0]], MARK)
         if name in self._landmarks:
             draw_mark(picture, view, self._landmarks[name], _readable(name), [], large=True)
         draw_compass(picture, view)
@@ -187,7 +190,7 @@ def _close_view(joints: Array, around: Array) -> View:
     middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
     view = View(_looking(middle - distance * ahead, ahead, up), WIDTH, HEIGHT, 1.0)
     spread = np.abs(view.project(around)[0] - 0.5 * np.array([WIDTH, HEIGHT])).max(axis=0)
-    focal = 0.92 * float(min(0.5 * WIDTH / spread[0], 0.5 * HEIGHT / spread[1]))
+    focal = 0.86 * float(min(0.5 * WIDTH / spread[0], 0.5 * HEIGHT / spread[1]))
     return View(view.transform_camera_to_patient, WIDTH, HEIGHT, focal)
 
 
@@ -198,18 +201,13 @@ def _around_tip(centre: Array, tip: Array, behind_mm: float) -> NDArray[np.int64
     return np.flatnonzero((along >= here - behind_mm) & (along <= here + _AHEAD_MM))
 
 
-def _draw_frustum(picture: Picture, view: View, snake: SnakeModel, frames: Array) -> None:
-    """The edges of what the camera sees, as far as 30 mm ahead."""
-    tip = frames[-1]
-    eye = tip[:3, 3] + snake.camera_offset_mm * tip[:3, 2]
+def _frustum(snake: SnakeModel, frames: Array) -> tuple[Array, Array]:
+    """The camera's place (3,) and the corners (4, 3) of what it sees 30 mm ahead."""
+    x, y, z, tip = frames[-1, :3].T
+    eye = tip + snake.camera_offset_mm * z
     half = _FRUSTUM_MM * np.tan(0.5 * np.radians(FIELD_DEG))
-    corners = [
-        eye + _FRUSTUM_MM * tip[:3, 2] + half * (x * tip[:3, 0] + y * tip[:3, 1])
-        for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    ]
-    for corner in corners:
-        draw_line(picture, view, [eye, corner], MARK)
-    draw_line(picture, view, [*corners, corners[0]], MARK)
+    sides = ((-half, -half), (half, -half), (half, half), (-half, half))
+    return eye, np.array([eye + _FRUSTUM_MM * z + across * x + down * y for across, down in sides])
 
 
 def _write_head(picture: Picture, name: str, distal: int) -> None:

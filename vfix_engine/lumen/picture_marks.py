@@ -96,17 +96,24 @@ def write(
     bold: bool = False,
     halo: bool = False,
 ) -> None:
-    """A text with its lower left corner at (x, y); with a halo it can be read on anything."""
+    """A text with its lower left corner at (x, y); with a halo, a light ground, it can be read on anything."""
     weight = 2 if bold else 1
     if halo:
-        cv2.putText(picture, text, at, _FONT, scale, PAPER, weight + 3, cv2.LINE_AA)
+        lighten(picture, (at[0] - 3, at[1] - _LINE, at[0] + text_width(text, scale, bold) + 3, at[1] + 5))
     cv2.putText(picture, text, at, _FONT, scale, colour, weight, cv2.LINE_AA)
+
+
+def lighten(picture: Picture, box: Box) -> None:
+    """Fade a part of a picture to nearly the colour of paper."""
+    part = picture[max(box[1], 0) : max(box[3], 0), max(box[0], 0) : max(box[2], 0)]
+    part[:] = np.rint(0.25 * part + 0.75 * np.array(PAPER)).astype(np.uint8)
 
 
 def draw_compass(picture: Picture, view: View) -> None:
     """Where head, the patient's left and the back lie, in the lower left corner; short where they point at the eye."""
     turned = view.transform_camera_to_patient[:3, :3]
-    foot = np.array([54.0, view.height - 54.0])
+    foot = np.array([64.0, view.height - 60.0])
+    lighten(picture, (4, view.height - 122, 126, view.height - 4))
     # In LPS x runs to the left, y to the back and z to the head.
     for name, axis in (("head", (0.0, 0.0, 1.0)), ("left", (1.0, 0.0, 0.0)), ("back", (0.0, 1.0, 0.0))):
         along = (np.array(axis) @ turned)[:2]
@@ -117,13 +124,14 @@ def draw_compass(picture: Picture, view: View) -> None:
         cv2.arrowedLine(picture, ends[0], ends[1], INK, 1, cv2.LINE_AA, tipLength=0.25)
         beyond = tip + 10.0 * along / np.linalg.norm(along)
         at = round(float(beyond[0])) - text_width(name, 0.4) // 2, round(float(beyond[1])) + 4
-        write(picture, name, at, 0.4, halo=True)
+        write(picture, name, at, 0.4)
 
 
 def draw_scale(picture: Picture, view: View, distance: float, length_mm: float) -> None:
     """A bar as long as ``length_mm`` at a distance from the eye, in the lower right corner."""
     pixels = round(view.focal * length_mm / distance)
     right, foot = view.width - 20, view.height - 20
-    cv2.line(picture, (right - pixels, foot), (right, foot), INK, 2, cv2.LINE_AA)
     text = f"{length_mm:g} mm"
-    write(picture, text, (right - (pixels + text_width(text, 0.45)) // 2, foot - 8), 0.45, halo=True)
+    lighten(picture, (right - pixels - 6, foot - 26, right + 6, foot + 8))
+    cv2.line(picture, (right - pixels, foot), (right, foot), INK, 2, cv2.LINE_AA)
+    write(picture, text, (right - (pixels + text_width(text, 0.45)) // 2, foot - 8), 0.45)
