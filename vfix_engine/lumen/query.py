@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .query_blocks import VertexBlocks, vertex_blocks
-from .query_fast import deviations_batch, every_deviation, points_deviation
+from .query_fast import checked_deviations, every_deviation, points_deviation
+from .query_lanes import WORK
 
 if TYPE_CHECKING:  # the query is to be had without the robots' libraries
     from ..robots.snake_surface import LinkVertices
@@ -17,6 +18,10 @@ if TYPE_CHECKING:  # the query is to be had without the robots' libraries
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+_FRAMES = (3, 4), (4, 4)
+_PAIRS = 64
 
 
 class Deviations(NamedTuple):
@@ -38,7 +43,8 @@ class Query:
         self.vertices = snake_vertices
         self.blocks: VertexBlocks = vertex_blocks(snake_vertices)
         self.links = len(snake_vertices.start) - 1
-        self._work = np.zeros(256)
+        self._work = np.zeros(WORK)
+        self._pairs: dict[object, Index] = {}  # windows (L, 2) of pairs, which control asks again and again
 
     def deviations(self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]) -> Deviations:
         """Deviation d_l of each link in mm (Kwok 2013, eq. 9), with the vertex and the segment that cause it.
@@ -52,11 +58,18 @@ class Query:
         Raises:
             InputError: frames or windows of another shape, frames that are not finite, empty windows.
         """
-        poses, window = self.checked(packed, frames, windows)
-        shape = (len(poses), self.links)
-        found = Deviations(np.empty(shape), np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64))
-        deviations_batch(packed.rows, packed.polar, window, poses, *self.blocks, *found, self._work)
-        return found if np.ndim(frames) == 4 else Deviations(found.depth[0], found.vertex[0], found.segment[0])
+        poses, window = self._poses(frames), self._windows(windows)
+        count = len(poses) * self.links
+        found = Deviations(np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64))
+        wrong = checked_deviations(packed.rows, packed.polar, window, poses, *self.blocks, *found, self._work)
+        if wrong < 0:
+            raise InputError("frames are not finite")
+        if wrong > 0:
+            _check_windows(window, len(packed.rows))
+        if np.ndim(frames) == 4:
+            shape = len(poses), self.links
+            return Deviations(found.depth.reshape(shape), found.vertex.reshape(shape), found.segment.reshape(shape))
+        return found
 
     def every_vertex(
         self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
@@ -76,29 +89,38 @@ class Query:
         self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
     ) -> tuple[Array, Index]:
         """Frames as (K, L, 3, 4) and windows as (L, 2), contiguous; InputError as ``deviations``."""
-        return self._poses(frames), self._windows(windows, len(packed.rows))
-
-    def _poses(self, frames: ArrayLike) -> Array:
-        """Frames as (K, L, 3, 4)."""
-        given = np.array(frames, dtype=np.float64)
-        poses = given[None] if given.ndim == 3 else given
-        if poses.ndim != 4 or poses.shape[2:] not in ((3, 4), (4, 4)):
-            raise InputError(f"frames are (L, 3, 4) or (L + 1, 4, 4) or poses of them, not {given.shape}")
-        if poses.shape[1] == self.links + 1:
-            poses = poses[:, 1:]
-        if poses.shape[1] != self.links:
-            raise InputError(f"frames of {poses.shape[1]} links for a snake of {self.links}")
+        poses, window = self._poses(frames), self._windows(windows)
         if not np.isfinite(poses).all():
             raise InputError("frames are not finite")
-        return np.ascontiguousarray(poses[:, :, :3])
+        _check_windows(window, len(packed.rows))
+        return np.ascontiguousarray(poses[:, -self.links :, :3]), window
 
-    def _windows(self, windows: ArrayLike | tuple[int, int], segments: int) -> Index:
+    def _poses(self, frames: ArrayLike) -> Array:
+        """Frames as (K, L, 3, 4), or with the base, or with four rows."""
+        poses = np.array(frames, dtype=np.float64, order="C")
+        if poses.ndim == 3:
+            poses = poses[None]
+        if poses.ndim != 4 or poses.shape[2:] not in _FRAMES:
+            raise InputError(f"frames are (L, 3, 4) or (L + 1, 4, 4) or poses of them, not {np.shape(frames)}")
+        if poses.shape[1] - self.links not in (0, 1):
+            raise InputError(f"frames of {poses.shape[1]} links for a snake of {self.links}")
+        return poses
+
+    def _windows(self, windows: ArrayLike | tuple[int, int]) -> Index:
         """Windows as (L, 2)."""
+        pair = tuple(windows) if isinstance(windows, tuple) and [type(one) for one in windows] == [int, int] else None
+        if pair in self._pairs:
+            return self._pairs[pair]
         given = np.array(windows)
-        if given.shape not in ((2,), (self.links, 2)) or not np.issubdtype(given.dtype, np.integer):
+        if given.shape not in ((2,), (self.links, 2)) or given.dtype.kind not in "iu":
             raise InputError(f"windows are one pair of segment numbers or ({self.links}, 2), not {given.shape}")
+        if given.ndim == 2:
+            return np.ascontiguousarray(given, dtype=np.int64)
         window = np.ascontiguousarray(np.broadcast_to(given, (self.links, 2)), dtype=np.int64)
-        _check_windows(window, segments)
+        if pair is not None:
+            if len(self._pairs) >= _PAIRS:
+                self._pairs.clear()
+            self._pairs[pair] = window
         return window
 
 

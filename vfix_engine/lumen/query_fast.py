@@ -240,8 +240,9 @@ def pose_deviations(
     segment: Index,
     work: Array,
     row: int,
+    into: int,
 ) -> None:
-    """``link_deviations`` of the pose whose links are ``frames[row]`` and on; the same of what is filled."""
+    """``link_deviations`` of the pose whose links are ``frames[row]`` and on, into the numbers ``into`` and on."""
     near = (window[0, 0] + window[0, 1]) // 2
     for link in range(len(start) - 1):
         first, last = window[link, 0], window[link, 1]
@@ -252,7 +253,7 @@ def pose_deviations(
                 block, lane = start[link], 0
                 j = containing(rows, polar, lanes, block, near, first, last, work)
             near = j
-        depth[row + link], vertex[row + link], segment[row + link] = gap, index[block, lane], j
+        depth[into + link], vertex[into + link], segment[into + link] = gap, index[block, lane], j
 
 
 @borrowing
@@ -289,7 +290,7 @@ def link_deviations(
     window[l, 0] … window[l, 1] - 1; at least one, which is not checked. ``frames`` (L, 3, 4): links in the patient
     frame, [R | p] in mm. ``lanes``, ``ball``, ``start``, ``index``: of ``VertexBlocks``. ``work`` (256,): scratch.
     """
-    pose_deviations(rows, polar, window, frames, lanes, ball, start, index, depth, vertex, segment, work, 0)
+    pose_deviations(rows, polar, window, frames, lanes, ball, start, index, depth, vertex, segment, work, 0, 0)
 
 
 @compiled
@@ -311,7 +312,40 @@ def deviations_batch(
     poses, links = frames.shape[0], frames.shape[1]
     flat, d, v, s = frames.reshape(poses * links, 3, 4), depth.reshape(-1), vertex.reshape(-1), segment.reshape(-1)
     for k in range(poses):
-        pose_deviations(rows, polar, window, flat, lanes, ball, start, index, d, v, s, work, k * links)
+        pose_deviations(rows, polar, window, flat, lanes, ball, start, index, d, v, s, work, k * links, k * links)
+
+
+@compiled
+def checked_deviations(
+    rows: Array,
+    polar: Array,
+    window: Index,
+    frames: Array,
+    lanes: Array,
+    ball: Array,
+    start: Index,
+    index: Index,
+    depth: Array,
+    vertex: Index,
+    segment: Index,
+    work: Array,
+) -> int:
+    """As ``deviations_batch`` for Python: frames (K, L or with the base L + 1, 3 or 4, 4), results (K · L,).
+
+    Returns 0, or 1 + the link whose window is none, or -1 where a frame is not of numbers.
+    """
+    poses, given, links = frames.shape[0], frames.shape[1], len(start) - 1
+    for link in range(links):
+        if not 0 <= window[link, 0] < window[link, 1] <= len(rows):
+            return 1 + link
+    flat = frames.reshape(poses * given, frames.shape[2], 4)
+    for k in range(poses):
+        row, into = (k + 1) * given - links, k * links
+        pose_deviations(rows, polar, window, flat, lanes, ball, start, index, depth, vertex, segment, work, row, into)
+    for k in range(poses * links):
+        if depth[k] == np.inf:
+            return -1
+    return 0
 
 
 @compiled
