@@ -39,7 +39,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _FAR_MM = 60.0  # [mm] a landmark farther from the curve is not on this path
-_TURNING_MM = 4.0  # [mm] a straight link between joints that are off the curve needs that much more
+_ROOM_MM = 4.0  # [mm] a robot that uses more of a wide place is turned the wrong way for the narrow one behind it
 _ATTACK_STEPS = 2000  # of the adversarial operator at each place
 
 
@@ -103,10 +103,10 @@ def lumen_between(
 
 
 def _room(curve: Curve, pathway: Pathway, snake: SnakeModel) -> Array:
-    """How far the robot may leave the curve: the pathway's least radius there, less its own and some to turn."""
+    """How far the robot may leave the curve: the pathway's least radius there less its own, and never far."""
     at = np.arange(len(curve.points)) * curve.step_mm * (pathway.length / curve.length)
     radius = np.interp(at, pathway.s, pathway.contours().radius.min(axis=1))
-    found: Array = np.maximum(radius - snake.radius_mm - _TURNING_MM, 0.0)
+    found: Array = np.clip(radius - snake.radius_mm, 0.0, _ROOM_MM)
     return found
 
 

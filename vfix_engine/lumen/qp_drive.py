@@ -15,19 +15,15 @@ from numpy.typing import NDArray
 from ..control.qp import solve, stack
 from ..fixtures import Constraint, Objective
 from ..fixtures.rows import with_progress
-from ..geometry.compiled import compiled
-from ..robots.snake_kernel import snake_jacobian
-from .clearance import binding_vertices
 from .tip_control import Place, camera_jacobian
+from .wall_rows import wall_rows
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 REWARD = 1.0  # w_λ: what progress is worth against an error across the command
 SMALL_MOTION = 1e-2  # of a joint's step, as the way its link's end goes, against an error of the camera
 PULL = 1e-3  # back to the conforming shape
 NEAR_MM = 2.0  # [mm] vertices that are so near to their link's bound get a row
-PER_LINK = 8  # rows at most
 KEEP_MM = 0.05  # [mm] rows hold the links that much inside of the bound, as they are true for small steps only
 
 
@@ -89,28 +85,7 @@ class QpControl:
     def _clearance(self, q: Array) -> Constraint:
         """g · J Δq ≤ b_i − signed distance, of vertices near their link's bound; never asking for a way back."""
         place = self._place
-        frames = place.snake.frames(q, place.base)
-        near = binding_vertices(
-            place.query, place.packed, frames, place.window, place.bound, NEAR_MM + KEEP_MM, PER_LINK
-        )
-        rows = np.zeros((len(near.link), place.snake.dof + 1))
-        poses = np.ascontiguousarray(frames[1:, :3])
-        clearance_rows(poses, frames[0].copy(), q.copy(), near.link, near.point, near.gradient, rows)
-        room = np.maximum(place.bound[near.link] - KEEP_MM - near.signed, 0.0)
-        return Constraint("wall", rows, room, near.vertex, ("the wall of the pathway",))
-
-
-@compiled
-def clearance_rows(
-    frames: Array, base: Array, q: Array, links: Index, points: Array, gradient: Array, rows: Array
-) -> None:
-    """g · J of points (k, 3) that ride on ``links`` (k,), written into the first 2L columns of ``rows`` (k, 2L + 1)."""
-    jacobian = np.empty((3, len(q)))
-    for k in range(len(points)):
-        snake_jacobian(frames, base, q, links[k], points[k, 0], points[k, 1], points[k, 2], jacobian)
-        for joint in range(len(q)):
-            rows[k, joint] = (
-                gradient[k, 0] * jacobian[0, joint]
-                + gradient[k, 1] * jacobian[1, joint]
-                + gradient[k, 2] * jacobian[2, joint]
-            )
+        near = NEAR_MM + KEEP_MM
+        rows = wall_rows(place.snake, place.query, place.packed, place.window, place.bound, place.base, q, near)
+        room = np.maximum(rows.room - KEEP_MM, 0.0)
+        return Constraint("wall", rows.matrix, room, rows.vertex, ("the wall of the pathway",))

@@ -19,6 +19,7 @@ from ..robots.snake import SnakeModel
 from .conformance import Conformed, Insertion, conform
 from .curve import Curve
 from .drive_state import Command, DriveSettings, DriveState
+from .ease import eased
 from .hand_forces import HandForces
 from .haptics import Forces
 from .limits import HardLimits, Pose
@@ -227,12 +228,25 @@ class SnakeDrive:
         self._look(wanted.joint_s)
         start, end = Pose(self._conformed.base, self.q), Pose(wanted.base, self._bent(wanted))
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds())
+        if not verdict.taken and np.isfinite(verdict.deviation.depth).all():
+            wanted, end = self._eased(wanted, end, dt)
+            verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds())
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
             self._keep(verdict.deviation)
         else:
             self._windows, self._measured, self._why = windows, measured, verdict.held_by
         return verdict.taken
+
+    def _eased(self, wanted: Conformed, end: Pose, dt: float) -> tuple[Conformed, Pose]:
+        """The nearest shape that keeps the bounds, if there is one; the operator's bend stays as it is."""
+        most = self.settings.speed_max * dt
+        bound, packed = self._bounds(), self._packed
+        q = eased(self.snake, self.query, packed, self._windows, bound, end.base, self.q, end.q, most)
+        if q is None:
+            return wanted, end
+        change = q - end.q
+        return replace(wanted, q=self.snake.clamp(wanted.q + change), exact=False), Pose(end.base, q)
 
     def _bend(self, command: Command, dt: float) -> Outcome:
         """The distal links, by the camera command or back to the conforming shape."""
