@@ -1,0 +1,227 @@
+"""Control bends: as far as the pathway lets the distal links bend, to four or eight sides (Kwok 2013, eq. 14-20)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from .bending import DIRECTIONS, BendProblem, Direction
+from .bending_kernel import AIMS, FARTHEST, HIGH, LENGTH, LOW, Q_MAX, RAYS, TOWARDS_X, TOWARDS_Y, Lumen, cost_of, judge
+from .bending_search import search, survey
+
+Array = NDArray[np.float64]
+
+EVALUATIONS = 100  # Kwok 2013, section IV.B
+_FAR = 4.0  # [q_max] first and last joint of a planar bend; Kwok 2013, fig. 4 has 2.7
+_SCALE = 6.0  # α and β at most; Kwok 2013, fig. 4 has 3.35
+_PLANAR_DIRECTIONS, _BETWEEN_DIRECTIONS = 12, 8
+_ZOOMS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Bend:
+    """One bend of the distal links.
+
+    delta: (2L',) Δq in rad with joints at their limits, read-only. parameters: (m, q_c) in rad of (10), or (α, β) of
+    (19). cost: z_eff/z_max of (14) and (20). angle: ϑ in rad. evaluations: of the query. feasible: whether the links'
+    rest was within the bounds; where it was not, no link is deeper than it was at rest. gap: cost above that of a
+    search everywhere, where one was made.
+    """
+
+    delta: Array
+    parameters: tuple[float, float]
+    cost: float
+    angle: float
+    evaluations: int
+    feasible: bool
+    gap: float | None = None
+
+
+class Survey(NamedTuple):
+    """What a search everywhere found: the best bend that its ray reaches, the best of all, where rays leave (n, 2)."""
+
+    reachable: Bend
+    anywhere: Bend
+    exits: Array
+
+
+class CostMap(NamedTuple):
+    """Cost of (14) over m and q_c, (a, b); infinite where the tip goes the wrong way. And what is within the bounds."""
+
+    cost: Array
+    within: NDArray[np.bool_]
+
+
+class _Family(NamedTuple):
+    """Bends Δq = a · plane[0] + b · plane[1], what is aimed at, and (a, b) → the paper's parameters."""
+
+    plane: Array
+    aims: Array
+    angle: float
+    to_parameters: Array  # (2, 2)
+
+
+def optimise_primary(problem: BendProblem, direction: Direction, evaluations: int = EVALUATIONS) -> Bend:
+    """The planar bend (10) to one side that has the least z_eff/z_max within the bounds (14)-(17).
+
+    Raises:
+        InputError: another direction, or fewer than 40 evaluations.
+    """
+    return _optimised(problem, _planar(problem, direction), evaluations, *_bounds(problem))
+
+
+def optimise_between(problem: BendProblem, one: Bend, two: Bend, evaluations: int = EVALUATIONS) -> Bend:
+    """The bend half-way between two neighbours, one after the other in ϑ, scaled by the best (α, β) (18)-(20)."""
+    return _optimised(problem, _between(problem, one, two), evaluations, *_bounds(problem))
+
+
+def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int = EVALUATIONS) -> tuple[Bend, ...]:
+    """The four bends along the axes, or these and the four between them, by rising ϑ from 0.
+
+    Each is searched with so many evaluations of the query.
+
+    Raises:
+        InputError: another count, or fewer than 40 evaluations.
+    """
+    if count not in (4, 8):
+        raise InputError(f"there are 4 or 8 control bends, not {count}")
+    bounds = _bounds(problem)
+    bends = [_optimised(problem, _planar(problem, way), evaluations, *bounds) for way in DIRECTIONS]
+    if count == 4:
+        return tuple(bends)
+    found: list[Bend] = []
+    for one, two in zip(bends, [*bends[1:], bends[0]], strict=True):
+        found += [one, _optimised(problem, _between(problem, one, two), evaluations, *bounds)]
+    return tuple(found)
+
+
+def search_globally(problem: BendProblem, way: Direction | tuple[Bend, Bend], grid: int = 201) -> Survey:
+    """The same problem asked everywhere: ``grid`` directions at ``grid`` places each, then closer round the best.
+
+    For tests and figures. ``way``: a direction, or the two bends that one is searched between.
+    """
+    family = _between(problem, *way) if isinstance(way, tuple) else _planar(problem, way)
+    lumen, limit, feasible = _bounds(problem)
+    low, high = float(family.aims[LOW]), float(family.aims[HIGH])
+    width = (high - low) / grid
+    first = low + width * (0.5 + np.arange(grid))
+    phi: Array = first
+    exits = np.empty(0)
+    best, best_any = (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)
+    asked = 0
+    for zoom in range(1 + _ZOOMS):
+        left = np.empty(len(phi))
+        a, b, cost, any_a, any_b, any_cost = survey(
+            lumen, limit, problem.q_rest, family.plane, family.aims, phi, grid, left, problem.scratch()
+        )
+        asked += len(phi) * grid
+        exits = left if zoom == 0 else exits
+        best = min(best, (a, b, cost), key=lambda found: found[2])
+        best_any = min(best_any, (any_a, any_b, any_cost), best, key=lambda found: found[2])
+        if best[2] >= 1.0:
+            break
+        middle = math.atan2(best[1], best[0])
+        middle += 2.0 * math.pi * round((0.5 * (low + high) - middle) / (2.0 * math.pi))
+        closer = middle + width * np.linspace(-1.0, 1.0, 21)
+        phi = np.minimum(np.maximum(closer, low + 1e-9), high - 1e-9)
+        width *= 0.1
+    reachable = _bend(problem, family, best, asked, feasible)
+    anywhere = _bend(problem, family, best_any, asked, feasible)
+    rays = exits[:, None] * np.column_stack([np.cos(first), np.sin(first)])
+    return Survey(reachable, anywhere, rays @ family.to_parameters.T)
+
+
+def with_gap(problem: BendProblem, bend: Bend, way: Direction | tuple[Bend, Bend], grid: int = 201) -> Bend:
+    """The bend with its cost above that of a search everywhere."""
+    return replace(bend, gap=bend.cost - search_globally(problem, way, grid).reachable.cost)
+
+
+def cost_map(problem: BendProblem, direction: Direction, m: ArrayLike, q_c: ArrayLike) -> CostMap:
+    """Kwok 2013, fig. 7(c): the objective (14) and the constraint (17) over m (a,), rad a joint, and q_c (b,), rad."""
+    family = _planar(problem, direction)
+    lumen, limit, _ = _bounds(problem)
+    scratch, to_plane = problem.scratch(), np.linalg.inv(family.to_parameters)
+    slopes, last = np.array(m, dtype=np.float64), np.array(q_c, dtype=np.float64)
+    cost, within = np.empty((len(slopes), len(last))), np.zeros((len(slopes), len(last)), dtype=np.bool_)
+    for i, slope in enumerate(slopes):
+        for j, value in enumerate(last):
+            a, b = to_plane @ (slope, value)
+            cost[i, j] = cost_of(problem.q_rest, family.plane, family.aims, a, b, scratch)
+            excess = judge(lumen, limit, problem.q_rest, family.plane, family.aims, a, b, scratch)
+            within[i, j] = excess <= 0.0 and np.isfinite(cost[i, j])
+    return CostMap(cost, within)
+
+
+def _bounds(problem: BendProblem) -> tuple[Lumen, Array, bool]:
+    """The pathway; b_i, or at rest's own D_i where that is beyond it (a pathway that moved); whether none is."""
+    at_rest = problem.deviations(np.zeros(problem.snake.dof))
+    return problem.lumen(), np.maximum(problem.bound, at_rest), bool((at_rest <= problem.bound).all())
+
+
+def _planar(problem: BendProblem, direction: Direction) -> _Family:
+    """(10) by the first and the last joint's value in q_max instead of (m, q_c): both are of the same size then."""
+    if direction not in DIRECTIONS:
+        raise InputError(f"{direction!r} is none of the directions {', '.join(DIRECTIONS)}")
+    snake, quarter = problem.snake, DIRECTIONS[direction]
+    links, odd = snake.links, quarter % 2 == 1
+    sign = snake.q_max * (1.0 if quarter in (0, 3) else -1.0)
+    share = np.linspace(0.0, 1.0, links) if links > 1 else np.ones(1)
+    plane = np.zeros((2, 2 * links))
+    plane[:, (0 if odd else 1) :: 2] = sign * np.array([1.0 - share, share])
+    # The tip moves by ℓ Σ (L' − k) Δq_k at first: the half plane in which that is the wanted way.
+    lever = np.arange(links, 0, -1)
+    middle = math.atan2(float(lever @ share), float(lever @ (1.0 - share)))
+    towards = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter]
+    aims = _aims(problem, towards, middle - 0.5 * math.pi, middle + 0.5 * math.pi, _FAR, _PLANAR_DIRECTIONS)
+    slope = sign / (2 * links - 2) if links > 1 else 0.0  # m (i − 2L') + q_c is b at the last joint, a at the first
+    to_parameters = np.array([[-slope, slope], [0.0, sign]])
+    if odd:
+        to_parameters[1] += to_parameters[0]  # the last odd joint is 2L' − 1
+    return _Family(plane, aims, quarter * 0.5 * math.pi, to_parameters)
+
+
+def _between(problem: BendProblem, one: Bend, two: Bend) -> _Family:
+    """(19): α at the first joint, going over to β at the last."""
+    turn = (two.angle - one.angle) % (2.0 * math.pi)
+    mean = 0.5 * (one.delta + two.delta)  # (18)
+    share = np.arange(1, len(mean) + 1) / len(mean)
+    plane = np.array([(1.0 - share) * mean, share * mean])
+    aims = _aims(problem, (0.0, 0.0), 0.0, 0.5 * math.pi, _SCALE, _BETWEEN_DIRECTIONS)
+    return _Family(plane, aims, (one.angle + 0.5 * turn) % (2.0 * math.pi), np.eye(2))
+
+
+def _aims(
+    problem: BendProblem, towards: tuple[float, float], low: float, high: float, farthest: float, directions: int
+) -> Array:
+    aims = np.empty(AIMS)
+    aims[Q_MAX], aims[LENGTH] = problem.snake.q_max, problem.snake.length_mm
+    aims[TOWARDS_X], aims[TOWARDS_Y] = towards
+    aims[LOW], aims[HIGH], aims[FARTHEST], aims[RAYS] = low, high, farthest, directions
+    return aims
+
+
+def _optimised(
+    problem: BendProblem, family: _Family, evaluations: int, lumen: Lumen, limit: Array, feasible: bool
+) -> Bend:
+    if evaluations < 40:
+        raise InputError(f"a bend takes at least 40 evaluations, not {evaluations}")
+    a, b, cost, made = search(
+        lumen, limit, problem.q_rest, family.plane, family.aims, evaluations - 1, problem.scratch()
+    )
+    return _bend(problem, family, (a, b, cost), made + 1, feasible)
+
+
+def _bend(
+    problem: BendProblem, family: _Family, found: tuple[float, float, float], evaluations: int, feasible: bool
+) -> Bend:
+    a, b, cost = found
+    limit = problem.snake.q_max
+    delta = np.clip(problem.q_rest + (a * family.plane[0] + b * family.plane[1]), -limit, limit) - problem.q_rest
+    delta.setflags(write=False)
+    one, two = family.to_parameters @ (a, b)
+    return Bend(delta, (float(one), float(two)), cost, family.angle, evaluations, feasible)
