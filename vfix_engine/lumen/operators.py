@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from .drive_state import Command
+from .parameterised import ParameterisedControl
 from .snake_drive import SnakeDrive
 
 OPERATORS = ("scripted", "adversarial")
@@ -69,8 +70,6 @@ def _look_round(drive: SnakeDrive, stop: Stop) -> Iterator[Order]:
     """r from 0 to 1, ϑ once round, back to 0, straight again: all by commands in the camera's plane."""
     dt = drive.settings.step_s
     drive.ready_to_look()
-    from .parameterised import ParameterisedControl
-
     pilot = drive.control if isinstance(drive.control, ParameterisedControl) else None
     if pilot is None:  # whoever else steers: the paper's surface still says where the camera should go
         shadow = ParameterisedControl(drive.settings.bends, drive.settings.r_max)
@@ -87,8 +86,7 @@ def _look_round(drive: SnakeDrive, stop: Stop) -> Iterator[Order]:
         if behind < _AHEAD or drive.state.outcome == "held":  # a hand that is held looks elsewhere
             done += dt
         step = way * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else way
-        q = drive.q[-drive.distal.dof :] if pilot is not None else shadow.shape()
-        camera = shadow.camera_per_steering(q) @ step / dt
+        camera = shadow.camera_per_steering() @ step / dt
         event: Literal["bent"] | None = None
         if not bent and done >= _RAMP_S:
             bent, event = True, "bent"
@@ -118,16 +116,16 @@ def adversarial(drive: SnakeDrive, steps: int, seed: int = 0) -> Iterator[Order]
     random = np.random.default_rng(seed)
     dt = drive.settings.step_s
     usual = drive.settings.insertion_step_mm / drive.settings.insertion_mm_per_s
-    left = 0
+    left, pace = 0, 1.0
     kind, direction = "push", np.zeros(2)
     for _ in range(steps):
         if left <= 0:
             kind = str(random.choice(["push", "push", "spin", "jump", "insert", "retract", "straighten", "nonsense"]))
             angle = random.uniform(0.0, 2.0 * math.pi)
             direction = np.array([math.cos(angle), math.sin(angle)]) * 10.0 ** random.uniform(0.0, 4.0)
-            left = int(random.integers(5, 120))
+            left, pace = int(random.integers(5, 120)), float(random.choice([1.0, 10.0, 40.0]))
         left -= 1
-        camera, insert, step = (0.0, 0.0), 0.0, dt
+        camera, insert, step = (0.0, 0.0), 0.0, pace * dt
         if kind == "push":
             camera = (float(direction[0]), float(direction[1]))
         elif kind == "spin":

@@ -23,6 +23,7 @@ from .ease import eased
 from .hand_forces import HandForces
 from .haptics import Forces
 from .limits import HardLimits, Pose
+from .parameterised import ParameterisedControl
 from .pathway import Pathway
 from .qp_drive import QpControl
 from .query import Deviations, Query
@@ -73,7 +74,7 @@ class SnakeDrive:
         self._limits = HardLimits(self.query, snake, self.bound)
         self._distal_limits = HardLimits(self._distal_query, self.distal, self.bound[self._first :])
         self.control = make_control(self.settings)
-        self._forces = HandForces(self.distal)
+        self.hand = HandForces(self.distal)
         self._curve = curve if curve is not None and pathway.motion is None else pathway.curve(0.0)
         self._room = room if curve is not None and pathway.motion is None else None
         self.t, self.refused_commands, self._steps = 0.0, 0, 0
@@ -148,9 +149,9 @@ class SnakeDrive:
         forces = None
         if looking and self._settled:
             depth = self._deviation.depth[self._first :]
-            forces = self._forces.step(before, after, dt, command.camera, depth, self.control.outwards(after))
+            forces = self.hand.step(before, after, dt, command.camera, depth, self.control.outwards(after))
         else:
-            self._forces.rest()
+            self.hand.rest()
         self.state = self._state("looking" if looking else "inserting", outcome, forces, perf_counter() - began)
         return self.state
 
@@ -323,8 +324,6 @@ def make_control(settings: DriveSettings) -> TipControl:
     """The control of the distal links that the settings name."""
     if settings.control == "qp":
         return QpControl()
-    from .parameterised import ParameterisedControl
-
     return ParameterisedControl(settings.bends, settings.r_max)
 
 
