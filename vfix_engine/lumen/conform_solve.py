@@ -19,6 +19,7 @@ Index = NDArray[np.int64]
 
 _TURNS = 30  # of one step's set of joints at a limit
 _SMALL = 1e-9  # [rad, mm] a step that is none
+_TOUCHES = 1e-12  # [rad, mm] from a limit: there
 _GAIN = 1e-5  # share of the cost below which a step is the last
 _NOTHING = 1e-18  # [mm²] a cost that is none
 _FLOOR, _STIFFEST = 1e-6, 1e6  # of the damping
@@ -61,37 +62,68 @@ def _value(hessian: Array, gradient: Array, x: Array, slope: Array) -> float:
 
 
 @borrowing
+def _free_step(
+    hessian: Array, slope: Array, x: Array, lower: Array, upper: Array, factor: Array, free: Index, step: Array
+) -> None:
+    """Newton's step for what is not held at a limit, by its slope or because the step itself would leave the box."""
+    count = 0
+    for i in range(len(x)):
+        held = (x[i] <= lower[i] and slope[i] >= 0.0) or (x[i] >= upper[i] and slope[i] <= 0.0)
+        if not held:
+            free[count] = i
+            count += 1
+    while count > 0:
+        _newton(hessian, slope, free, count, factor, step)
+        left = 0
+        for a in range(count):
+            i = free[a]
+            if not ((x[i] <= lower[i] and step[i] < 0.0) or (x[i] >= upper[i] and step[i] > 0.0)):
+                free[left] = i
+                left += 1
+        if left == count:
+            return
+        count = left
+    for i in range(len(x)):
+        step[i] = 0.0
+
+
+@borrowing
 def box_step(
     hessian: Array, gradient: Array, lower: Array, upper: Array, factor: Array, vectors: Array, free: Index, x: Array
 ) -> None:
-    """The x (n,) between ``lower`` ≤ 0 ≤ ``upper`` of least ½ xᵀH x + gᵀx; vectors: (3, n) and free: (n,) work."""
+    """The x (n,) between ``lower`` ≤ 0 ≤ ``upper`` of least ½ xᵀH x + gᵀx; vectors: (3, n) and free: (n,) work.
+
+    A step that leaves the box is cut to it component by component; where that does not pay, it ends at the first limit.
+    """
     slope, step, trial = vectors[0], vectors[1], vectors[2]
     for i in range(len(x)):
         x[i] = 0.0
     value = _value(hessian, gradient, x, slope)
     for _ in range(_TURNS):
-        count = 0
+        _free_step(hessian, slope, x, lower, upper, factor, free, step)
+        largest, first = 0.0, 1.0
         for i in range(len(x)):
-            held = (x[i] <= lower[i] and slope[i] > 0.0) or (x[i] >= upper[i] and slope[i] < 0.0)
-            if not held:
-                free[count] = i
-                count += 1
-        _newton(hessian, slope, free, count, factor, step)
-        share, found = 1.0, False
-        for _halved in range(12):
-            largest = 0.0
-            for i in range(len(x)):
-                trial[i] = min(max(x[i] + share * step[i], lower[i]), upper[i])
-                largest = max(largest, abs(trial[i] - x[i]))
-            if largest < _SMALL:
-                break
-            lowered = _value(hessian, gradient, trial, slope)
-            if lowered < value:
-                found = True
-                break
-            share *= 0.5
-        if not found:
+            trial[i] = min(max(x[i] + step[i], lower[i]), upper[i])
+            largest = max(largest, abs(trial[i] - x[i]))
+            if x[i] + step[i] < lower[i]:
+                first = min(first, (lower[i] - x[i]) / step[i])
+            elif x[i] + step[i] > upper[i]:
+                first = min(first, (upper[i] - x[i]) / step[i])
+        if largest < _SMALL:
             break
+        lowered = _value(hessian, gradient, trial, slope)
+        if not lowered < value:
+            for i in range(len(x)):
+                ahead = x[i] + first * step[i]
+                # On the limit itself where it is the one that was met, not a rounding before it.
+                trial[i] = min(max(ahead, lower[i]), upper[i])
+                if step[i] < 0.0 and trial[i] - lower[i] < _TOUCHES:
+                    trial[i] = lower[i]
+                elif step[i] > 0.0 and upper[i] - trial[i] < _TOUCHES:
+                    trial[i] = upper[i]
+            lowered = _value(hessian, gradient, trial, slope)
+            if not lowered < value:
+                break
         value = lowered
         for i in range(len(x)):
             x[i] = trial[i]
@@ -154,7 +186,7 @@ def settle_chain(
             _copied(trial, state)
             _copied(tried, places)
             damping = max(0.2 * damping, _FLOOR)
-            if gain <= _GAIN * cost + _NOTHING:
+            if gain <= _GAIN * cost + _NOTHING and damping < 1e-2:
                 break
         else:
             damping = max(10.0 * damping, 1e-3)

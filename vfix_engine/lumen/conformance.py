@@ -30,7 +30,7 @@ _STEP = 1.0  # [mm] of insertion between two solutions
 _ROLLS = 8  # tried for the base; the limits are the same after a quarter turn
 _ROLL_STEP = 5.0  # [mm] of insertion between the places at which a roll is judged
 _FEED = 3.0  # [mm/mm] how much faster than its tip the base may go where the limits bind
-_SLIP = 4.0  # [mm] that the tip is asked to make up for in one solution
+_SLIP = 10.0  # [mm] that the tip is asked to make up for in one solution
 _SETTLE = 200  # turns of a solution without one before it
 _FOLLOW = 6  # turns of a solution that follows one
 _ANEW = 20  # turns of a solution that follows one on a curve that has moved
@@ -202,7 +202,7 @@ def _weights(feasible: bool) -> Array:
     """What the least squares hold against a chain; where all joints can be on the curve, only that they are not."""
     weights = np.empty(7)
     weights[CENTRE], weights[ROOM], weights[MIDDLE] = (1.0, 0.0, 0.0) if feasible else (0.05, 1.0, 1.0)
-    weights[GUIDE], weights[TIP], weights[STAY], weights[STEEP] = 10.0, 100.0, 1.0, 3.0
+    weights[GUIDE], weights[TIP], weights[STAY], weights[STEEP] = 10.0, 1000.0, 1.0, 3.0
     return weights
 
 
