@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.compiled import borrowing, compiled
+from .polar_lanes import put_least_radii, put_radii, raise_polar_bounds
 from .query_blocks import CHILD, WHOLE, VertexBlocks, vertex_blocks
 from .query_lanes import (
     AT,
@@ -20,8 +21,8 @@ from .query_lanes import (
     LEVEL,
     STEP,
     lower_gaps,
-    lower_polar_gaps,
     most,
+    put_circles,
     put_normals,
     put_places,
     raise_bounds,
@@ -71,8 +72,22 @@ def span(
 
 
 @borrowing
-def enter(rows: Array, ball: Array, node: int, near: int, first: int, last: int, work: Array, level: int) -> None:
-    """Bound what the 16 children of a node may deviate; kept in ``work`` with the node and its segment."""
+def enter(
+    rows: Array,
+    polar: Array,
+    ball: Array,
+    node: int,
+    near: int,
+    first: int,
+    last: int,
+    least: float,
+    work: Array,
+    level: int,
+) -> None:
+    """Bound what the 16 children of a node may deviate; kept in ``work`` with the node and its segment.
+
+    What does not deviate more than ``least`` need not be bounded sharply.
+    """
     at = LEVEL + STEP * level
     a, b, c = ball[node, WHOLE], ball[node, WHOLE + 1], ball[node, WHOLE + 2]
     x = work[FRAME] * a + work[FRAME + 1] * b + work[FRAME + 2] * c + work[FRAME + 3]
@@ -85,6 +100,12 @@ def enter(rows: Array, ball: Array, node: int, near: int, first: int, last: int,
         work[k] = 0.0
     for i in range(low, high + 1):
         raise_bounds(ball, node, rows, i, work, at)
+    if polar.shape[1] > 1 and most(work, at) > least:  # the line below the whole wall does not do
+        for k in range(at, at + 16):
+            work[k] = 0.0
+        for i in range(low, high + 1):
+            put_least_radii(ball, node, rows, polar, i, work)
+            raise_polar_bounds(ball, node, rows, i, work, at)
     if low == first and ahead(rows, first, 0, x, y, z) < ball[node, WHOLE + 3]:
         raise_ends(ball, node, rows, first, 0, work, at)
     if high + 1 == last and ahead(rows, last - 1, 1, x, y, z) > -ball[node, WHOLE + 3]:
@@ -95,9 +116,10 @@ def enter(rows: Array, ball: Array, node: int, near: int, first: int, last: int,
 @borrowing
 def lower(rows: Array, polar: Array, j: int, work: Array) -> None:
     if polar.shape[1] == 1:
-        lower_gaps(rows, j, work)
+        put_circles(rows, j, work)
     else:
-        lower_polar_gaps(rows, polar, j, work)
+        put_radii(rows, polar, j, work)
+    lower_gaps(rows, j, work)
 
 
 @borrowing
@@ -186,7 +208,7 @@ def deepest(
     """
     block, lane, segment = -1, 0, near
     level = 0
-    enter(rows, ball, link, near, first, last, work, 0)
+    enter(rows, polar, ball, link, near, first, last, least, work, 0)
     while level >= 0:
         at = LEVEL + STEP * level
         bound = most(work, at)
@@ -200,7 +222,7 @@ def deepest(
         child, j = int(ball[int(work[at + 16]), CHILD + k]), int(work[at + 17])
         if child >= 0:
             level += 1
-            enter(rows, ball, child, j, first, last, work, level)
+            enter(rows, polar, ball, child, j, first, last, least, work, level)
             continue
         far = measure(rows, polar, lanes, -1 - child, j, first, last, least, work)
         if far > least:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import borrowing, vectorised
+from ..geometry.compiled import vectorised
 from .query_blocks import NORMAL, RADIUS, THICKNESS
-from .section import AXIS, EDGE, section_distance
+from .section import AXIS, EDGE
 
 Array = NDArray[np.float64]
 
@@ -22,6 +22,8 @@ TURNED = 48  # in a node: the normals x, y, z of the 16
 FRAME = 96  # [R | p] row by row
 LEVEL = 108  # of each level of the tree: the children's bounds, the node, the segment it is at
 STEP = 18
+RADII = 208  # both contours' radii in the sections of the 16
+WIDTH = 240  # what polar_lanes.py needs beside them
 
 
 @vectorised
@@ -100,15 +102,22 @@ def raise_ends(ball: Array, node: int, rows: Array, j: int, end: int, work: Arra
 
 
 @vectorised
+def put_circles(rows: Array, j: int, work: Array) -> None:
+    """Radii of circular contours, in every section the same."""
+    radius2, radius3 = rows[j, 12], rows[j, 13]
+    for k in range(16):
+        work[RADII + k], work[RADII + 16 + k] = radius2, radius3
+
+
+@vectorised
 def lower_gaps(rows: Array, j: int, work: Array) -> None:
-    """Lower the 16 places' squared deviations to that from segment ``j``: ``section.py`` for circular contours.
+    """Lower the 16 places' squared deviations to that from segment ``j``: ``section.py``, with the radii in RADII.
 
     Both ends of the wall are taken times h, so that no direction is normalised.
     """
     ax, ay, az, ex, ey, ez = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 19], rows[j, 20], rows[j, 21]
     mx, my, mz, nx, ny, nz = rows[j, 6], rows[j, 7], rows[j, 8], rows[j, 9], rows[j, 10], rows[j, 11]
-    radius2, radius3, length = rows[j, 12], rows[j, 13], rows[j, 22]
-    facing2, facing3, lean2, lean3 = rows[j, 40], rows[j, 41], rows[j, 42], rows[j, 43]
+    length, facing2, facing3, lean2, lean3 = rows[j, 22], rows[j, 40], rows[j, 41], rows[j, 42], rows[j, 43]
     segment = float(j)
     for k in range(16):
         px, py, pz = work[k] - ax, work[16 + k] - ay, work[32 + k] - az
@@ -121,7 +130,7 @@ def lower_gaps(rows: Array, j: int, work: Array) -> None:
         a2, a3 = facing2 * scale, facing3 * scale
         s2, s3 = np.sqrt(a2 * a2 + b2 * b2), np.sqrt(a3 * a3 + b3 * b3)  # eq. 2
         share = 1.0 / (s2 * s3)
-        r2, r3 = radius2 * s3 * share, radius3 * s2 * share
+        r2, r3 = work[RADII + k] * s3 * share, work[RADII + 16 + k] * s2 * share
         u2, v2, u3, v3 = -b2 * r2, a2 * r2, length - b3 * r3, a3 * r3  # eq. 3
         du, dv = u3 - u2, v3 - v2
         dd = du * du + dv * dv
@@ -139,15 +148,6 @@ def lower_gaps(rows: Array, j: int, work: Array) -> None:
         least = work[GAP + k]
         work[AT + k] = segment if gap < least else work[AT + k]  # eq. 8
         work[GAP + k] = gap if gap < least else least
-
-
-@borrowing
-def lower_polar_gaps(rows: Array, polar: Array, j: int, work: Array) -> None:
-    """As ``lower_gaps`` for contours with polar radii."""
-    for k in range(16):
-        gap = max(section_distance(work[k], work[16 + k], work[32 + k], rows, polar, j)[0], 0.0)
-        if gap * gap < work[GAP + k]:
-            work[GAP + k], work[AT + k] = gap * gap, float(j)
 
 
 @vectorised
