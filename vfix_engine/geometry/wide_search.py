@@ -81,11 +81,12 @@ def tool_of(packed: Array) -> tuple[Array, Array, Array]:
 @borrowing
 def set_out(start: Array, end: Array, frame: Array, numbers: Array, singles: Single) -> None:
     """Describe the segment from ``start`` to ``end`` (3,) in the room of a query."""
-    d = numbers[QUERY + WORK : QUERY + WORK + 3]
+    # The start goes into the room as well: one that is read-only is another type, and would be compiled for again.
+    p, d = numbers[:3], numbers[QUERY + WORK : QUERY + WORK + 3]
     for k in range(3):
-        d[k] = end[k] - start[k]
-    describe(start, d, numbers[:QUERY])
-    describe_single(start, d, frame, singles[:PROBE])
+        p[k], d[k] = start[k], end[k] - start[k]
+    describe(p, d, numbers[:QUERY])
+    describe_single(p, d, frame, singles[:PROBE])
 
 
 @borrowing

@@ -2,8 +2,8 @@
 
 A kernel is compiled where it is first called, and most of that time the interpreter waits; in processes of their own
 two halves are compiled at once and the planner answers meanwhile. They leave what they compiled in the folder of
-geometry/kernel_cache.py, from where every later process reads it. `python -m vfix_engine.simulation.preparation PART`
-is one of these processes.
+geometry/kernel_cache.py, from where every later process reads it. `python -m vfix_engine.simulation.preparation
+PART ...` is one of these processes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
@@ -34,10 +34,11 @@ from .dry_run import dry_run
 from .rehearsal import Command, Rehearsal
 from .scene import Scene
 
-# Two at a time; the second ones put kernels of the first ones into theirs.
-FIRST, THEN = ("surface", "parts"), ("distances", "control")
-PART_SECONDS = 600.0  # a part that takes longer hangs
+# Of two processes; the second parts put kernels of both first ones into theirs.
+HALVES = (("surface", "distances"), ("parts", "control"))
+HALF_SECONDS = 600.0  # a process that takes longer hangs
 _DONE = "prepared"
+_GO = b"."
 _idle = threading.Event()
 _idle.set()
 _NEEDED_SHARE = 0.8  # of all kernels; the rest belongs to zones and to the papers' tree, which a page does not use
@@ -57,18 +58,18 @@ def progress() -> float:
 
 
 def prepare() -> None:
-    """Compile everything, two halves at once where there are cores for it; returns when it is done.
+    """Compile everything, two halves at once; returns when it is done.
 
-    Raises subprocess.SubprocessError when a part fails; the kernels are then compiled where they are first called.
+    Raises subprocess.SubprocessError when a half fails; the kernels are then compiled where they are first called.
     """
     folder = cache_folder()
     if is_prepared() or folder is None:
         return
     _idle.clear()
     try:
-        with ThreadPoolExecutor(max_workers=min(len(THEN), os.cpu_count() or 1)) as parts:
-            for at_once in (FIRST, THEN):
-                list(parts.map(_run_part, at_once))
+        meeting = threading.Barrier(len(HALVES))
+        with ThreadPoolExecutor(len(HALVES)) as halves:
+            list(halves.map(_run_half, HALVES, [meeting] * len(HALVES)))
         with suppress(OSError):  # the disk is full: the next start looks again
             (folder / _DONE).touch()
     finally:
@@ -91,24 +92,49 @@ def warm_up(rehearsal: Rehearsal) -> None:
         rehearsal.controller.warm_up(state.tool)
 
 
-def _run_part(part: str) -> None:
+def _run_half(parts: Sequence[str], meeting: threading.Barrier) -> None:
+    """One process with its parts; after each but the last it waits until the other half is as far."""
     root = str(Path(__file__).resolve().parents[2])
     paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
-    command = [sys.executable, "-m", "vfix_engine.simulation.preparation", part]
+    command = [sys.executable, "-m", "vfix_engine.simulation.preparation", *parts]
     environment = {**os.environ, "PYTHONPATH": paths}
-    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
+    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        late = threading.Timer(HALF_SECONDS, process.kill)
+        late.start()
         try:
-            status = process.wait(PART_SECONDS)
-        except subprocess.TimeoutExpired:
+            while process.stdout.readline():
+                meeting.wait()
+                process.stdin.write(_GO)
+                process.stdin.flush()
+        except threading.BrokenBarrierError:
             process.kill()
-            raise
+        finally:
+            status = process.wait()
+            late.cancel()
     if status:
+        meeting.abort()
         raise subprocess.CalledProcessError(status, command)
 
 
-def _end_with_the_planner() -> None:
+def _compile(parts: Sequence[str]) -> None:
+    """What one of these processes does."""
+    go = threading.Event()
+    threading.Thread(target=_listen, args=(go,), daemon=True).start()
+    gc.disable()  # compilers make many objects and little garbage; looking for it took a tenth of the time
+    for place, compile_part in enumerate([_PARTS[part] for part in parts]):
+        if place > 0:
+            print(flush=True)
+            go.wait()
+            go.clear()
+        compile_part()
+
+
+def _listen(go: threading.Event) -> None:
     """The planner holds the other end of stdin; when it ends, so does this process."""
-    os.read(0, 1)
+    while os.read(0, 1):
+        go.set()
     os._exit(1)
 
 
@@ -183,6 +209,4 @@ _PARTS: dict[str, Callable[[], None]] = {
 }  # fmt: skip
 
 if __name__ == "__main__":
-    threading.Thread(target=_end_with_the_planner, daemon=True).start()
-    gc.disable()  # compilers make many objects and little garbage; looking for it took a tenth of the time
-    _PARTS[sys.argv[1]]()
+    _compile(sys.argv[1:])

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -22,48 +23,50 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_the_others_wait_for_the_first_ones_and_it_is_done_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    ran: list[str] = []
-    monkeypatch.setattr(preparation, "_run_part", ran.append)
+def test_it_is_done_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[Sequence[str]] = []
+    monkeypatch.setattr(preparation, "_run_half", lambda parts, meeting: ran.append(parts))
     assert not preparation.is_prepared()
     preparation.prepare()
-    assert sorted(ran[:2]) == sorted(preparation.FIRST)
-    assert sorted(ran[2:]) == sorted(preparation.THEN)
+    assert sorted(ran) == sorted(preparation.HALVES)
     assert preparation.is_prepared()
     preparation.prepare()
-    assert len(ran) == 4
+    assert len(ran) == 2
 
 
-def test_a_part_that_fails_is_told_and_is_tried_again_next_time(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(part: str) -> None:
-        raise subprocess.CalledProcessError(1, part)
-
-    monkeypatch.setattr(preparation, "_run_part", fail)
+@pytest.mark.parametrize("halves", [(("no such part",), ("nothing",)), (("no such part",), ("surface", "surface"))])
+def test_a_half_that_fails_is_told_and_keeps_nobody_waiting(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, halves: tuple[tuple[str, ...], ...]
+) -> None:
+    monkeypatch.setattr(preparation, "HALVES", halves)
     with pytest.raises(subprocess.SubprocessError):
         preparation.prepare()
-    assert not preparation.is_prepared()
+    assert not preparation.is_prepared()  # it is tried again next time
+
+
+def test_a_half_that_hangs_is_ended(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(preparation, "HALF_SECONDS", 0.2)
+    with pytest.raises(subprocess.SubprocessError):
+        preparation.prepare()
 
 
 def test_who_needs_the_engine_meanwhile_waits_for_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    order: list[str] = []
+    order: list[Sequence[str]] = []
     began = threading.Event()
 
-    def slow(part: str) -> None:
+    def slow(parts: Sequence[str], meeting: threading.Barrier) -> None:
         began.set()
         time.sleep(0.2)
-        order.append(part)
-        if part == "control":
-            raise subprocess.CalledProcessError(1, part)  # a failure keeps nobody waiting
+        order.append(parts)
+        raise subprocess.CalledProcessError(1, parts[0])  # a failure keeps nobody waiting
 
-    monkeypatch.setattr(preparation, "_run_part", slow)
-    monkeypatch.setattr(preparation, "THEN", ("control",))
+    monkeypatch.setattr(preparation, "_run_half", slow)
     preparation.wait()  # nothing runs yet
     with ThreadPoolExecutor(1) as background:
         running = background.submit(preparation.prepare)
         began.wait(10)
         preparation.wait()
-        assert sorted(order[:2]) == sorted(preparation.FIRST)
-        assert order[2:] == ["control"]
+        assert len(order) == 2
         assert isinstance(running.exception(10), subprocess.SubprocessError)
 
 
@@ -91,9 +94,9 @@ def test_there_is_nothing_to_do_where_nothing_is_kept_or_numba_keeps_it(
     preparation.prepare()
 
 
-@pytest.mark.parametrize("part", [*preparation.FIRST, *preparation.THEN])
-def test_every_part_runs_as_a_process(part: str) -> None:
-    preparation._run_part(part)
+def test_both_halves_run_and_meet(folder: Path) -> None:
+    preparation.prepare()
+    assert preparation.is_prepared()
 
 
 def test_a_part_ends_with_the_planner() -> None:
