@@ -32,6 +32,11 @@ def declared() -> list[str]:
     return [name_of(text) for text in [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]]
 
 
+def of_a_gpu() -> list[str]:
+    """What the extra for a GPU declares; it is not locked, since it needs a driver that pip does not bring."""
+    return [name_of(text) for text in PROJECT["optional-dependencies"]["gpu"]]
+
+
 def locked(lock: str) -> dict[str, str]:
     text = (ROOT / lock).read_text(encoding="utf-8")
     return dict(re.findall(r"^([a-z0-9-]+)==([^ ;\\]+)", text, re.MULTILINE))
@@ -39,12 +44,13 @@ def locked(lock: str) -> dict[str, str]:
 
 def test_every_dependency_has_its_licence_and_reason() -> None:
     rows = dict(re.findall(r"^\| ([a-z][a-z0-9-]*) \| (.+) \| .+ \|$", PAGE, re.MULTILINE))
-    assert set(declared()) | {"hatchling", "editables"} == set(rows)
+    assert set(declared()) | set(of_a_gpu()) | {"hatchling", "editables"} == set(rows)
     assert not [name for name, licence in rows.items() if is_gpl(licence)]
 
 
 def test_dependencies_are_sorted_and_stated_once() -> None:
-    for group in (PROJECT["dependencies"], PROJECT["optional-dependencies"]["test"]):
+    assert set(PROJECT["optional-dependencies"]) == {"gpu", "test"}
+    for group in (PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()):
         names = [name_of(text) for text in group]
         assert names == sorted(set(names))
 
@@ -77,6 +83,7 @@ def test_the_locks_hold_what_is_declared_and_agree() -> None:
     assert {name_of(text) for text in PROJECT["dependencies"]} | {"hatchling", "editables"} <= set(run)
     assert set(declared()) <= set(test)
     assert run.items() <= test.items()
+    assert not set(of_a_gpu()) & set(test)
 
 
 def test_the_lock_installs_nothing_under_the_gpl() -> None:
