@@ -1,0 +1,222 @@
+"""The proximity query of Kwok 2013, eq. 1-9: the engine's against the same as printed, compiled and in numpy.
+
+A pose differs from the one before by a fraction of a degree in every joint, and all candidates take the same ones.
+Each is called five times in a row, as a control loop asks about nearly the same pose again and again; the slow ones,
+which a moment more does not matter to, once. What is timed is the engine's Python function with all its checks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import lumen_gpu, lumen_plots, report
+from benchmarks.lumen_peers import NumpyQuery, literal_query
+from benchmarks.lumen_scene import JUDGED, LINKS, SEGMENTS, Scene
+from benchmarks.lumen_threads import ThreadedQuery
+from vfix_engine.lumen.query import Query
+from vfix_engine.robots.snake_surface import LinkVertices
+
+Array = NDArray[np.float64]
+Ask = Callable[[Array], object]
+
+SUMMARY = "the query of a snake in its lumen against the paper's, compiled as printed and in numpy"
+MIXED = 0.2  # of the vertices are outside
+SMALL = 500  # vertices, asked for many poses at once
+BATCH, BATCH_STIR = 200, np.radians(3.0)  # poses of one call, as different as an optimiser's
+BURST = 5
+POSES = 15  # of one share of vertices outside
+AGREE_MM = 1e-9
+COUNTS = (500, 1000, 2000, 5000, JUDGED, 50_000)  # vertices of fig. 7a
+SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the vertices inside, fig. 7b
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """How many vertices and rounds, which sweeps, where the plots go."""
+    parser.add_argument("--vertices", type=int, default=JUDGED, help=f"vertices of the snake (default {JUDGED:,})")
+    parser.add_argument("--rounds", type=int, default=15, help="timings of each candidate (default 15, at least 3)")
+    parser.add_argument("--threads", type=int, default=None, help="threads of the sweeps at most (default: all cores)")
+    parser.add_argument("--no-sweeps", action="store_true", help="leave out the sweeps of fig. 7a and 7b")
+    parser.add_argument("--plots", type=Path, metavar="FOLDER", help="draw the sweeps as SVG files there")
+    parser.add_argument("--gpu", action="store_true", help="refuse to run where no GPU is found")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Times, ratios, sweeps, and whether all agree.
+
+    Raises:
+        BenchmarkRefused: an option makes no sense, or there is no GPU and one was insisted on.
+    """
+    threads = _thread_counts(args)
+    if not LINKS <= args.vertices <= 1_000_000 or args.rounds < 3:
+        raise report.BenchmarkRefused(f"{LINKS} to 1,000,000 vertices, and at least 3 rounds")
+    if args.plots is not None and args.no_sweeps:
+        raise report.BenchmarkRefused("--plots draws the sweeps, which --no-sweeps leaves out")
+    if args.gpu:
+        lumen_gpu.need_gpu()
+    machine = report.machine().to_dict()
+    scene = Scene.made()
+    shares = {1.0, 1.0 - MIXED, *(() if args.no_sweeps else SHARES)}
+    shifts = {share: scene.shift_for(1.0 - share) for share in shares}
+    cases = {
+        name: _Case(scene, args.vertices, shifts[share], args.rounds)
+        for name, share in (("inside", 1.0), ("mixed", 1.0 - MIXED))
+    }
+    times = {name: case.times() for name, case in cases.items()}
+    batch = _Batch(scene, shifts[1.0 - MIXED], args.rounds)
+    gpu = lumen_gpu.measure(scene, shifts[1.0 - MIXED], args.rounds)
+    sweeps: dict[str, Any] = {"vertices_sweep": None, "inside_sweep": None}
+    if not args.no_sweeps:
+        few = max(3, args.rounds // 3)
+        mixed = shifts[1.0 - MIXED]
+        sweeps["vertices_sweep"] = [
+            {"vertices": count} | _Case(scene, count, mixed, few).row(threads) for count in COUNTS
+        ]
+        sweeps["inside_sweep"] = [
+            {"inside_percent": 100.0 * share} | _Case(scene, args.vertices, shifts[share], few).row(threads)
+            for share in SHARES
+        ]
+    rows = [row for sweep in sweeps.values() for row in sweep or []]
+    apart = max([case.apart() for case in cases.values()] + [batch.apart] + [row["max_abs_diff"] for row in rows])
+    ratios = {name: _ratios(each) for name, each in times.items()}
+    count = args.vertices
+    return {
+        "machine": machine,
+        "vertices": count,
+        "segments": SEGMENTS,
+        "links": LINKS,
+        "rounds": args.rounds,
+        "us": {f"{count}_inside": times["inside"]["ours"], f"{count}_mixed": times["mixed"]["ours"], "500": batch.us},
+        "outside_percent": {name: case.outside_percent() for name, case in cases.items()} | {"500": batch.outside},
+        "every_vertex_us": {name: each["every_vertex"] for name, each in times.items()},
+        "literal_us": {name: each["literal"] for name, each in times.items()},
+        "numpy_us": {name: each["numpy"] for name, each in times.items()},
+        "ratios": {name: min(each[name] for each in ratios.values()) for name in ratios["mixed"]},
+        "ratios_by_scene": ratios,
+        "max_abs_diff": apart,
+        "correct": apart <= AGREE_MM and (gpu is None or gpu["max_abs_diff"] <= AGREE_MM),
+        "gpu": gpu,
+        **sweeps,
+        "plots": None if args.plots is None else lumen_plots.draw(args.plots, sweeps, count, gpu),
+    }
+
+
+def _ratios(times: dict[str, float]) -> dict[str, float]:
+    """The peers' times over ours: for d_l of every link, and for δ_i of every vertex, which they find as well."""
+    asked = {f"vs_{peer}": times[peer] / times["ours"] for peer in ("literal", "numpy")}
+    return asked | {f"every_vertex_vs_{peer}": times[peer] / times["every_vertex"] for peer in ("literal", "numpy")}
+
+
+def _thread_counts(args: argparse.Namespace) -> list[int]:
+    """2, 4, 8, … up to the number of cores, or of threads that were asked for, and that number itself."""
+    cores = int(report.machine().cores)
+    most = cores if args.threads is None else args.threads
+    if not 1 <= most <= (os.cpu_count() or 1):
+        raise report.BenchmarkRefused(f"--threads {most} is not between 1 and the {os.cpu_count()} of this machine")
+    return [] if most == 1 else sorted({most, *(2**k for k in range(1, most.bit_length()) if 2**k <= most)})
+
+
+class _Case:
+    """The snake with so many vertices at one place, and everybody who can ask about it."""
+
+    def __init__(self, scene: Scene, count: int, shift_mm: float, rounds: int):
+        self._scene, self._rounds = scene, rounds
+        self._vertices: LinkVertices = scene.vertices(count)
+        self._poses = scene.poses(shift_mm, POSES)
+        self._query = Query(self._vertices)
+        rows, self._radius = scene.packed.rows, np.ascontiguousarray(scene.packed.polar[:, 0])
+        self._numpy = NumpyQuery(self._vertices.points, self._vertices.start, rows, self._radius)
+        self._gap = np.empty(count)
+
+    def times(self, threaded: dict[str, ThreadedQuery] | None = None) -> dict[str, float]:
+        """Median µs of each candidate."""
+        query, packed, window = self._query, self._scene.packed, self._scene.window
+        candidates: dict[str, Ask] = {
+            "ours": lambda pose: query.deviations(packed, pose, window),
+            "every_vertex": lambda pose: query.every_vertex(packed, pose, window),
+            **{name: each.deviations for name, each in (threaded or {}).items()},
+            "literal": self._literal,
+            "numpy": self._numpy.deviations,
+        }
+        bursts = {name: 1 if name in ("literal", "numpy") else BURST for name in candidates}
+        seconds = in_turn(candidates, self._poses, self._rounds, bursts)
+        return {name: 1e6 * float(np.median(each)) for name, each in seconds.items()}
+
+    def row(self, thread_counts: list[int]) -> dict[str, float]:
+        """One row of a sweep."""
+        asked = {
+            f"{n}_threads": ThreadedQuery(self._vertices, self._scene.packed, self._scene.window, n)
+            for n in thread_counts
+        }
+        try:
+            times = self.times(asked)
+            apart = max([self.apart(), *(self._apart_of(each.deviations) for each in asked.values())])
+        finally:
+            for each in asked.values():
+                each.close()
+        row = {"outside_percent": self.outside_percent(), "ours_us": times.pop("ours")}
+        return row | {f"{name}_us": value for name, value in times.items()} | {"max_abs_diff": apart}
+
+    def apart(self) -> float:
+        """The largest difference in mm of any two answers, of links and of vertices."""
+        query, packed, window = self._query, self._scene.packed, self._scene.window
+        apart = 0.0
+        for pose in self._poses:
+            depth, gap = query.deviations(packed, pose, window).depth, query.every_vertex(packed, pose, window)[0]
+            literal = self._literal(pose)
+            numpy_depth, numpy_gap = self._numpy.deviations(pose)
+            for one, two in ((depth, literal), (depth, numpy_depth), (gap, self._gap), (gap, numpy_gap)):
+                apart = max(apart, float(np.abs(one - two).max()))
+        return apart
+
+    def outside_percent(self) -> float:
+        """How many of the vertices deviate."""
+        return 100.0 * self._scene.share_outside(self._query, self._poses)
+
+    def _literal(self, pose: Array) -> Array:
+        first, last = self._scene.window
+        rows, vertices = self._scene.packed.rows, self._vertices
+        return literal_query(vertices.points, vertices.start, pose, rows, self._radius, first, last, self._gap)
+
+    def _apart_of(self, ask: Callable[[Array], Array]) -> float:
+        return max(float(np.abs(ask(pose) - self._literal(pose)).max()) for pose in self._poses)
+
+
+class _Batch:
+    """500 vertices in 200 poses with one call, which is how an optimiser asks. µs are of one pose."""
+
+    def __init__(self, scene: Scene, shift_mm: float, rounds: int):
+        vertices, packed = scene.vertices(SMALL), scene.packed
+        poses = scene.poses(shift_mm, BATCH, BATCH_STIR)
+        query, gap, radius = Query(vertices), np.empty(SMALL), np.ascontiguousarray(packed.polar[:, 0])
+        seconds = in_turn({"ours": lambda _: query.deviations(packed, poses, scene.window)}, poses, rounds, {"ours": 1})
+        self.us = 1e6 * float(np.median(seconds["ours"])) / BATCH
+        self.outside = 100.0 * scene.share_outside(query, poses)
+        found = query.deviations(packed, poses, scene.window).depth
+        wanted = [
+            literal_query(vertices.points, vertices.start, pose, packed.rows, radius, *scene.window, gap)
+            for pose in poses
+        ]
+        self.apart = float(np.abs(found - np.array(wanted)).max())
+
+
+def in_turn(candidates: dict[str, Ask], poses: Array, rounds: int, bursts: dict[str, int]) -> dict[str, list[float]]:
+    """Seconds of every call, the candidates in turn with poses of their own; the first calls are not counted."""
+    seconds: dict[str, list[float]] = {name: [] for name in candidates}
+    for ask in candidates.values():
+        ask(poses[0])
+    for k in range(rounds):
+        for name, ask in candidates.items():
+            for burst in range(bursts[name]):
+                pose = poses[(k + burst) % len(poses)]
+                begin = time.perf_counter()
+                ask(pose)
+                seconds[name].append(time.perf_counter() - begin)
+    return seconds

@@ -1,0 +1,80 @@
+"""The scene that the lumen's query is measured in: five links in a lumen that bends, more or less of them outside.
+
+The lumen is that of Kwok 2013, section IV.A: twenty segments, here of 10 mm and with a radius of 12 mm, on an arc of a
+circle. The snake follows the arc. It is shifted across the plane of the arc until the wanted share of its vertices
+lies outside: as the sections of the arc have no preferred direction there, every share can be had.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.lumen.packed import PackedPathway
+from vfix_engine.lumen.pathway import Pathway
+from vfix_engine.lumen.query import Query
+from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.robots.snake_surface import LinkVertices
+
+Array = NDArray[np.float64]
+
+LINKS, SEGMENTS = 5, 20
+RADIUS_MM, SEGMENT_MM, BEND_MM = 12.0, 10.0, 150.0
+BEFORE_MM = 25.0  # of the lumen lie before the snake's base
+JUDGED = 14_800  # vertices by which a share is found: as many as the paper's largest robot has
+STIR = np.radians(0.2)  # [rad] the joints of two poses of one share differ by about that
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A snake, a pathway and the window of it that is asked about: all of it."""
+
+    snake: SnakeModel
+    packed: PackedPathway
+    window: tuple[int, int]
+
+    @classmethod
+    def made(cls) -> Scene:
+        """The scene of the benchmark."""
+        angle = np.linspace(0.0, SEGMENTS * SEGMENT_MM / BEND_MM, SEGMENTS + 1)
+        centre = BEND_MM * np.column_stack([1.0 - np.cos(angle), np.zeros_like(angle), np.sin(angle)])
+        tangent = np.column_stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)])
+        radius = np.full((len(angle), 1), RADIUS_MM)
+        pathway = Pathway(centre, radius, count=len(angle), tangent=tangent, closed_ends=True)
+        return cls(SnakeModel(LINKS), pathway.packed(), (0, SEGMENTS))
+
+    def vertices(self, count: int) -> LinkVertices:
+        """``count`` vertices on the snake's surface."""
+        return self.snake.vertices(count)
+
+    def poses(self, shift_mm: float, count: int, stir: float = STIR, seed: int = 0) -> Array:
+        """``count`` poses as frames (count, L, 3, 4), shifted out of the arc's plane, each with joints of its own."""
+        random = np.random.default_rng(seed)
+        turn = BEFORE_MM / BEND_MM
+        base = np.eye(4)
+        base[:3, :3] = [[np.cos(turn), 0.0, np.sin(turn)], [0.0, 1.0, 0.0], [-np.sin(turn), 0.0, np.cos(turn)]]
+        base[:3, 3] = BEND_MM * (1.0 - np.cos(turn)), shift_mm, BEND_MM * np.sin(turn)
+        # Chords of the circle turn by twice the angle of half a link; the first starts from the tangent.
+        q = np.zeros(2 * LINKS)
+        q[1::2] = 2.0 * np.arcsin(0.5 * self.snake.length_mm / BEND_MM)
+        q[1] *= 0.5
+        frames = [self.snake.frames(q + stir * random.standard_normal(len(q)), base)[1:, :3] for _ in range(count)]
+        return np.ascontiguousarray(frames)
+
+    def share_outside(self, query: Query, poses: Array) -> float:
+        """Share of the query's vertices that deviate, over all the poses."""
+        outside = [query.every_vertex(self.packed, pose, self.window)[0] > 0.0 for pose in poses]
+        return float(np.mean(outside))
+
+    def shift_for(self, share: float) -> float:
+        """Shift in mm at which that share of the vertices is outside; none for 0."""
+        if not 0.0 < share < 1.0:
+            return 3.0 * RADIUS_MM * share
+        query, near, far = Query(self.vertices(JUDGED)), 0.0, 3.0 * RADIUS_MM
+        for _ in range(24):
+            middle = 0.5 * (near + far)
+            less = self.share_outside(query, self.poses(middle, 1, stir=0.0)) < share
+            near, far = (middle, far) if less else (near, middle)
+        return 0.5 * (near + far)

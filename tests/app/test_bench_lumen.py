@@ -1,0 +1,128 @@
+"""`vfix bench lumen`: its keys, its peers, its sweeps and its plots, with few vertices."""
+
+from __future__ import annotations
+
+import json
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app import cli
+from benchmarks import lumen, lumen_gpu, svg_plot
+from benchmarks.lumen_peers import NumpyQuery, literal_query
+from benchmarks.lumen_scene import Scene
+from benchmarks.lumen_threads import ThreadedQuery
+from vfix_engine.lumen.packed import pack
+from vfix_engine.lumen.query import Query, deviation_of_points
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return Scene.made()
+
+
+def test_it_measures_compares_and_draws(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(lumen, "COUNTS", (100, 400))
+    monkeypatch.setattr(lumen, "SHARES", (0.5, 1.0))
+    monkeypatch.setattr(lumen_gpu, "measure", lambda *asked: None)  # also where there is a GPU
+    folder = tmp_path / "plots"
+    options = ["--vertices", "400", "--rounds", "3", "--threads", "1", "--plots", str(folder), "--json"]
+    assert cli.main(["bench", "lumen", *options]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert set(result["us"]) == {"400_inside", "400_mixed", "500"}
+    assert min(result["us"].values()) > 0.0
+    assert {"vs_literal", "vs_numpy"} <= set(result["ratios"])
+    assert result["max_abs_diff"] <= 1e-9
+    assert result["correct"] is True
+    assert result["gpu"] is None
+    assert result["outside_percent"]["inside"] == 0.0
+    assert abs(result["outside_percent"]["mixed"] - 20.0) < 3.0  # 400 vertices do not share out more finely
+    assert [row["vertices"] for row in result["vertices_sweep"]] == [100, 400]
+    assert [row["inside_percent"] for row in result["inside_sweep"]] == [50.0, 100.0]
+    assert result["inside_sweep"][1]["outside_percent"] == 0.0
+    assert result["plots"] == [str(folder / "lumen_vertices.svg"), str(folder / "lumen_inside.svg")]
+    for picture in result["plots"]:
+        words = [text.text for text in ElementTree.parse(picture).iter("{http://www.w3.org/2000/svg}text")]
+        assert {"vfix, one core", "as printed, compiled", "numpy", "1 ms"} <= set(words)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--vertices", "4"], "5 to 1,000,000 vertices"),
+        (["--rounds", "2"], "3 rounds"),
+        (["--threads", "0"], "--threads 0"),
+        (["--no-sweeps", "--plots", "x"], "--no-sweeps leaves out"),
+        (["--gpu"], "no GPU"),
+    ],
+)
+def test_it_refuses(
+    options: list[str], words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(lumen_gpu.gpu, "available", lambda: False)
+    assert cli.main(["bench", "lumen", *options]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_the_mixed_scene_has_a_fifth_outside(scene: Scene) -> None:
+    share = scene.share_outside(Query(scene.vertices(14_800)), scene.poses(scene.shift_for(0.2), 15))
+    assert abs(share - 0.2) <= 0.01
+
+
+def test_the_peers_find_what_the_engine_finds_on_tilted_cones(scene: Scene) -> None:
+    """Contours that lean by up to 40° and change their radius, points inside, outside, beyond the ends, on the axis."""
+    random = np.random.default_rng(3)
+    centre = np.cumsum(random.uniform(5.0, 15.0, (7, 1)) * [0.1, -0.2, 1.0], axis=0)
+    tangent = np.tile([0.0, 0.0, 1.0], (7, 1)) + random.uniform(-0.4, 0.4, (7, 3))
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    first = np.cross(tangent, [0.3, 1.0, 0.1])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    radius = random.uniform(4.0, 25.0, (7, 1))
+    packed = pack(centre, tangent, first, radius)
+    points = random.uniform(-40.0, 40.0, (600, 3)) + random.choice(centre, 600)
+    points[:60] = centre[0] + np.linspace(0.05, 0.95, 60)[:, None] * (centre[1] - centre[0])
+    start, still = np.array([0, 600]), np.eye(4)[None, :3]
+    gap = np.empty(600)
+    depth = literal_query(points, start, still, packed.rows, radius[:, 0].copy(), 0, 6, gap)
+    wanted, _ = deviation_of_points(points, packed, 0, 6)
+    assert 100 < np.count_nonzero(wanted) < 590
+    assert np.abs(gap - wanted).max() < 1e-9
+    assert depth[0] == gap.max()
+    by_arrays = NumpyQuery(points, start, packed.rows, radius[:, 0]).deviations(still)
+    assert np.abs(by_arrays[1] - wanted).max() < 1e-9
+    assert by_arrays[0][0] == by_arrays[1].max()
+
+
+def test_threads_find_the_same(scene: Scene) -> None:
+    vertices = scene.vertices(300)
+    pose = scene.poses(8.0, 1)[0]
+    asked = ThreadedQuery(vertices, scene.packed, scene.window, 2)
+    found = asked.deviations(pose)
+    asked.close()
+    assert found.min() > 0.0
+    assert np.array_equal(found, Query(vertices).deviations(scene.packed, pose, scene.window).depth)
+
+
+def test_names_lie_apart_and_near_to_their_lines() -> None:
+    assert svg_plot.spread([10.0, 50.0], 17.0) == [10.0, 50.0]
+    assert svg_plot.spread([10.0, 12.0, 14.0], 10.0) == pytest.approx([2.0, 12.0, 22.0])
+    places = svg_plot.spread([0.0, 1.0, 30.0, 35.0, 36.0], 10.0)
+    assert np.diff(places).min() >= 10.0 - 1e-9
+    assert np.abs(np.array(places) - [0.0, 1.0, 30.0, 35.0, 36.0]).max() < 10.0
+
+
+def test_a_plot_puts_values_where_they_belong() -> None:
+    axis = svg_plot.Axis("x & y", [1.0, 10.0, 100.0], lambda v: f"{v:g}", log=True)
+    line = svg_plot.Line("a < b", [1.0, 10.0, 100.0], [1.0, None, 100.0], "#123456")
+    text = svg_plot.plot("title", "below", axis, axis, [line], level=(10.0, "ten"))
+    circles = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', text)
+    left, right = svg_plot.LEFT, svg_plot.WIDTH - svg_plot.RIGHT
+    top, bottom = svg_plot.TOP, svg_plot.HEIGHT - svg_plot.BOTTOM
+    assert [(float(u), float(v)) for u, v in circles] == [(left, bottom), (right, top)]
+    names = [node.text for node in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}text")]
+    assert {"a < b", "x & y", "ten", "title", "below"} <= set(names)
