@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.compiled import borrowing, compiled
-from .query_fast import span
+from .query_tree import span
 from .section import section_distance
 
 Array = NDArray[np.float64]
