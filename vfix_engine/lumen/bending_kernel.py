@@ -19,8 +19,8 @@ from .query_fast import link_deviations
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-Q_MAX, LENGTH, TOWARDS_X, TOWARDS_Y, LOW, HIGH, FARTHEST, RAYS = range(8)  # of ``aims``
-AIMS = 8
+Q_MAX, LENGTH, TOWARDS_X, TOWARDS_Y, LOW, HIGH, FARTHEST = range(7)  # of ``aims``
+AIMS = 7
 
 
 class Lumen(NamedTuple):

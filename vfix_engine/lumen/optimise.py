@@ -11,16 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .bending import DIRECTIONS, BendProblem, Direction
-from .bending_kernel import AIMS, FARTHEST, HIGH, LENGTH, LOW, Q_MAX, RAYS, TOWARDS_X, TOWARDS_Y, Lumen, cost_of, judge
-from .bending_search import search, survey
+from .bending_kernel import AIMS, FARTHEST, HIGH, LENGTH, LOW, Q_MAX, TOWARDS_X, TOWARDS_Y, Lumen, cost_of, judge
+from .bending_search import UTMOST, direction, search, survey
 
 Array = NDArray[np.float64]
 
 EVALUATIONS = 100  # Kwok 2013, section IV.B
 _FAR = 4.0  # [q_max] first and last joint of a planar bend; Kwok 2013, fig. 4 has 2.7
 _SCALE = 6.0  # α and β at most; Kwok 2013, fig. 4 has 3.35
-_PLANAR_DIRECTIONS, _BETWEEN_DIRECTIONS = 12, 8
-_ZOOMS = 3
+_ZOOMS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,32 +106,30 @@ def search_globally(problem: BendProblem, way: Direction | tuple[Bend, Bend], gr
     """
     family = _between(problem, *way) if isinstance(way, tuple) else _planar(problem, way)
     lumen, limit, feasible = _bounds(problem)
-    low, high = float(family.aims[LOW]), float(family.aims[HIGH])
-    width = (high - low) / grid
-    first = low + width * (0.5 + np.arange(grid))
-    phi: Array = first
+    width = 2.0 * UTMOST / grid
+    first = width * (0.5 + np.arange(grid)) - UTMOST
+    places = np.array(first, dtype=np.float64)
     exits = np.empty(0)
     best, best_any = (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)
     asked = 0
     for zoom in range(1 + _ZOOMS):
-        left = np.empty(len(phi))
-        a, b, cost, any_a, any_b, any_cost = survey(
-            lumen, limit, problem.q_rest, family.plane, family.aims, phi, grid, left, problem.scratch()
+        left = np.empty(len(places))
+        a, b, cost, any_a, any_b, any_cost, at = survey(
+            lumen, limit, problem.q_rest, family.plane, family.aims, places, grid, left, problem.scratch()
         )
-        asked += len(phi) * grid
+        asked += len(places) * grid
         exits = left if zoom == 0 else exits
-        best = min(best, (a, b, cost), key=lambda found: found[2])
+        if cost < best[2]:
+            best, middle = (a, b, cost), at
         best_any = min(best_any, (any_a, any_b, any_cost), best, key=lambda found: found[2])
         if best[2] >= 1.0:
             break
-        middle = math.atan2(best[1], best[0])
-        middle += 2.0 * math.pi * round((0.5 * (low + high) - middle) / (2.0 * math.pi))
-        closer = middle + width * np.linspace(-1.0, 1.0, 21)
-        phi = np.minimum(np.maximum(closer, low + 1e-9), high - 1e-9)
-        width *= 0.1
+        places[:] = middle + width * np.linspace(-1.0, 1.0, grid)
+        width *= 2.0 / grid
     reachable = _bend(problem, family, best, asked, feasible)
     anywhere = _bend(problem, family, best_any, asked, feasible)
-    rays = exits[:, None] * np.column_stack([np.cos(first), np.sin(first)])
+    phi = np.array([direction(family.aims, t) for t in first])
+    rays = exits[:, None] * np.column_stack([np.cos(phi), np.sin(phi)])
     return Survey(reachable, anywhere, rays @ family.to_parameters.T)
 
 
@@ -141,9 +138,9 @@ def with_gap(problem: BendProblem, bend: Bend, way: Direction | tuple[Bend, Bend
     return replace(bend, gap=bend.cost - search_globally(problem, way, grid).reachable.cost)
 
 
-def cost_map(problem: BendProblem, direction: Direction, m: ArrayLike, q_c: ArrayLike) -> CostMap:
+def cost_map(problem: BendProblem, way: Direction, m: ArrayLike, q_c: ArrayLike) -> CostMap:
     """Kwok 2013, fig. 7(c): the objective (14) and the constraint (17) over m (a,), rad a joint, and q_c (b,), rad."""
-    family = _planar(problem, direction)
+    family = _planar(problem, way)
     lumen, limit, _ = _bounds(problem)
     scratch, to_plane = problem.scratch(), np.linalg.inv(family.to_parameters)
     slopes, last = np.array(m, dtype=np.float64), np.array(q_c, dtype=np.float64)
@@ -177,7 +174,7 @@ def _planar(problem: BendProblem, direction: Direction) -> _Family:
     lever = np.arange(links, 0, -1)
     middle = math.atan2(float(lever @ share), float(lever @ (1.0 - share)))
     towards = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter]
-    aims = _aims(problem, towards, middle - 0.5 * math.pi, middle + 0.5 * math.pi, _FAR, _PLANAR_DIRECTIONS)
+    aims = _aims(problem, towards, middle - 0.5 * math.pi, middle + 0.5 * math.pi, _FAR)
     slope = sign / (2 * links - 2) if links > 1 else 0.0  # m (i − 2L') + q_c is b at the last joint, a at the first
     to_parameters = np.array([[-slope, slope], [0.0, sign]])
     if odd:
@@ -191,17 +188,15 @@ def _between(problem: BendProblem, one: Bend, two: Bend) -> _Family:
     mean = 0.5 * (one.delta + two.delta)  # (18)
     share = np.arange(1, len(mean) + 1) / len(mean)
     plane = np.array([(1.0 - share) * mean, share * mean])
-    aims = _aims(problem, (0.0, 0.0), 0.0, 0.5 * math.pi, _SCALE, _BETWEEN_DIRECTIONS)
+    aims = _aims(problem, (0.0, 0.0), 0.0, 0.5 * math.pi, _SCALE)
     return _Family(plane, aims, (one.angle + 0.5 * turn) % (2.0 * math.pi), np.eye(2))
 
 
-def _aims(
-    problem: BendProblem, towards: tuple[float, float], low: float, high: float, farthest: float, directions: int
-) -> Array:
+def _aims(problem: BendProblem, towards: tuple[float, float], low: float, high: float, farthest: float) -> Array:
     aims = np.empty(AIMS)
     aims[Q_MAX], aims[LENGTH] = problem.snake.q_max, problem.snake.length_mm
     aims[TOWARDS_X], aims[TOWARDS_Y] = towards
-    aims[LOW], aims[HIGH], aims[FARTHEST], aims[RAYS] = low, high, farthest, directions
+    aims[LOW], aims[HIGH], aims[FARTHEST] = low, high, farthest
     return aims
 
 
