@@ -1,7 +1,7 @@
 """Deviation of a snake's links from a pathway, compiled: Kwok 2013, eq. 8-9, for loops that make thousands of queries.
 
-Each vertex is measured to the last bit of ``section.py`` or shown to be of no account: d_l of eq. 9 is the largest of
-the smallest, so a ball of vertices that cannot deviate more than one vertex does is left out whole, and a segment
+Each vertex is measured as in ``section.py`` or shown to be of no account: d_l of eq. 9 is the largest of
+the smallest, so a plate of vertices that cannot deviate more than one vertex does is left out whole, and a segment
 that is farther than another one has been found is not asked. Nothing here makes an array.
 A vertex whose place is no number deviates infinitely.
 """
