@@ -37,6 +37,7 @@ VERBS = (
     Verb("case", "app.commands.case", "list, rename, delete and restore cases"),
     Verb("plan", "app.commands.plan", "list, import and export plans"),
     Verb("rehearse", "app.commands.rehearse", "run a rehearsal without a page"),
+    Verb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),
     Verb("bench", "app.commands.bench", "measure the engine on this machine"),
     Verb("doctor", "app.commands.doctor", "check this machine"),
 )

@@ -74,10 +74,17 @@ def test_the_tutorial_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caps
 
 @pytest.mark.parametrize(
     ("page", "words"),
-    [("README.md", r"[\d.]+ of [\d.]+ mm, clearance \d\.\d\d mm"), ("docs/library.md", "along the path")],
+    [
+        ("README.md", r"[\d.]+ of [\d.]+ mm, clearance \d\.\d\d mm"),
+        ("docs/library.md", "along the path"),
+        ("docs/lumen_tutorial.md", "8 links, 224 mm in, all within their bounds: True"),
+    ],
 )
-def test_the_python_runs(page: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """The blocks of a page are one program."""
+def test_the_python_runs(
+    page: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The blocks of a page are one program; what it writes it writes where it is started."""
     program = "\n".join(text for language, text in blocks(page) if language == "python")
+    monkeypatch.chdir(tmp_path)
     exec(compile(program, page, "exec"), {})
     assert re.search(words, capsys.readouterr().out)

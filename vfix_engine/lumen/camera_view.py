@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -60,6 +61,7 @@ class View:
         """Where the camera is (3,), mm."""
         return self.transform_camera_to_patient[:3, 3]
 
+    @cached_property
     def directions(self) -> Array:
         """Unit directions (H·W, 3) through the pixels' centres in the patient frame, row by row."""
         x = (np.arange(self.width) + 0.5 - 0.5 * self.width) / self.focal
@@ -101,7 +103,7 @@ class Surface:
 
     def first(self, view: View, beyond: Array | None = None) -> Seen:
         """What is seen first, or first beyond (H, W) mm along the rays; beyond inf nothing is looked for."""
-        directions = view.directions()
+        directions = view.directions
         start = np.zeros(len(directions)) if beyond is None else beyond.ravel()
         asked = np.flatnonzero(np.isfinite(start))
         distance, facing = np.full(len(directions), np.inf), np.zeros(len(directions))

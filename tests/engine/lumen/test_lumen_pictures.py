@@ -33,11 +33,11 @@ def test_a_point_on_a_pixels_ray_is_projected_onto_that_pixel() -> None:
     pose = camera((3.0, -2.0, 5.0))
     pose[:3, :3] = trimesh.transformations.euler_matrix(0.4, -0.7, 1.1)[:3, :3]
     view = View.with_field(pose, 40, 30)
-    pixels, distance = view.project(view.eye + 17.0 * view.directions())
+    pixels, distance = view.project(view.eye + 17.0 * view.directions)
     x, y = np.meshgrid(np.arange(40) + 0.5, np.arange(30) + 0.5)
     np.testing.assert_allclose(pixels, np.column_stack([x.ravel(), y.ravel()]), atol=1e-9)
     np.testing.assert_allclose(distance, 17.0)
-    edge = view.directions().reshape(30, 40, 3)[15, [0, -1]]
+    edge = view.directions.reshape(30, 40, 3)[15, [0, -1]]
     assert np.degrees(np.arccos(edge[0] @ edge[1])) == pytest.approx(70.0, abs=2.0)
     assert np.isnan(view.project((view.eye - view.transform_camera_to_patient[:3, 2])[None])[0]).all()
 

@@ -1,0 +1,220 @@
+"""`vfix lumen`: a snake robot through a hollow organ, without a page; one JSON object with what was measured."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.errors import InputError, MeshError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.mesh_files import read_mesh
+from vfix_engine.lumen.drive import OPERATORS, DriveSettings, Shot, drive_lumen
+from vfix_engine.lumen.drive_state import CONTROLS
+from vfix_engine.lumen.picture import LumenPictures
+from vfix_engine.lumen.tissue_motion import breathing
+from vfix_engine.robots.snake import SnakeModel
+
+Array = NDArray[np.float64]
+
+NOTICE = "Not for clinical use."
+_DEFAULTS = DriveSettings()
+_TO_THE_HEAD = (0.0, 0.0, 1.0)
+_ENTRY_MM = 300.0  # over that way from the entrance the breathing comes in: the anus stays where it is
+_LARGEST_FILE = 1 << 20  # [byte] of landmarks
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+    parser = subparsers.add_parser("lumen", help="drive a snake robot through a lumen", description=__doc__)
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+    drive = actions.add_parser("drive", help="insert it, and look round at each landmark")
+    # A place to the patient's right begins with a minus, which is no option.
+    drive._negative_number_matcher = re.compile(r"^-[\d.]")
+    drive.add_argument("surface", metavar="SURFACE", type=Path, help="the lumen's closed surface (.stl, .ply, .obj)")
+    drive.add_argument("--start", type=place, required=True, metavar="X,Y,Z", help="where it goes in, LPS mm")
+    drive.add_argument("--end", type=place, required=True, metavar="X,Y,Z", help="where the way ends, LPS mm")
+    drive.add_argument("--links", type=links, metavar="N", help="links of 28 mm; auto: as many as it takes to the end")
+    drive.add_argument("--landmarks", metavar="FILE", help="JSON with places to look round at; none: only at the end")
+    drive.add_argument("--operator", choices=OPERATORS, default="scripted", help="whose hand it is")
+    drive.add_argument("--control", choices=CONTROLS, default=_DEFAULTS.control, help="what bends the last links")
+    drive.add_argument("--contours", type=int, default=_DEFAULTS.contours, help="that are fitted to the surface")
+    drive.add_argument("--interpolated", type=int, default=_DEFAULTS.interpolated, help="contours made of them")
+    drive.add_argument("--angles", type=int, default=_DEFAULTS.angles, help="radii of a contour; 1: circles")
+    drive.add_argument("--radius", type=float, metavar="MM", help="of the robot")
+    drive.add_argument("--bound", type=float, metavar="MM", help="how far a link may leave the pathway")
+    drive.add_argument("--tip-bound", type=float, metavar="MM", help="how far the last link may")
+    drive.add_argument("--breathing", type=float, metavar="MM", help="the pathway moves to and fro by so much")
+    drive.add_argument("--pictures", type=Path, metavar="FOLDER", help="a picture for each landmark")
+    drive.add_argument("--seed", type=natural, default=0, help="of the adversarial hand")
+    drive.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    return parser
+
+
+def place(text: str) -> Array:
+    """Three numbers with commas between them."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 3 or not all(math.isfinite(number) for number in numbers):
+        raise argparse.ArgumentTypeError(f"{text!r:.60} is no place: write x,y,z in mm")
+    return np.array(numbers)
+
+
+def links(text: str) -> int | None:
+    """A whole number from 1 on, or None for 'auto'."""
+    if text == "auto":
+        return None
+    if not text.isascii() or not text.isdigit() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"{text!r:.20} is no number of links: write 1 or more, or auto")
+    return int(text)
+
+
+def natural(text: str) -> int:
+    """A whole number from 0 on."""
+    number = int(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError(f"{number} is negative")
+    return number
+
+
+def run(args: argparse.Namespace) -> int:
+    """Exit status 0 when the tip came as far as it was to go and no link left its bound, 1 otherwise."""
+    mesh = _surface(args.surface)
+    file, landmarks = _landmarks(args.landmarks, args.surface)
+    changed = {"bound_mm": args.bound, "tip_bound_mm": args.tip_bound}
+    settings = DriveSettings(
+        control=args.control,
+        contours=args.contours,
+        interpolated=args.interpolated,
+        angles=args.angles,
+        **{name: value for name, value in changed.items() if value is not None},
+    )
+    snake = SnakeModel(1) if args.radius is None else SnakeModel(1, radius_mm=args.radius)
+    album = None if args.pictures is None else Album(args.pictures, mesh, landmarks, settings)
+    report = drive_lumen(
+        mesh, args.start, args.end, args.links, landmarks, args.operator, settings, album, snake=snake,
+        tissue=None if args.breathing is None else breathing(_TO_THE_HEAD, args.breathing, falloff_s=_ENTRY_MM),
+        seed=args.seed, progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
+    )  # fmt: skip
+    result = {"surface": args.surface.name, "landmarks_from": file, "operator": args.operator} | report.to_dict()
+    result |= {"robot_assumed": list(snake.assumed), "pictures": [] if album is None else album.files}
+    result["notice"] = NOTICE
+    if args.json:
+        print(json.dumps(result, allow_nan=False))
+    else:
+        _print_for_people(result)
+    return 0 if report.reached and report.within_bounds else 1
+
+
+class Album:
+    """Draws a picture for every landmark and keeps it in a folder as a PNG."""
+
+    def __init__(
+        self, folder: Path, mesh: TriangleMesh, landmarks: Mapping[str, Array], settings: DriveSettings
+    ) -> None:
+        self.files: list[str] = []
+        self._folder, self._settings = folder, settings
+        self._pictures = LumenPictures(mesh, landmarks)
+        self._names: list[str] = []
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"the folder {folder} cannot be made: {error.strerror}") from error
+
+    def __call__(self, shot: Shot) -> None:
+        """One more picture."""
+        if shot.name not in self._names:
+            self._names.append(shot.name)
+        picture = self._pictures.draw(
+            shot.name, shot.snake, shot.state.q, shot.state.base, shot.state.packed,
+            self._settings.manipulated, self._words(shot),
+        )  # fmt: skip
+        looking = "_looking" if shot.event == "bent" else ""
+        name = f"{len(self._names):02d}_{re.sub(r'[^A-Za-z0-9]+', '_', shot.name)}{looking}.png"
+        encoded = cv2.imencode(".png", picture[..., ::-1])[1]
+        try:
+            (self._folder / name).write_bytes(encoded.tobytes())
+        except OSError as error:
+            raise InputError(f"the picture {name} cannot be written: {error.strerror}") from error
+        self.files.append(str(self._folder / name))
+
+    def _words(self, shot: Shot) -> list[str]:
+        state, settings = shot.state, self._settings
+        inside = state.deviation.depth[state.measured]
+        at_limit = int((np.abs(state.q) >= shot.snake.q_max - 1e-9).sum())
+        doing = "looking round" if shot.event == "bent" else "just arrived"
+        deepest = f"{inside.max():.1f} mm" if len(inside) else "not measured, no link is inside yet"
+        return [
+            f"{shot.snake.links} links, the tip {state.tip_s:.0f} mm in, {doing}",
+            f"farthest out of the pathway: {deepest}",
+            f"allowed: {settings.bound_mm:g} mm, the last link {settings.tip_bound:g} mm",
+            f"{at_limit} of {shot.snake.dof} joints at their limit",
+            NOTICE,
+        ]
+
+
+def _surface(path: Path) -> TriangleMesh:
+    try:
+        return read_mesh(path, assume=True)[0]
+    except MeshError as error:
+        raise MeshError(f"{path.name}: {error}") from error
+
+
+def _landmarks(given: str | None, surface: Path) -> tuple[str | None, dict[str, Array]]:
+    """The file that landmarks come from, and their places (3,) by name; by default one beside the surface."""
+    if given == "none":
+        return None, {}
+    if given is not None:
+        return given, read_landmarks(Path(given))
+    beside = [*surface.parent.glob("*_info.json"), *surface.parent.glob("landmarks.json")]
+    if len(beside) > 1:
+        names = ", ".join(sorted(file.name for file in beside))
+        raise InputError(f"landmarks may be in {names}: say which with --landmarks FILE, or --landmarks none")
+    return (beside[0].name, read_landmarks(beside[0])) if beside else (None, {})
+
+
+def read_landmarks(file: Path) -> dict[str, Array]:
+    """Places by name from JSON: an object `landmarks` of names, each with [x, y, z] or with that as its `lps`.
+
+    Raises:
+        InputError: a file that cannot be read, or is not of that kind.
+    """
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(_LARGEST_FILE + 1)
+        content = json.loads(data) if len(data) <= _LARGEST_FILE else None
+    except OSError as error:
+        raise InputError(f"{file.name} cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError):
+        raise InputError(f"{file.name} is no JSON") from None
+    marks = content.get("landmarks") if isinstance(content, dict) else None
+    if not isinstance(marks, dict):
+        raise InputError(f"{file.name} has no object 'landmarks'")
+    return {name: _landmark(file, name, mark) for name, mark in marks.items()}
+
+
+def _landmark(file: Path, name: str, mark: object) -> Array:
+    numbers = mark.get("lps") if isinstance(mark, dict) else mark
+    if not isinstance(numbers, list) or len(numbers) != 3 or not all(_is_finite(number) for number in numbers):
+        raise InputError(f"{file.name}: the landmark {name!r:.60} is no place [x, y, z] in LPS mm")
+    return np.array(numbers, dtype=np.float64)
+
+
+def _is_finite(number: object) -> bool:
+    return isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number)
+
+
+def _print_for_people(result: Mapping[str, Any]) -> None:
+    for name, value in result.items():
+        for line in value if name == "landmarks" else [value]:
+            print(f"{name:>24}  {json.dumps(line) if isinstance(line, (dict, list)) else line}")

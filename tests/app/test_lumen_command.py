@@ -1,0 +1,133 @@
+"""`vfix lumen drive` on a made-up colon, as its user would: figures, pictures, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from app.cli import main
+from app.commands.lumen import read_landmarks
+from vfix_engine.errors import InputError
+from vfix_engine.lumen.synthetic import synthetic_colon, synthetic_course, write_stl
+
+
+@pytest.fixture(scope="module")
+def colon(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a made-up colon and a landmark that six links reach."""
+    folder = tmp_path_factory.mktemp("colon")
+    write_stl(folder / "colon.stl", synthetic_colon())
+    course = synthetic_course()
+    marks = {"bend": course.curve.position(150.0).tolist(), "caecum": {"lps": course.landmarks["caecum"].tolist()}}
+    (folder / "landmarks.json").write_text(json.dumps({"landmarks": marks}), encoding="utf-8")
+    return folder
+
+
+def told(colon: Path) -> list[str]:
+    """The arguments that name the colon and its ends; the end begins with a minus."""
+    landmarks = synthetic_course().landmarks
+    start, end = (",".join(f"{v:.3f}" for v in landmarks[name]) for name in ("anus", "caecum"))
+    assert end.startswith("-")
+    return ["lumen", "drive", str(colon / "colon.stl"), "--start", start, "--end", end]
+
+
+def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
+    colon: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status = main([*told(colon), "--links", "6", "--pictures", str(tmp_path / "seen"), "--json"])
+    printed = capsys.readouterr()
+    report = json.loads(printed.out)
+    assert status == 0
+    assert report["links"] == 6
+    assert report["inserted_mm"] == pytest.approx(6 * 28.0)
+    assert 580.0 < report["path_mm"] < 620.0
+    assert report["reached"] is report["within_bounds"] is True
+    bound = report["bound_mm"]
+    assert 0.0 <= report["deviation_mm"]["mean"] <= report["deviation_mm"]["max"] <= max(bound.values())
+    assert report["joint_limit_hits"] >= 0
+    assert 0.0 < report["query_us"] < report["step_us"]
+    assert report["landmarks_from"] == "landmarks.json"
+    bend, caecum = report["landmarks"]
+    assert bend["name"] == "bend"
+    assert bend["reached"] is bend["looked"] is True
+    assert bend["s_mm"] == pytest.approx(150.0, abs=12.0)
+    assert caecum["reached"] is False
+    assert "reach" in caecum["note"]
+    assert report["notice"] == "Not for clinical use."
+    assert [Path(file).name for file in report["pictures"]] == ["01_bend.png", "01_bend_looking.png"]
+    arrived, looking = (cv2.imread(file) for file in report["pictures"])
+    assert arrived.shape == looking.shape
+    assert arrived.shape[1] >= 1500
+    assert np.count_nonzero((arrived != looking).any(axis=2)) > 5000  # the robot is bent in one of them
+    assert "arrived bend" in printed.err
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        (["--start", "900,0,0"], "mm from the lumen"),
+        (["--links", "100000"], "links"),
+        (["--bound", "nan"], "bound_mm"),
+        (["--radius", "40"], "radius"),
+        (["--contours", "1"], "contours"),
+        (["--landmarks", "/no/such.json"], "such.json cannot be read"),
+        (["--breathing", "-3"], "breathing"),
+    ],
+)
+def test_what_cannot_be_done_is_said(
+    colon: Path, changes: list[str], word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = told(colon)
+    if changes[0] == "--start":
+        arguments[4] = changes[1]
+    else:
+        arguments += changes
+    status = main([*arguments, "--json"])
+    printed = capsys.readouterr()
+    assert status == 2
+    assert word in json.loads(printed.out)["error"]["message"]
+    assert "Traceback" not in printed.err
+
+
+def test_a_surface_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lumen", "drive", str(tmp_path / "gone.stl"), "--start", "0,0,0", "--end", "1,0,0"]) == 2
+    assert "gone.stl" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["1,2", "a,b,c", "1,2,nan", ""])
+def test_a_place_is_three_numbers(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["lumen", "drive", "x.stl", "--start", text, "--end", "0,0,0"])
+    assert "x,y,z" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["0", "-3", "many", "²"])
+def test_links_are_counted_or_auto(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["lumen", "drive", "x.stl", "--start", "0,0,0", "--end", "0,0,1", f"--links={text}"])
+    assert "auto" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "[]", "{}", '{"landmarks": []}', '{"landmarks": {"a": [1, 2]}}', '{"landmarks": {"a": [1, 2, NaN]}}',
+     '{"landmarks": {"a": [1, 2, true]}}', '{"landmarks": {"a": {"lps": "1,2,3"}}}', "[" * 100_000],
+)  # fmt: skip
+def test_landmarks_that_are_none_are_refused(content: str, tmp_path: Path) -> None:
+    file = tmp_path / "landmarks.json"
+    file.write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match=r"landmarks\.json"):
+        read_landmarks(file)
+
+
+def test_two_files_of_landmarks_are_asked_about(colon: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = colon / "other_info.json"
+    other.write_text('{"landmarks": {}}', encoding="utf-8")
+    try:
+        assert main(told(colon)) == 2
+        assert "landmarks.json, other_info.json" in capsys.readouterr().err
+    finally:
+        other.unlink()
