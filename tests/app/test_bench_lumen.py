@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -106,6 +109,32 @@ def test_threads_find_the_same(scene: Scene) -> None:
     asked.close()
     assert found.min() > 0.0
     assert np.array_equal(found, Query(vertices).deviations(scene.packed, pose, scene.window).depth)
+
+
+SIMULATED = """
+import functools, json
+from benchmarks import lumen_gpu
+from benchmarks.lumen_scene import Scene
+lumen_gpu.COUNTS = lumen_gpu.NAMED = (40,)
+lumen_gpu.POSES = 1
+lumen_gpu.gpu.available = lambda: True
+lumen_gpu.gpu.GpuQuery = functools.partial(lumen_gpu.gpu.GpuQuery, threads=8)
+print(json.dumps(lumen_gpu.measure(Scene.made(), 8.0, 1), allow_nan=False))
+"""
+
+
+def test_a_gpu_is_measured_and_held_against_the_loops() -> None:
+    """With numba's simulator in its place, which is chosen before numba is loaded."""
+    environment = os.environ | {"NUMBA_ENABLE_CUDASIM": "1", "PYTHONPATH": str(Path(lumen.__file__).parents[1])}
+    command = [sys.executable, "-W", "error", "-P", "-c", SIMULATED]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert set(told) == {"name", "us", "khz", "max_abs_diff", "vertices_sweep"}
+    assert told["name"] == "numba's simulator"
+    assert told["max_abs_diff"] < 1e-9
+    assert told["khz"]["40"] == pytest.approx(1e3 / told["us"]["40"])
+    assert set(told["vertices_sweep"][0]) == {"vertices", "us", "vertices_sent_us", "max_abs_diff"}
 
 
 def test_names_lie_apart_and_near_to_their_lines() -> None:

@@ -54,7 +54,10 @@ def name() -> str:
     Raises:
         GpuUnavailable: there is none.
     """
-    device = _cuda().get_current_device().name
+    cuda = _cuda()
+    if _simulated():
+        return "numba's simulator"
+    device = cuda.get_current_device().name
     return str(device.decode() if isinstance(device, bytes) else device)
 
 
