@@ -108,6 +108,8 @@ def put_least_radii(ball: Array, node: int, rows: Array, polar: Array, j: int, w
     for side in range(2):
         put_angles(rows, j, side, float(count), work)
         for lane in range(16):
+            if ball[node, RADIUS + lane] < 0.0:  # no child
+                break
             at, width = work[RADII + 16 * side + lane], work[WIDTH + lane]
             if not (2.0 * width < count and 0.0 <= at <= count):
                 at, width = 0.0, 0.5 * count
