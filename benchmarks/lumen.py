@@ -29,6 +29,7 @@ Ask = Callable[[Array], object]
 
 SUMMARY = "the query of a snake in its lumen against the paper's, compiled as printed and in numpy"
 MIXED = 0.2  # of the vertices are outside
+NARROW_MM = 3.0  # a lumen half as wide as the snake: all vertices deviate, and nearly alike
 SMALL = 500  # vertices, asked for many poses at once
 BATCH, BATCH_STIR = 200, np.radians(3.0)  # poses of one call, as different as an optimiser's
 BURST = 5
@@ -69,6 +70,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         name: _Case(scene, args.vertices, shifts[share], args.rounds)
         for name, share in (("inside", 1.0), ("mixed", 1.0 - MIXED))
     }
+    cases["narrow"] = _Case(Scene.made(NARROW_MM), args.vertices, 0.0, args.rounds)
     times = {name: case.times() for name, case in cases.items()}
     batch = _Batch(scene, shifts[1.0 - MIXED], args.rounds)
     gpu = lumen_gpu.measure(scene, shifts[1.0 - MIXED], args.rounds)
@@ -94,6 +96,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "links": LINKS,
         "rounds": args.rounds,
         "us": {f"{count}_inside": times["inside"]["ours"], f"{count}_mixed": times["mixed"]["ours"], "500": batch.us},
+        "narrow_us": times["narrow"]["ours"],
         "outside_percent": {name: case.outside_percent() for name, case in cases.items()} | {"500": batch.outside},
         "every_vertex_us": {name: each["every_vertex"] for name, each in times.items()},
         "literal_us": {name: each["literal"] for name, each in times.items()},

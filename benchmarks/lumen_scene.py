@@ -36,12 +36,12 @@ class Scene:
     window: tuple[int, int]
 
     @classmethod
-    def made(cls) -> Scene:
-        """The scene of the benchmark."""
+    def made(cls, radius_mm: float = RADIUS_MM) -> Scene:
+        """The scene of the benchmark, in a lumen of that radius."""
         angle = np.linspace(0.0, SEGMENTS * SEGMENT_MM / BEND_MM, SEGMENTS + 1)
         centre = BEND_MM * np.column_stack([1.0 - np.cos(angle), np.zeros_like(angle), np.sin(angle)])
         tangent = np.column_stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)])
-        radius = np.full((len(angle), 1), RADIUS_MM)
+        radius = np.full((len(angle), 1), radius_mm)
         pathway = Pathway(centre, radius, count=len(angle), tangent=tangent, closed_ends=True)
         return cls(SnakeModel(LINKS), pathway.packed(), (0, SEGMENTS))
 

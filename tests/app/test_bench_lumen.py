@@ -44,6 +44,8 @@ def test_it_measures_compares_and_draws(
     assert result["correct"] is True
     assert result["gpu"] is None
     assert result["outside_percent"]["inside"] == 0.0
+    assert result["outside_percent"]["narrow"] > 90.0
+    assert min(result["ratios"].values()) == min(min(each.values()) for each in result["ratios_by_scene"].values())
     assert abs(result["outside_percent"]["mixed"] - 20.0) < 3.0  # 400 vertices do not share out more finely
     assert [row["vertices"] for row in result["vertices_sweep"]] == [100, 400]
     assert [row["inside_percent"] for row in result["inside_sweep"]] == [50.0, 100.0]
