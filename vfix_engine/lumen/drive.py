@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..geometry.mesh import TriangleMesh
 from ..robots.snake import SnakeModel
 from .centreline import Centreline, centreline_between
+from .compare import compare_controls
 from .curve import Curve
 from .drive_report import DriveReport, Tally, Visit
 from .drive_state import Command, DriveSettings, DriveState
@@ -32,6 +33,7 @@ __all__ = [
     "Lumen",
     "Shot",
     "SnakeDrive",
+    "compare_controls",
     "drive_lumen",
     "lumen_between",
 ]

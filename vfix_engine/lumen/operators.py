@@ -83,7 +83,7 @@ def _look_round(drive: SnakeDrive, stop: Stop) -> Iterator[Order]:
         here, target = np.array(shadow.steering), np.array([r * math.cos(theta), r * math.sin(theta)])
         way = target - here
         behind = float(np.linalg.norm(way))
-        if behind < _AHEAD or drive.state.outcome == "held":  # a hand that is held looks elsewhere
+        if behind < _AHEAD or drive.state.outcome in ("held", "shrunk"):  # held, the hand goes elsewhere
             done += dt
         step = way * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else way
         camera = shadow.camera_per_steering() @ step / dt

@@ -1,0 +1,111 @@
+"""The quadratic program drives the snake: rows that are true, the camera as commanded, sliding along the wall."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+from lumen_shapes import arc, straight
+
+from vfix_engine.lumen.drive import compare_controls
+from vfix_engine.lumen.drive_state import Command, DriveSettings
+from vfix_engine.lumen.ease import eased
+from vfix_engine.lumen.qp_drive import QpControl
+from vfix_engine.lumen.query import Query
+from vfix_engine.lumen.snake_drive import SnakeDrive
+from vfix_engine.lumen.tip_control import camera_jacobian
+from vfix_engine.lumen.wall_rows import wall_rows
+from vfix_engine.robots.snake import SnakeModel
+
+SETTINGS = DriveSettings(vertices_per_link=40, control="qp", step_s=0.002)
+
+
+def test_rows_of_the_wall_are_true_for_small_steps() -> None:
+    """What a row says of a vertex, against the signed clearance measured again after a step."""
+    snake, packed = SnakeModel(5), arc(150.0, 1.4, contours=20).packed()
+    query, window = Query(snake.vertices(200)), np.tile([0, len(packed.rows)], (5, 1)).astype(np.int64)
+    rng, base, bound = np.random.default_rng(4), np.eye(4), np.full(5, 4.0)
+    chord = 2.0 * math.asin(14.0 / 150.0)
+    rest = np.tile([0.0, chord], 5)
+    rest[1] *= 0.5
+    seen = 0
+    for _ in range(30):
+        q = rest + rng.uniform(-0.12, 0.12, 10)
+        rows = wall_rows(snake, query, packed, window, bound, base, q, 3.0)
+        step = rng.normal(size=10) * 1e-5
+        after = wall_rows(snake, query, packed, window, bound, base, q + step, 3.5)
+        for row, room, vertex in zip(rows.matrix, rows.room, rows.vertex, strict=True):
+            same = np.flatnonzero(after.vertex == vertex)
+            if len(same):
+                seen += 1
+                assert abs(room - after.room[same[0]] - row[:10] @ step) < 2e-6
+        assert not rows.matrix[:, 10].any()
+    assert seen > 200
+
+
+def test_the_camera_goes_where_the_command_says() -> None:
+    """In free space the step is the command's, and of all steps that are, a small one."""
+    drive = SnakeDrive(SnakeModel(6), straight(400.0, 40.0, contours=21), SETTINGS, tip_s=200.0)
+    for command in ((20.0, 0.0), (0.0, -20.0), (8.0, 8.0)):
+        for _ in range(20):
+            before = drive.snake.camera(drive.q, drive.state.base)
+            state = drive.step(Command(camera_mm_per_s=command))
+            moved = before[:3, :2].T @ (drive.snake.camera(drive.q, drive.state.base)[:3, 3] - before[:3, 3])
+            np.testing.assert_allclose(moved, np.array(command) * 0.002, atol=3e-3)
+            assert state.outcome == "moved"
+
+
+def test_at_the_wall_it_slides_where_the_parameterised_control_stops() -> None:
+    """Pushed aside for long, the camera stops at the bound; pushed obliquely it goes on along it."""
+    drive = SnakeDrive(SnakeModel(6), straight(400.0, 12.0, contours=21), SETTINGS, tip_s=200.0)
+    for _ in range(700):
+        drive.step(Command(camera_mm_per_s=(100.0, 0.0)), 0.005)
+    assert drive.state.deviation.depth[-1] > 0.9 * drive.bound[-1]
+    assert (drive.state.deviation.depth <= drive.bound).all()
+    before = drive.snake.camera(drive.q, drive.state.base)[:3, 3]
+    for _ in range(60):
+        drive.step(Command(camera_mm_per_s=(60.0, 60.0)), 0.005)
+    moved = drive.snake.camera(drive.q, drive.state.base)[:3, 3] - before
+    assert abs(moved[1]) > 3.0
+    assert (drive.state.deviation.depth <= drive.bound).all()
+
+
+def test_a_program_without_an_answer_costs_motion_only() -> None:
+    control = QpControl()
+    drive = SnakeDrive(SnakeModel(6), straight(400.0, 12.0, contours=21), SETTINGS, tip_s=200.0)
+    place = drive.place()
+    control.settle(place, place.rest)
+    np.testing.assert_array_equal(control.wanted(place.rest, np.zeros(2), 0.01), place.rest)
+    assert camera_jacobian(place.snake, place.rest, place.base).shape == (2, 10)
+    step = control.wanted(place.rest, np.array([1e6, 0.0]), 0.01) - place.rest
+    assert np.abs(step).max() <= 0.01 + 1e-12
+
+
+def test_a_shape_beyond_its_bounds_is_eased_into_them() -> None:
+    snake, packed = SnakeModel(5), straight(300.0, 12.0).packed()
+    query, window = Query(snake.vertices(200)), np.tile([0, len(packed.rows)], (5, 1)).astype(np.int64)
+    wanted, bound = np.tile([0.02, 0.05], 5), np.full(5, 2.0)
+    deep = query.deviations(packed, snake.frames(wanted, np.eye(4)), window).depth
+    assert (deep > 2.0).any()
+    q = eased(snake, query, packed, window, bound, np.eye(4), np.zeros(10), wanted, 0.1)
+    assert q is not None
+    depth = query.deviations(packed, snake.frames(q, np.eye(4)), window).depth
+    assert (depth <= bound).all()
+    assert depth.max() > 1.5
+    assert np.linalg.norm(q - wanted) < np.linalg.norm(wanted)
+    far = eased(snake, query, packed, window, bound, np.eye(4), np.zeros(10), wanted, 0.01)
+    assert far is None or np.abs(far).max() <= 0.01 + 1e-12
+
+
+def test_controls_are_compared_on_the_same_commands() -> None:
+    found = compare_controls(arc(130.0, 2.0, contours=26, radius=14.0), attack_steps=150)
+    assert json.loads(json.dumps(found)) == found
+    assert set(found) == {"scripted", "adversarial"}
+    for controls in found.values():
+        assert set(controls) == {"parameterised", "qp"}
+        for one in controls.values():
+            assert one["beyond_mm"] <= 0.0
+            assert 0.0 <= one["deviation_mm"]["mean"] <= one["deviation_mm"]["max"] <= 8.0
+            assert -0.2 <= one["missed"] <= 1.2
+    assert all(one["missed"] < 0.8 for one in found["scripted"].values())

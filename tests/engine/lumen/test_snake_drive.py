@@ -1,0 +1,258 @@
+"""A snake driven through pathways: the job done, and an operator who tries to leave the bounds and does not."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from lumen_shapes import arc, helix, straight
+
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.lumen.drive import Shot, drive_lumen
+from vfix_engine.lumen.drive_report import Tally
+from vfix_engine.lumen.drive_state import Command, DriveSettings, DriveState
+from vfix_engine.lumen.limits import WAY_TOLERANCE_MM
+from vfix_engine.lumen.operators import Stop, adversarial, scripted
+from vfix_engine.lumen.query import deviation_of_points
+from vfix_engine.lumen.snake_drive import SnakeDrive
+from vfix_engine.lumen.tissue_motion import breathing, peristalsis
+from vfix_engine.robots.snake import SnakeModel
+
+QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.004)
+
+
+def judged(
+    drive: SnakeDrive, state: DriveState, q: np.ndarray | None = None, base: np.ndarray | None = None
+) -> np.ndarray:
+    """Depth (L,) of the links that are inside, each vertex against each segment of its window."""
+    frames = drive.snake.frames(state.q if q is None else q, state.base if base is None else base)[1:]
+    vertices, depth = drive.query.vertices, np.zeros(drive.snake.links)
+    for link in np.flatnonzero(state.measured):
+        own = vertices.points[vertices.start[link] : vertices.start[link + 1]]
+        placed = own @ frames[link, :3, :3].T + frames[link, :3, 3]
+        depth[link] = deviation_of_points(placed, state.packed, *state.windows[link])[0].max()
+    return depth
+
+
+def carried_out(drive: SnakeDrive, orders) -> tuple[Tally, list[str]]:
+    tally, events = Tally(drive.snake.q_max, drive.bound), []
+    for order in orders:
+        before = drive.q.copy()
+        tally.add(before, drive.step(order.command, order.dt), order.dt)
+        events += [order.event] if order.event else []
+    return tally, events
+
+
+def test_the_scripted_operator_does_the_job() -> None:
+    """In, once round at the landmark, straight again and on; the joints are never faster than their motors."""
+    drive = SnakeDrive(SnakeModel(6), arc(120.0, 2.0, contours=25), QUICK)
+    reached, thetas = [], []
+    tally, events = Tally(drive.snake.q_max, drive.bound), []
+    for order in scripted(drive, [Stop("bend", 180.0), Stop("too far", 900.0)], 200.0):
+        before = drive.q.copy()
+        state = drive.step(order.command, order.dt)
+        tally.add(before, state, order.dt)
+        events += [order.event] if order.event else []
+        if math.hypot(*state.steering) > 0.5:
+            thetas.append(math.atan2(*state.steering[::-1]))
+            reached.append(math.hypot(*state.steering))
+        if order.event == "looked":
+            assert drive.straight
+    assert events == ["arrived", "bent", "looked"]
+    assert drive.tip_s == pytest.approx(200.0, abs=1e-9)
+    assert np.ptp(np.unwrap(thetas)) > math.radians(340.0)
+    assert max(reached) > 0.9
+    assert tally.beyond == 0
+    assert tally.deepest > 2.0  # the look-round does use what the bounds leave
+    assert math.degrees(tally.fastest) < 36.0 + 1e-6
+    np.testing.assert_allclose(judged(drive, drive.state), drive.state.deviation.depth, rtol=0.0, atol=1e-9)
+    # Follow-the-leader: on a path that the joints can follow they lie on it.
+    assert drive.offset_mm.max() < 1e-6
+
+
+@pytest.mark.parametrize("control", ["parameterised", "qp"])
+@pytest.mark.parametrize("tissue", [None, "moving"])
+def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
+    """HAZ-01, HAZ-02, HAZ-05 for the snake: judged again, vertex by vertex, with the pathway still and moving."""
+    pathway = helix(90.0, 30.0, 2.6, radius=13.0, contours=25)
+    if tissue:
+        sway, squeeze = breathing([0.0, 1.0, 0.5], 3.0), peristalsis(0.1)
+        pathway = pathway.moved(lambda s, t: (sway(s, t)[0], squeeze(s, t)[1]))
+    settings = DriveSettings(vertices_per_link=30, bends=4, step_s=0.004, control=control, bound_mm=5.0)
+    drive = SnakeDrive(SnakeModel(6), pathway, settings, tip_s=170.0)
+    assert (judged(drive, drive.state) <= drive.bound).all()
+    deepest, outcomes, replayed = -np.inf, set(), 0
+    was, base, packed = drive.q.copy(), drive.state.base, drive.state.packed
+    for number, order in enumerate(adversarial(drive, 700, 20261121)):
+        state = drive.step(order.command, order.dt)
+        outcomes.add(state.outcome)
+        assert np.isfinite(state.q).all()
+        assert np.abs(state.q).max() <= drive.snake.q_max
+        assert (
+            np.abs(state.q - was).max() <= (drive.settings.speed_max * max(order.dt, settings.tissue_s)) * 2.0 + 1e-12
+        )
+        # What the pathway did by itself is nobody's step: against it the robot may stand deeper, but never goes deeper.
+        limit = drive.bound
+        if state.packed is not packed:
+            limit = np.maximum(limit, judged(drive, state, was, base))
+        near = (state.deviation.depth > drive.bound - 1.0).any()
+        if number % 5 == 0 or near:
+            depth = judged(drive, state)
+            np.testing.assert_allclose(state.deviation.depth, depth, rtol=0.0, atol=1e-9)
+            if tissue is None:
+                assert (depth <= drive.bound).all()
+            else:
+                assert (depth <= limit + 1e-9).all() or state.outcome == "held"
+            deepest = max(deepest, float((depth - drive.bound).max()))
+        if tissue is None and state.mode == "looking" and state.outcome != "held" and near and replayed < 40:
+            replayed += 1
+            for share in np.linspace(0.0, 1.0, 21)[1:-1]:
+                assert (judged(drive, state, was + share * (state.q - was)) <= drive.bound + WAY_TOLERANCE_MM).all()
+        was, base, packed = state.q, state.base, state.packed
+        if state.forces is not None:
+            assert np.linalg.norm(state.forces.total) <= drive.hand.settings.most + 1e-12
+    assert drive.refused_commands > 5
+    assert {"moved", "held"} <= outcomes
+    assert deepest > -1.0
+    if tissue is None:
+        assert deepest <= 0.0
+        assert replayed > 5
+
+
+def test_without_a_command_nothing_moves() -> None:
+    drive = SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)
+    q, base = drive.q.copy(), drive.state.base
+    for command in (
+        Command(),
+        Command(math.nan, (0.0, 0.0)),
+        Command(0.0, (math.inf, 1.0)),
+        Command(1.0, (0.0, math.nan)),
+    ):
+        state = drive.step(command)
+        assert state.outcome == "rest"
+        np.testing.assert_array_equal(state.q, q)
+        np.testing.assert_array_equal(state.base, base)
+    assert drive.refused_commands == 3
+    for dt in (0.0, -1.0, math.nan, math.inf):
+        with pytest.raises(InputError):
+            drive.step(Command(), dt)
+
+
+def test_a_robot_follows_a_pathway_that_breathes() -> None:
+    """With nobody at the controls its shape goes with the tissue, and stays in it."""
+    pathway = straight(300.0, contours=16).moved(breathing([0.0, 1.0, 0.0], 8.0, 4.0))
+    drive = SnakeDrive(SnakeModel(6), pathway, DriveSettings(vertices_per_link=30), tip_s=170.0)
+    swept, deepest = [], 0.0
+    for _ in range(110):
+        state = drive.step(Command(), 0.02)
+        swept.append(drive.snake.tip(state.q, state.base)[1, 3])
+        deepest = max(deepest, state.deviation.depth.max())
+    assert np.ptp(swept) > 6.0
+    assert deepest < 0.05
+
+
+def test_a_bent_tip_is_not_inserted() -> None:
+    drive = SnakeDrive(SnakeModel(6), straight(300.0, 20.0), QUICK, tip_s=170.0)
+    for _ in range(60):
+        drive.step(Command(camera_mm_per_s=(300.0, 0.0)), 0.01)
+    assert math.hypot(*drive.state.steering) > 0.2
+    state = drive.step(Command(insert_mm_per_s=20.0), 0.02)
+    assert state.outcome == "held"
+    assert "straighten" in str(state.held_by)
+    for _ in range(200):
+        state = drive.step(Command(straighten=True), 0.01)
+    assert drive.straight
+    assert drive.step(Command(insert_mm_per_s=20.0), 0.02).outcome == "moved"
+    assert drive.step(Command(insert_mm_per_s=-1e300), 0.1).outcome == "moved"
+
+
+def test_the_ends_of_the_path_hold() -> None:
+    drive = SnakeDrive(SnakeModel(3), straight(100.0, contours=11), QUICK, tip_s=99.9)
+    assert drive.step(Command(insert_mm_per_s=20.0), 0.02).outcome == "moved"
+    assert drive.tip_s == pytest.approx(100.0)
+    state = drive.step(Command(insert_mm_per_s=20.0), 0.02)
+    assert (state.outcome, state.held_by) == ("held", "the end of the path")
+    out = SnakeDrive(SnakeModel(3), straight(100.0, contours=11), QUICK)
+    assert out.step(Command(insert_mm_per_s=-5.0), 0.02).held_by == "the robot is out"
+
+
+def test_the_same_seed_makes_the_same_drive() -> None:
+    """HAZ-13."""
+    ends = []
+    for _ in range(2):
+        drive = SnakeDrive(SnakeModel(6), arc(120.0, 2.0, contours=25), QUICK, tip_s=170.0)
+        carried_out(drive, adversarial(drive, 150, 7))
+        ends.append(drive.state)
+    np.testing.assert_array_equal(ends[0].q, ends[1].q)
+    np.testing.assert_array_equal(ends[0].base, ends[1].base)
+
+
+def test_settings_out_of_range_are_refused() -> None:
+    for wrong in (
+        {"step_s": 0.0}, {"bound_mm": -1.0}, {"tip_bound_mm": math.nan}, {"control": "magic"}, {"bends": 5},
+        {"manipulated": 0}, {"insertion_mm_per_s": math.inf},
+    ):  # fmt: skip
+        with pytest.raises(InputError):
+            DriveSettings(**wrong)
+    assert DriveSettings(bound_mm=6.0).tip_bound == 3.0
+
+
+def tube(radius: float = 14.0, bend: float = 100.0, turn: float = 2.0) -> tuple[TriangleMesh, np.ndarray, np.ndarray]:
+    """A closed, bent tube, and its ends' centres a little inside."""
+    around, along = 24, 48
+    angle = np.linspace(0.0, turn, along)
+    psi = 2.0 * np.pi * np.arange(around) / around
+    out = np.column_stack([-np.cos(angle), np.zeros(along), np.sin(angle)])
+    centre = np.array([bend, 0.0, 0.0]) + bend * out
+    side = np.array([0.0, 1.0, 0.0])
+    rim = centre[:, None] + radius * (np.cos(psi)[:, None] * out[:, None] + np.sin(psi)[:, None] * side)
+    points = np.concatenate([rim.reshape(-1, 3), centre[[0, -1]]])
+    faces = []
+    for i in range(along - 1):
+        for j in range(around):
+            a, b, c, d = (
+                i * around + j,
+                i * around + (j + 1) % around,
+                (i + 1) * around + j,
+                (i + 1) * around + (j + 1) % around,
+            )
+            faces += [[a, c, b], [b, c, d]]
+    last = (along - 1) * around
+    for j in range(around):
+        faces += [[len(points) - 2, j, (j + 1) % around], [len(points) - 1, last + (j + 1) % around, last + j]]
+    return TriangleMesh(points, np.array(faces)), centre[2], centre[-3]
+
+
+def test_from_a_surface_to_a_driven_snake() -> None:
+    """The whole job on a made-up lumen: every key of the report, landmarks reached and not, pictures asked for."""
+    mesh, start, end = tube()
+    shots: list[Shot] = []
+    marks = {"middle": tube()[0].vertices[24 * 44], "behind the end": end + 500.0, "entrance": start}
+    settings = DriveSettings(vertices_per_link=30, bends=4, step_s=0.005, contours=12, interpolated=36)
+    report = drive_lumen(mesh, start, end, None, marks, "scripted", settings, shots.append)
+    told = report.to_dict()
+    assert json.loads(json.dumps(told)) == told
+    assert report.reached
+    assert report.within_bounds
+    assert told["links"] == math.ceil(told["path_mm"] / 28.0)
+    for key in ("links", "inserted_mm", "deviation_mm", "bound_mm", "joint_limit_hits", "query_us", "step_us"):
+        assert key in told
+    assert told["bound_mm"] == {"body": 8.0, "last": 4.0}
+    assert told["deviation_mm"]["mean"] <= told["deviation_mm"]["max"] <= 8.0
+    by_name = {mark["name"]: mark for mark in told["landmarks"]}
+    assert by_name["middle"]["looked"]
+    assert by_name["middle"]["turn_deg"] > 340.0
+    assert not by_name["behind the end"]["reached"]
+    assert "from the path" in by_name["behind the end"]["note"]
+    assert "too near the entrance" in by_name["entrance"]["note"]
+    assert [(shot.name, shot.event) for shot in shots] == [
+        ("entrance", "arrived"), ("middle", "arrived"), ("middle", "bent"),
+    ]  # fmt: skip
+    assert shots[-1].frames.shape == (told["links"] + 1, 4, 4)
+    with pytest.raises(InputError, match="operator"):
+        drive_lumen(mesh, start, end, 3, operator="careless")
+    with pytest.raises(InputError, match="landmark"):
+        drive_lumen(mesh, start, end, 3, {"nowhere": [0.0, math.nan, 1.0]}, settings=settings)
