@@ -68,9 +68,9 @@ def signed_distance(
             share = atan2(sine, cosine) * (count / _TURN)
             if share < 0.0:
                 share += count
-            k = 0
-            if 0.0 <= share < count:
-                k = int(share)
+            if not share < count:  # a hair below 0 plus a turn is rounded to a whole turn
+                share = 0.0
+            k = int(share)
             share -= k
             after = k + 1 if k + 1 < count else 0
             radius = polar[j + side, k] * (1.0 - share) + polar[j + side, after] * share

@@ -171,6 +171,10 @@ def test_polar_radii_are_met_at_their_angles_and_linear_between() -> None:
         for off in (0.5, 20.0):
             x = off * np.cos(psi), off * np.sin(psi), 50.0
             assert abs(signed_distance(*x, *tube, 0)[0] - (off - wall)) < 1e-12
+    # A hair below the angle 0 it is the radius at 0.
+    for off in (0.5, 20.0):
+        for hair in (0.0, -1e-18, -1e-300):
+            assert abs(signed_distance(off, hair, 50.0, *tube, 0)[0] - (off - 10.0)) < 1e-12
     # All radii alike make circles.
     alike = packed.pack(100.0 * up * [[0.0], [1.0]], up, np.array([[1.0, 0.0, 0.0]] * 2), np.full((2, 7), 9.0))
     assert abs(signed_distance(3.0, -15.0, 60.0, *alike, 0)[0] - (np.hypot(3.0, 15.0) - 9.0)) < 1e-12
