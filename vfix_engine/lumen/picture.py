@@ -23,6 +23,7 @@ _CAMERA = 560  # [px] of the camera's picture, which is square
 _LAYERS = 6  # walls behind each other that shine through
 _AHEAD_MM, _BEHIND_MM = 70.0, 60.0  # of lumen shown ahead of the tip and behind the links that are shown
 _SHOWN, _DRAWN = 6, 8  # distal links that the close view is about, and those that are drawn there
+_RINGS_MM = 9.0  # contours nearer to each other than about that are not all drawn
 _FRUSTUM_MM = 30.0
 _WALL = np.array([0.42, 0.47, 0.56])
 _DISTAL, _BODY = np.array([0.88, 0.22, 0.06]), np.array([0.98, 0.70, 0.18])
@@ -76,7 +77,7 @@ class LumenPictures:
             self._whole_layers = self._surface.layers(view, _LAYERS)
         seen = robot[0].first(view)
         picture = _through_walls(self._whole_layers, seen, robot[1])
-        centre, _ = rims(packed)
+        centre, _ = _contours(packed)
         draw_line(picture, view, centre, RIM, hidden_by=seen.distance)
         taken: list[Box] = []
         for other in sorted(self._landmarks, key=lambda one: one != name):
@@ -88,7 +89,7 @@ class LumenPictures:
     def _draw_close(self, name: str, snake: SnakeModel, frames: Array, distal: int, packed: PackedPathway) -> Picture:
         shown = min(snake.links, _SHOWN)
         joints = frames[-shown - 1 :, :3, 3]
-        centre, rim = rims(packed)
+        centre, rim = _contours(packed)
         near = _around_tip(centre, frames[-1, :3, 3], shown * snake.length_mm + _BEHIND_MM)
         part = np.isin(cKDTree(centre).query(self._centroids)[1], near)
         eye, corners = _frustum(snake, frames)
@@ -97,7 +98,8 @@ class LumenPictures:
         robot, tint = _robot(snake, frames, distal, max(snake.links - _DRAWN, 0))
         seen = robot.first(view)
         picture = _through_walls(walls, seen, tint)
-        for one in rim[near]:
+        apart = float(np.linalg.norm(centre[near[-1]] - centre[near[0]])) / max(len(near) - 1, 1)
+        for one in rim[near][:: max(round(_RINGS_MM / max(apart, 1e-6)), 1)]:
             draw_line(picture, view, one, RIM, hidden_by=seen.distance)
         for corner in corners:
             draw_line(picture, view, [eye, corner], MARK)
@@ -194,6 +196,12 @@ def _close_view(joints: Array, around: Array) -> View:
     return View(view.transform_camera_to_patient, WIDTH, HEIGHT, focal)
 
 
+def _contours(packed: PackedPathway) -> tuple[Array, Array]:
+    """Centres and rims without the first and last, which only lengthen the pathway beyond the lumen."""
+    centre, rim = rims(packed)
+    return (centre[1:-1], rim[1:-1]) if len(centre) > 3 else (centre, rim)
+
+
 def _around_tip(centre: Array, tip: Array, behind_mm: float) -> NDArray[np.int64]:
     """Numbers of the contours along the last links and a little ahead."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centre, axis=0), axis=1))])
@@ -215,7 +223,7 @@ def _write_head(picture: Picture, name: str, distal: int) -> None:
         (f"At {_readable(name)}", "whole lumen from the front; line: the pathway's centre"),
         (
             f"The last links ({distal} bent by the operator: red)",
-            "rings: contours of the pathway; pyramid: the camera's view",
+            "rings: some contours of the pathway; pyramid: the camera's view",
         ),
         ("What the camera sees", f"field of view {FIELD_DEG:g} degrees, light at the lens"),
     )

@@ -110,19 +110,24 @@ def lighten(picture: Picture, box: Box) -> None:
 
 
 def draw_compass(picture: Picture, view: View) -> None:
-    """Where head, the patient's left and the back lie, in the lower left corner; short where they point at the eye."""
+    """Where head, left and back of the patient lie, in the lower left corner; not those that point at the eye."""
     turned = view.transform_camera_to_patient[:3, :3]
     foot = np.array([64.0, view.height - 60.0])
     lighten(picture, (4, view.height - 122, 126, view.height - 4))
     # In LPS x runs to the left, y to the back and z to the head.
-    for name, axis in (("head", (0.0, 0.0, 1.0)), ("left", (1.0, 0.0, 0.0)), ("back", (0.0, 1.0, 0.0))):
-        along = (np.array(axis) @ turned)[:2]
-        if np.linalg.norm(along) < 0.3:
+    drawn: list[Array] = []
+    for name, row in sorted(
+        (("head", 2), ("left", 0), ("back", 1)), key=lambda one: -np.linalg.norm(turned[one[1], :2])
+    ):
+        along = turned[row, :2]
+        length = float(np.linalg.norm(along))
+        if length < 0.3 or any(along @ other > 0.9 * length for other in drawn):
             continue
+        drawn.append(along / length)
         tip = foot + 34.0 * along
         ends = [(round(float(p[0])), round(float(p[1]))) for p in (foot, tip)]
         cv2.arrowedLine(picture, ends[0], ends[1], INK, 1, cv2.LINE_AA, tipLength=0.25)
-        beyond = tip + 10.0 * along / np.linalg.norm(along)
+        beyond = tip + (16.0, 10.0) * drawn[-1]
         at = round(float(beyond[0])) - text_width(name, 0.4) // 2, round(float(beyond[1])) + 4
         write(picture, name, at, 0.4)
 
