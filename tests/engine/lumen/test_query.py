@@ -6,7 +6,7 @@ import lumen_shapes
 import numpy as np
 import pytest
 
-from vfix_engine.errors import InputError
+from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.lumen.packed import PackedPathway
 from vfix_engine.lumen.pathway import Pathway
 from vfix_engine.lumen.query import Query, deviation_of_points
@@ -16,6 +16,7 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 
 SNAKE = SnakeModel(5)
+NEAR = 5e-11  # [mm]
 TAPERED = np.linspace(18.0, 6.0, 31)[:, None]
 STRAIGHT = lumen_shapes.straight()
 SHAPES = {
@@ -54,19 +55,19 @@ def held_against_all(query: Query, packed: PackedPathway, frames: np.ndarray, wi
     for link in range(query.links):
         points = placed(query.vertices, frames, link)
         wanted = deviation_of_points(points, packed, *window)[0]
-        assert abs(found.depth[link] - wanted.max()) < 1e-11
+        assert abs(found.depth[link] - wanted.max()) < NEAR
         own = slice(start[link], start[link + 1])
-        assert np.abs(gaps[own] - wanted).max() < 1e-11
+        assert np.abs(gaps[own] - wanted).max() < NEAR
         # Who is named is to blame.
         vertex, segment = found.vertex[link] - start[link], found.segment[link]
         assert window[0] <= segment < window[1]
         alone = deviation_of_points(points[[vertex]], packed, segment, segment + 1)[0]
-        assert abs(alone[0] - found.depth[link]) < 1e-11
+        assert abs(alone[0] - found.depth[link]) < NEAR
         if found.depth[link] == 0.0:
             assert vertex == 0
         for k in range(0, len(points), 7):
             at = segments[own][k]
-            assert abs(deviation_of_points(points[[k]], packed, at, at + 1)[0][0] - wanted[k]) < 1e-11
+            assert abs(deviation_of_points(points[[k]], packed, at, at + 1)[0][0] - wanted[k]) < NEAR
     return found.depth
 
 
@@ -83,6 +84,29 @@ def test_it_is_what_every_vertex_against_every_segment_gives(name: str) -> None:
         depths.append(held_against_all(query, packed, pose(rng, packed, (0.01, 0.1, 0.4, 1.2)[k % 4]), window))
     assert np.min(depths) == 0.0
     assert 5.0 < np.max(depths) < np.inf
+
+
+def test_leaning_contours_and_jagged_radii() -> None:
+    """Whatever a pathway's checks let pass; the robot's base stands in a contour, its x axis along the angle 0."""
+    rng = np.random.default_rng(7)
+    query = Query(SNAKE.vertices(300))
+    asked = 0
+    while asked < 40:
+        contours, angles = int(rng.integers(3, 10)), int(rng.choice([1, 3, 28]))
+        bend = np.cumsum(rng.normal(size=(contours, 2)) * rng.choice([0.02, 0.2, 0.5]), axis=0)
+        way = np.column_stack([np.sin(bend), np.ones(contours)])
+        way /= np.linalg.norm(way, axis=1)[:, None]
+        centre = np.cumsum(way * rng.uniform(5.0, 50.0, (contours, 1)), axis=0)
+        tangent = way + rng.normal(size=(contours, 3)) * rng.choice([0.0, 0.1, 0.4])
+        tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+        radius = rng.uniform(4.0, 20.0) * np.exp(rng.normal(size=(contours, angles)) * rng.choice([0.02, 0.3]))
+        try:
+            packed = Pathway(centre, radius, contours, tangent).packed()
+        except PathwayError:
+            continue
+        for spread in (0.0, 0.2):
+            held_against_all(query, packed, pose(rng, packed, spread), (0, len(packed.rows)))
+        asked += 1
 
 
 @pytest.mark.parametrize("count", [5, 13, 90, 3000, 14_800])
