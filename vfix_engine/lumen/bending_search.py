@@ -16,19 +16,26 @@ from .bending_kernel import FARTHEST, HIGH, LOW, Lumen, Scratch, cost_of, judge
 
 Array = NDArray[np.float64]
 
+# Of a search's state: cost, radius and t of the record, and of the last one whose way was walked; evaluations; radii at
+# which ways were found narrow
+RECORD, BEST, AT, SAFE, MADE, NARROW = 0, 1, 2, 3, 6, 7
+_NARROWS = 3
+STATE = NARROW + _NARROWS
+
 # Directions of a first look, t of ``direction``. In no order of theirs, so that few of them better the record.
-_LOOKS = (0.0, 6.0, -6.0, 3.0, -3.0, 5.0, -5.0, 2.0, -2.0, 7.0, -7.0, 4.0, -4.0, 1.0, -1.0, 8.0, -8.0)
+_LOOKS = (3.5, -3.5, 0.0, 4.5, 2.5, -2.5, -4.5, 5.5, 1.5, -1.5, -5.5, 6.5, 0.75, -0.75, -6.5, 7.5, -7.5)
 UTMOST = 10.0  # |t| at most
 _STEPS = 24  # along a ray, in which its cost is looked at
 _HALVINGS = 7  # of such a step
 _EXITS = 14  # evaluations at most for the place where a ray leaves the pathway
-_STRIDE = 1.3  # to the next place where it may do so
+_STRIDE, _STRIDE_LEAST = 1.3, 0.025  # to the next place where it may do so: of the way, of the farthest
 _DEEP = 20.0  # [mm] an excess counts for no more: far outside it says little
-_GLANCES = 3  # places on the way to a bend in a direction of the first look
-_CHECKS = 7  # places on the way to the bend that is given, asked in the end
-_REPAIR = 5  # more, where one of them is beyond the bounds
-_COARSE, _FINE = 5e-3, 2e-4  # a record is to be bettered by so much of z_max, and is known as well
-_NARROW = 1.0 / 256.0  # of t: directions closer than that are not told apart
+_GLANCES = 2  # places on the way to a bend in a direction of the first look
+_ATTEMPT = 6  # evaluations at most to find that a direction betters the record
+_CHECKS = 5  # places on the way to the bend that is given, asked in the end
+_REPAIR = 4  # more, where one of them is beyond the bounds
+_COARSE, _FINE = 1e-2, 2e-4  # a record is to be bettered by so much of z_max, and is known as well
+_CLOSER, _CLOSEST = 1.0 / 16.0, 1.0 / 128.0  # of t: then the way is walked, and what is not told apart any more
 
 
 @borrowing
@@ -91,7 +98,7 @@ def leave(
     u, v = math.cos(phi), math.sin(phi)
     g_high, made, before = math.inf, 0, 0
     while made < min(left, _EXITS) and low < high:
-        r = min(low * _STRIDE, high)
+        r = min(max(low * _STRIDE, low + _STRIDE_LEAST * aims[FARTHEST]), high)
         if g_high < math.inf:
             share = g_low / (g_low - g_high)
             r = low + min(max(share, 0.08), 0.92) * (high - low)
@@ -122,15 +129,21 @@ def walk(
     places: int,
     repair: int,
     scratch: Scratch,
-) -> tuple[float, int]:
+) -> tuple[float, float, int]:
     """The way to a bend, asked at some places: how far it is within the bounds, r itself as a rule; evaluations.
 
-    Where it is not, its end is brought closer by so many more.
+    Where it is not, its end is brought closer by so many more. Between the two, the place that is the deepest: -1 where
+    all are as deep as nothing is.
     """
     u, v = math.cos(phi), math.sin(phi)
+    weak, most, least = -1.0, -math.inf, math.inf
     for k in range(1, places + 1):
         to = r * k / (places + 1)
-        if judge(lumen, bound, rest, plane, aims, to * u, to * v, scratch) <= 0.0:
+        g = judge(lumen, bound, rest, plane, aims, to * u, to * v, scratch)
+        least = min(least, g)
+        if g > most:
+            weak, most = to, g
+        if g <= 0.0:
             continue
         low = r * (k - 1) / (places + 1)
         for _ in range(repair):
@@ -139,8 +152,105 @@ def walk(
                 low = middle
             else:
                 to = middle
-        return low, k + repair
-    return r, places
+        return low, weak, k + repair
+    return r, weak if most > least else -1.0, places
+
+
+@borrowing
+def attempt(
+    lumen: Lumen,
+    bound: Array,
+    rest: Array,
+    plane: Array,
+    aims: Array,
+    t: float,
+    demand: float,
+    glances: int,
+    spent: int,
+    state: Array,
+    scratch: Scratch,
+) -> bool:
+    """Whether a direction betters the record by ``demand``; it is the record then, as far as it goes.
+
+    It is asked first at the one place where its cost falls so low, then at the radii where ways were found narrow, then
+    by glances at its way.
+    """
+    if abs(t) > UTMOST:
+        return False
+    phi = direction(aims, t)
+    u, v = math.cos(phi), math.sin(phi)
+    low, high = along(rest, plane, aims, phi, state[RECORD] - demand, scratch)
+    if low < 0.0:
+        return False
+    g = judge(lumen, bound, rest, plane, aims, low * u, low * v, scratch)
+    state[MADE] += 1
+    if not g <= 0.0:
+        return False
+    for k in range(_NARROWS):
+        weak = state[NARROW + k]
+        if 0.0 < weak < low:
+            state[MADE] += 1
+            if not judge(lumen, bound, rest, plane, aims, weak * u, weak * v, scratch) <= 0.0:
+                return False
+    reached, weak, made = walk(lumen, bound, rest, plane, aims, phi, low, glances, 0, scratch)
+    state[MADE] += made
+    if reached < low:
+        return False
+    low, made = leave(lumen, bound, rest, plane, aims, phi, low, g, high, demand, spent - int(state[MADE]), scratch)
+    state[MADE] += made
+    state[BEST], state[AT], state[RECORD] = low, t, cost_of(rest, plane, aims, low * u, low * v, scratch)
+    return True
+
+
+@borrowing
+def settle(lumen: Lumen, bound: Array, rest: Array, plane: Array, aims: Array, state: Array, scratch: Scratch) -> bool:
+    """Walk the way to the record: whether all of it is within the bounds.
+
+    If not, the record is what comes before, or the last one that was walked, whichever is better; and the deepest place
+    of the way is kept, as ways close to this one are as a rule narrow at the same radius.
+    """
+    phi = direction(aims, state[AT])
+    reached, weak, made = walk(lumen, bound, rest, plane, aims, phi, state[BEST], _CHECKS, _REPAIR, scratch)
+    whole: bool = reached == state[BEST]
+    state[MADE] += made
+    if weak > 0.0:
+        for k in range(_NARROWS - 1, 0, -1):
+            state[NARROW + k] = state[NARROW + k - 1]
+        state[NARROW] = weak
+    if not whole:
+        cost = cost_of(rest, plane, aims, reached * math.cos(phi), reached * math.sin(phi), scratch)
+        state[RECORD], state[BEST] = cost, reached
+        if not cost < state[SAFE]:
+            for k in range(3):
+                state[k] = state[SAFE + k]
+    for k in range(3):
+        state[SAFE + k] = state[k]
+    return whole
+
+
+@borrowing
+def refine(
+    lumen: Lumen,
+    bound: Array,
+    rest: Array,
+    plane: Array,
+    aims: Array,
+    finest: float,
+    spent: int,
+    state: Array,
+    scratch: Scratch,
+) -> bool:
+    """Directions ever closer to the best, until they differ by ``finest`` in t: whether one betters the record."""
+    step, turned, better = 0.5, 0, False
+    while state[MADE] <= spent - _ATTEMPT and step >= finest:
+        t = state[AT] + (step if turned % 2 == 0 else -step)
+        if attempt(lumen, bound, rest, plane, aims, t, max(_FINE, _COARSE * step), 0, spent, state, scratch):
+            turned, better = 0, True
+            continue
+        turned += 1
+        if turned == 2:
+            step, turned = 0.5 * step, 0
+    return better
 
 
 @compiled
@@ -149,52 +259,24 @@ def search(
 ) -> tuple[float, float, float, int]:
     """a and b of the bend of least cost that is within the bounds (L',) in mm; its cost; evaluations made.
 
-    Each direction is asked first at the one place where its cost falls below the record's: where that is beyond the
-    bounds it cannot better the record, and took one evaluation. Directions are tried all over, then ever closer to
-    the best. The rest itself has to be within the bounds.
+    Directions are tried all over, then ever closer to the best. Each is one evaluation as long as it does not better
+    the record. The way to the best is walked now and then; if it leaves the bounds, the search goes on from the best
+    that does not. The rest itself has to be within the bounds.
     """
-    record, best, best_t = 1.0, 0.0, 0.0
-    spent = evaluations - _CHECKS - _REPAIR
-    made, tried, side, step, better = 0, 0, 2, 1.0, False
-    while made < spent and step >= _NARROW:
-        demand = _COARSE
-        if tried < len(_LOOKS):
-            t = _LOOKS[tried]
-            tried += 1
-        elif best == 0.0:
-            break
-        else:
-            if side == 2:
-                side, step, better = 0, step if better else 0.5 * step, False
-            demand = _FINE
-            t = best_t + (step if side == 0 else -step)
-            side += 1
-        if abs(t) > UTMOST:
-            continue
-        phi = direction(aims, t)
-        u, v = math.cos(phi), math.sin(phi)
-        low, high = along(rest, plane, aims, phi, record - demand, scratch)
-        if low < 0.0:
-            continue
-        g = judge(lumen, bound, rest, plane, aims, low * u, low * v, scratch)
-        made += 1
-        if g <= 0.0 and tried <= len(_LOOKS) and side == 2:
-            reached, more = walk(lumen, bound, rest, plane, aims, phi, low, _GLANCES, 0, scratch)
-            made += more
-            g = g if reached == low else math.inf
-        if g <= 0.0:
-            low, more = leave(lumen, bound, rest, plane, aims, phi, low, g, high, demand, spent - made, scratch)
-            made += more
-            best, best_t, better = low, t, True
-            record = cost_of(rest, plane, aims, low * u, low * v, scratch)
-    if best == 0.0:
-        return 0.0, 0.0, 1.0, made
-    best_phi = direction(aims, best_t)
-    reached, more = walk(lumen, bound, rest, plane, aims, best_phi, best, _CHECKS, _REPAIR, scratch)
-    a, b = reached * math.cos(best_phi), reached * math.sin(best_phi)
-    if reached == 0.0:
-        return 0.0, 0.0, 1.0, made + more
-    return a, b, cost_of(rest, plane, aims, a, b, scratch), made + more
+    state = np.zeros(STATE)
+    state[RECORD], state[SAFE] = 1.0, 1.0
+    spent = evaluations - _CHECKS - _REPAIR  # kept for the last walk
+    for t in _LOOKS:
+        if state[MADE] <= spent - _ATTEMPT:
+            attempt(lumen, bound, rest, plane, aims, t, _COARSE, _GLANCES, spent, state, scratch)
+    finest, better = _CLOSER, True
+    while state[BEST] > 0.0 and better and state[MADE] <= spent:
+        whole = settle(lumen, bound, rest, plane, aims, state, scratch)
+        better = refine(lumen, bound, rest, plane, aims, finest, spent, state, scratch) or not whole
+        better, finest = better or finest > _CLOSEST, _CLOSEST
+    phi = direction(aims, state[SAFE + AT])
+    r = state[SAFE + BEST]
+    return r * math.cos(phi), r * math.sin(phi), state[SAFE + RECORD], int(state[MADE])
 
 
 @compiled
