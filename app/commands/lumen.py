@@ -49,6 +49,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     drive.add_argument("--contours", type=int, default=_DEFAULTS.contours, help="that are fitted to the surface")
     drive.add_argument("--interpolated", type=int, default=_DEFAULTS.interpolated, help="contours made of them")
     drive.add_argument("--angles", type=int, default=_DEFAULTS.angles, help="radii of a contour; 1: circles")
+    drive.add_argument("--quantile", type=float, default=_DEFAULTS.quantile, metavar="Q", help="of the radii measured")
     drive.add_argument("--radius", type=float, metavar="MM", help="of the robot")
     drive.add_argument("--bound", type=float, metavar="MM", help="how far a link may leave the pathway")
     drive.add_argument("--tip-bound", type=float, metavar="MM", help="how far the last link may")
@@ -97,6 +98,7 @@ def run(args: argparse.Namespace) -> int:
         contours=args.contours,
         interpolated=args.interpolated,
         angles=args.angles,
+        quantile=args.quantile,
         **{name: value for name, value in changed.items() if value is not None},
     )
     snake = SnakeModel(1) if args.radius is None else SnakeModel(1, radius_mm=args.radius)

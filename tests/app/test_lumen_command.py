@@ -73,6 +73,7 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
         (["--bound", "nan"], "bound_mm"),
         (["--radius", "40"], "radius"),
         (["--contours", "1"], "contours"),
+        (["--quantile", "2"], "quantile"),
         (["--landmarks", "/no/such.json"], "such.json cannot be read"),
         (["--breathing", "-3"], "breathing"),
     ],
