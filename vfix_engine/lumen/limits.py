@@ -59,19 +59,19 @@ class Verdict(NamedTuple):
 
 
 class HardLimits:
-    """The certificate for one snake and one bound a link.
+    """The certificate for one snake and one bound a link; ``first`` is the number of its first link in the robot.
 
     Raises:
         InputError: bounds that are not (L,) numbers of at least 0 (infinity: not limited).
     """
 
-    def __init__(self, query: Query, snake: SnakeModel, bound: ArrayLike) -> None:
+    def __init__(self, query: Query, snake: SnakeModel, bound: ArrayLike, first: int = 0) -> None:
         given = np.array(bound, dtype=np.float64, order="C")
         if given.shape != (snake.links,) or not (given >= 0.0).all():
             raise InputError(f"bounds are {snake.links} numbers of at least 0 mm, not {given}")
         if query.links != snake.links:
             raise InputError(f"a query of {query.links} links for a snake of {snake.links}")
-        self.query, self.snake, self.bound = query, snake, given
+        self.query, self.snake, self.bound, self._first = query, snake, given, first
         points = query.vertices.points
         shape = np.zeros(SHAPE_SIZE)
         shape[LENGTH], shape[TOLERANCE] = snake.length_mm, WAY_TOLERANCE_MM
@@ -114,6 +114,5 @@ class HardLimits:
         link = int(beyond.argmax())
         if not beyond[link] > 0.0:
             return "the motion is too wild to be followed in parts"
-        return (
-            f"link {link + 1} would be {found.depth[link]:.2f} mm beyond the pathway, its bound is {bound[link]:g} mm"
-        )
+        name, deep, most = self._first + link + 1, found.depth[link], bound[link]
+        return f"link {name} would be {deep:.2f} mm outside of the pathway; its bound is {most:g} mm"

@@ -72,7 +72,7 @@ class SnakeDrive:
         self.bound[-1] = self.settings.tip_bound
         self._first = links - self.distal.links  # of the distal links
         self._limits = HardLimits(self.query, snake, self.bound)
-        self._distal_limits = HardLimits(self._distal_query, self.distal, self.bound[self._first :])
+        self._distal_limits = HardLimits(self._distal_query, self.distal, self.bound[self._first :], self._first)
         self.control = make_control(self.settings)
         self.hand = HandForces(self.distal)
         self._curve = curve if curve is not None and pathway.motion is None else pathway.curve(0.0)
