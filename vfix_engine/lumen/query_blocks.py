@@ -25,6 +25,7 @@ BLOCK = 52  # numbers in a block: x of its 16 points, y, z; centre and radius of
 NODE = 148
 RADIUS, NORMAL, THICKNESS, CHILD, WHOLE = 48, 64, 112, 128, 144
 
+MOST = LANES**6  # vertices of a link; the query's scratch memory is for five levels of nodes
 _GROWN = 1e-10  # [mm] of every ball: more than all roundings of what is concluded from it
 
 
@@ -57,7 +58,7 @@ def vertex_blocks(vertices: LinkVertices) -> VertexBlocks:
     """The vertices sorted into blocks, each link's halved again and again across its longest extent.
 
     Raises:
-        InputError: points that are not finite, or a link that has none.
+        InputError: points that are not finite, a link that has none or more than ``MOST``.
     """
     points = np.array(vertices.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
@@ -67,6 +68,8 @@ def vertex_blocks(vertices: LinkVertices) -> VertexBlocks:
     for link, (first, last) in enumerate(zip(vertices.start[:-1], vertices.start[1:], strict=True)):
         if not 0 <= first < last <= len(points):
             raise InputError(f"link {link} has no vertices: rows {first} to {last} of {len(points)}")
+        if last - first > MOST:
+            raise InputError(f"link {link} has {last - first:,} vertices, more than {MOST:,}")
         own = points[first:last]
         key = own.tobytes()
         trees[key] = trees[key] if key in trees else _tree(own)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import InputError, PathwayError
+from vfix_engine.lumen import query_blocks
 from vfix_engine.lumen.packed import PackedPathway
 from vfix_engine.lumen.pathway import Pathway
 from vfix_engine.lumen.query import Query, deviation_of_points
@@ -16,7 +17,7 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 
 SNAKE = SnakeModel(5)
-NEAR = 5e-11  # [mm]
+NEAR = 2e-10  # [mm] eq. 5 lets points be inside that are 1e-10 mm beyond an edge; all else is rounding
 TAPERED = np.linspace(18.0, 6.0, 31)[:, None]
 STRAIGHT = lumen_shapes.straight()
 SHAPES = {
@@ -229,7 +230,7 @@ def walk(nodes: np.ndarray, node: int, lanes: np.ndarray, points: np.ndarray, in
     return found
 
 
-def test_what_cannot_be_asked_is_refused() -> None:
+def test_what_cannot_be_asked_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     packed = SHAPES["cylinder"].packed()
     query = Query(SNAKE.vertices(100))
     frames = SNAKE.frames(np.zeros(10), np.eye(4))
@@ -247,5 +248,9 @@ def test_what_cannot_be_asked_is_refused() -> None:
         deviation_of_points([[0.0, np.nan, 0.0]], packed, 0, 9)
     with pytest.raises(InputError, match="link 1 has no vertices"):
         Query(LinkVertices(np.zeros((3, 3)), np.array([0, 3, 3])))
+    with monkeypatch.context() as few:
+        few.setattr(query_blocks, "MOST", 19)
+        with pytest.raises(InputError, match="link 0 has 20 vertices"):
+            vertex_blocks(SNAKE.vertices(100))
     with pytest.raises(InputError, match="finite"):
         Query(LinkVertices(np.full((3, 3), np.inf), np.array([0, 3])))
