@@ -12,13 +12,12 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import solveh_banded
 
 from ..errors import PathwayError
 from ..robots.snake import SnakeModel
 from .centreline import Centreline
 from .curve import Curve
-from .follow_kernel import BAND, BEND, CURVE, SPACE, TETHER, TURN, followable_squares
+from .follow_kernel import BAND, BEND, CURVE, SPACE, TETHER, TURN, banded_step, followable_squares
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -35,7 +34,7 @@ _GAIN = 1e-6  # share of the cost below which a turn is the last
 
 
 def followable(
-    centreline: Centreline | tuple[Curve, ArrayLike], snake: SnakeModel, turn: float = math.radians(48.0)
+    centreline: Centreline | tuple[Curve, ArrayLike], snake: SnakeModel, turn: float = math.radians(52.0)
 ) -> Curve:
     """A curve near the centreline, from its start to its end, that the snake's joints can follow as far as one exists.
 
@@ -76,6 +75,7 @@ def _settled(points: Array, centre: Array, room: Array, chord: float, turn: floa
     places = np.round(np.linspace(0, len(centre) - 1, len(points))).astype(np.int64)
     band, gradient = np.empty((BAND, points.size)), np.empty(points.size)
     columns, values = np.empty(15, np.int64), np.empty(15)
+    factor, flat = np.empty((points.size, BAND)), np.empty(points.size)
 
     def squares(points: Array, places: Index) -> float:
         step = float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
@@ -85,9 +85,9 @@ def _settled(points: Array, centre: Array, room: Array, chord: float, turn: floa
 
     damping, cost = 1.0, squares(points, places)
     for _ in range(_TURNS):
-        matrix, slope = band.copy(), gradient.copy()
-        matrix[0] += damping
-        move = solveh_banded(matrix, -slope, lower=True, check_finite=False).reshape(-1, 3)
+        # Not LAPACK's: its threads take longer to meet than a band this narrow takes to solve.
+        banded_step(band, gradient, damping, factor, flat)
+        move = flat.reshape(-1, 3)
         size = np.linalg.norm(move, axis=1, keepdims=True)
         trial, found = points + move * np.minimum(1.0, _MOST / np.maximum(size, 1e-12)), places.copy()
         lowered = squares(trial, found)

@@ -178,3 +178,28 @@ def followable_squares(
         columns[0], values[0] = k, _FIXED
         cost += _add(band, gradient, columns, values, 1, _FIXED * (points[0, k] - centre[0, k]))
     return cost
+
+
+@borrowing
+def banded_step(band: Array, gradient: Array, damping: float, factor: Array, move: Array) -> None:
+    """Solve (A + damping) move = −gradient for the positive definite A of ``band``, by Cholesky within the band.
+
+    factor: (3n, BAND) work, whose row j holds the entries (j, j) … (j, j − BAND + 1) of the triangle.
+    """
+    size, wide = len(gradient), len(band)
+    for j in range(size):
+        first = max(j - wide + 1, 0)
+        for i in range(first, j + 1):
+            total = band[j - i, i] + (damping if i == j else 0.0)
+            for k in range(first, i):
+                total -= factor[j, j - k] * factor[i, i - k]
+            factor[j, j - i] = math.sqrt(max(total, 1e-12)) if i == j else total / factor[i, 0]
+    for j in range(size):
+        total = -gradient[j]
+        for k in range(max(j - wide + 1, 0), j):
+            total -= factor[j, j - k] * move[k]
+        move[j] = total / factor[j, 0]
+    for j in range(size - 1, -1, -1):
+        move[j] /= factor[j, 0]
+        for k in range(max(j - wide + 1, 0), j):
+            move[k] -= factor[j, j - k] * move[j]

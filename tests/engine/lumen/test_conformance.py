@@ -61,13 +61,15 @@ def test_joint_centres_lie_on_the_curve(curve):
     snake = SnakeModel(8)
     for tip in (0.0, 5.0, 60.0, 0.5 * curve.length, curve.length):
         found = conform(snake, curve, tip)
-        assert found.exact and found.offset_mm.max() < 1e-9
+        assert found.exact
+        assert found.offset_mm.max() < 1e-9
         centres = joint_centres(snake, found)
         assert to_polyline(centres, curve).max() < 1e-9
         np.testing.assert_allclose(centres[-1], curve.position(tip), atol=1e-9)
         np.testing.assert_allclose(centres, curve.position(found.joint_s), atol=1e-9)
         np.testing.assert_allclose(np.linalg.norm(np.diff(centres, axis=0), axis=1), LINK, atol=1e-9)
-        assert (np.diff(found.joint_s) > 0.0).all() and np.abs(found.q).max() <= snake.q_max
+        assert (np.diff(found.joint_s) > 0.0).all()
+        assert np.abs(found.q).max() <= snake.q_max
 
 
 def test_angles_on_an_arc_have_the_closed_form():
@@ -86,16 +88,19 @@ def test_every_joint_passes_where_the_tip_passed():
     before, left = insertion.state, []
     while insertion.tip_s + 0.7 <= curve.length:
         now = insertion.advance(0.7)
-        assert now is insertion.state and now.exact
+        assert now is insertion.state
+        assert now.exact
         change = np.abs(now.q - before.q).max()
-        assert change <= 0.05 * 0.7 and np.abs(now.q).max() <= snake.q_max
+        assert change <= 0.05 * 0.7
+        assert np.abs(now.q).max() <= snake.q_max
         assert np.linalg.norm(now.base[:3, 3] - before.base[:3, 3]) < 1.0
         # The base does not turn about its axis while it goes straight in.
         if now.joint_s[0] < 0.0:
             np.testing.assert_allclose(now.base[:3, :3], before.base[:3, :3], atol=1e-12)
         left.append(to_polyline(joint_centres(snake, now), curve).max())
         before = now
-    assert max(left) < 1e-6 and insertion.links_inside == 7
+    assert max(left) < 1e-6
+    assert insertion.links_inside == 7
     out = insertion.advance(-insertion.tip_s)
     np.testing.assert_allclose(out.q, 0.0, atol=1e-12)
     assert insertion.links_inside == 0
@@ -117,7 +122,8 @@ def test_where_the_limits_bind_they_are_kept_and_nothing_jumps():
         bound += int(now.at_limit.any())
         worst = max(worst, float(now.offset_mm.max()))
         before = now
-    assert bound > 30 and 1.0 < worst < 12.0
+    assert bound > 30
+    assert 1.0 < worst < 12.0
     assert np.linalg.norm(centres[-1] - curve.position(insertion.tip_s)) < 3.0
 
 
@@ -127,7 +133,9 @@ def test_exact_again_when_the_bend_is_behind():
     seen = []
     while insertion.tip_s + 1.0 <= curve.length:
         seen.append(insertion.advance(1.0).exact)
-    assert seen[0] and seen[-1] and not all(seen)
+    assert seen[0]
+    assert seen[-1]
+    assert not all(seen)
     assert insertion.state.offset_mm.max() < 1e-9
 
 
@@ -136,7 +144,9 @@ def test_a_moved_curve_begins_where_the_snake_is():
     one = conform(snake, curve, 200.0)
     moved = Curve(curve.points + np.array([0.0, 0.5, 0.0]), curve.step_mm)
     two = conform(snake, moved, 200.0, near=one)
-    assert np.abs(two.q).max() <= snake.q_max and two.curve is moved and two.roll == one.roll
+    assert np.abs(two.q).max() <= snake.q_max
+    assert two.curve is moved
+    assert two.roll == one.roll
     assert np.abs(two.q - one.q).max() < 0.3
 
 
@@ -155,4 +165,5 @@ def test_what_cannot_be_is_refused():
     for step in (math.nan, math.inf, curve.length):
         with pytest.raises(PathwayError):
             insertion.advance(step)
-    assert insertion.tip_s == 50.0 and insertion.state.tip_s == 50.0
+    assert insertion.tip_s == 50.0
+    assert insertion.state.tip_s == 50.0
