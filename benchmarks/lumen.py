@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import lumen_gpu, lumen_plots, report
+from benchmarks import lumen_controls, lumen_gpu, lumen_plots, report
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import JUDGED, LINKS, SEGMENTS, Scene
 from benchmarks.lumen_threads import ThreadedQuery
@@ -36,6 +36,7 @@ BURST = 5
 POSES = 15  # of one share of vertices outside
 AGREE_MM = 1e-9
 COUNTS = (500, 1000, 2000, 5000, JUDGED, 50_000)  # vertices of fig. 7a
+ATTACK_STEPS = 2000  # of the adversary that both controls meet
 SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the vertices inside, fig. 7b
 
 
@@ -46,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--threads", type=int, default=None, help="threads of the sweeps at most (default: all cores)")
     parser.add_argument("--no-sweeps", action="store_true", help="leave out the sweeps of fig. 7a and 7b")
     parser.add_argument("--plots", type=Path, metavar="FOLDER", help="draw the sweeps as SVG files there")
+    parser.add_argument("--controls", action="store_true", help="also bends and both controls: a minute more")
     parser.add_argument("--gpu", action="store_true", help="refuse to run where no GPU is found")
 
 
@@ -74,6 +76,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     times = {name: case.times() for name, case in cases.items()}
     batch = _Batch(scene, shifts[1.0 - MIXED], args.rounds)
     gpu = lumen_gpu.measure(scene, shifts[1.0 - MIXED], args.rounds)
+    built: dict[str, Any] = {"bends": None, "controls": None}
+    if args.controls:
+        built = lumen_controls.measure(scene, args.rounds, ATTACK_STEPS)
     sweeps: dict[str, Any] = {"vertices_sweep": None, "inside_sweep": None}
     if not args.no_sweeps:
         few = max(3, args.rounds // 3)
@@ -106,6 +111,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "max_abs_diff": apart,
         "correct": apart <= AGREE_MM and (gpu is None or gpu["max_abs_diff"] <= AGREE_MM),
         "gpu": gpu,
+        **built,
         **sweeps,
         "plots": None if args.plots is None else lumen_plots.draw(args.plots, sweeps, count, gpu),
     }

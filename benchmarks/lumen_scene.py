@@ -52,16 +52,24 @@ class Scene:
     def poses(self, shift_mm: float, count: int, stir: float = STIR, seed: int = 0) -> Array:
         """``count`` poses as frames (count, L, 3, 4), shifted out of the arc's plane, each with joints of its own."""
         random = np.random.default_rng(seed)
+        base, q = self.base(shift_mm), self.rest()
+        frames = [self.snake.frames(q + stir * random.standard_normal(len(q)), base)[1:, :3] for _ in range(count)]
+        return np.ascontiguousarray(frames)
+
+    def base(self, shift_mm: float = 0.0) -> Array:
+        """transform_base_to_patient (4, 4): on the arc, with its tangent, shifted out of its plane."""
         turn = BEFORE_MM / BEND_MM
         base = np.eye(4)
         base[:3, :3] = [[np.cos(turn), 0.0, np.sin(turn)], [0.0, 1.0, 0.0], [-np.sin(turn), 0.0, np.cos(turn)]]
         base[:3, 3] = BEND_MM * (1.0 - np.cos(turn)), shift_mm, BEND_MM * np.sin(turn)
-        # Chords of the circle turn by twice the angle of half a link; the first starts from the tangent.
+        return base
+
+    def rest(self) -> Array:
+        """Joints (2L,) in rad with which the snake follows the arc."""
         q = np.zeros(2 * LINKS)
-        q[1::2] = 2.0 * np.arcsin(0.5 * self.snake.length_mm / BEND_MM)
-        q[1] *= 0.5
-        frames = [self.snake.frames(q + stir * random.standard_normal(len(q)), base)[1:, :3] for _ in range(count)]
-        return np.ascontiguousarray(frames)
+        q[1::2] = 2.0 * np.arcsin(0.5 * self.snake.length_mm / BEND_MM)  # as chords of a circle turn
+        q[1] *= 0.5  # the first, from the tangent
+        return q
 
     def share_outside(self, query: Query, poses: Array) -> float:
         """Share of the query's vertices that deviate, over all the poses."""

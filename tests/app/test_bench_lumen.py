@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from app import cli
-from benchmarks import lumen, lumen_gpu, svg_plot
+from benchmarks import lumen, lumen_controls, lumen_gpu, svg_plot
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import Scene
 from benchmarks.lumen_threads import ThreadedQuery
@@ -43,6 +43,8 @@ def test_it_measures_compares_and_draws(
     assert result["max_abs_diff"] <= 1e-9
     assert result["correct"] is True
     assert result["gpu"] is None
+    assert result["bends"] is None
+    assert result["controls"] is None
     assert result["outside_percent"]["inside"] == 0.0
     assert result["outside_percent"]["narrow"] > 90.0
     assert min(result["ratios"].values()) == min(min(each.values()) for each in result["ratios_by_scene"].values())
@@ -111,6 +113,17 @@ def test_threads_find_the_same(scene: Scene) -> None:
     asked.close()
     assert found.min() > 0.0
     assert np.array_equal(found, Query(vertices).deviations(scene.packed, pose, scene.window).depth)
+
+
+def test_bends_are_searched_within_a_hundred_evaluations(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The comparison of the controls has a test of its own, beside them."""
+    monkeypatch.setattr(lumen_controls, "compare_controls", lambda attack_steps: {"steps": attack_steps})
+    told = lumen_controls.measure(scene, 1, 7)
+    assert told["controls"] == {"steps": 7}
+    for count in ("4", "8"):
+        assert told["bends"][count]["ms"] > 0.0
+        assert told["bends"][count]["evaluations_most"] <= 100
+        assert told["bends"][count]["feasible"]
 
 
 SIMULATED = """
