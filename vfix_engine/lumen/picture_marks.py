@@ -112,8 +112,8 @@ def lighten(picture: Picture, box: Box) -> None:
 def draw_compass(picture: Picture, view: View) -> None:
     """Where head, left and back of the patient lie, in the lower left corner; not those that point at the eye."""
     turned = view.transform_camera_to_patient[:3, :3]
-    foot = np.array([64.0, view.height - 60.0])
-    lighten(picture, (4, view.height - 122, 126, view.height - 4))
+    foot = np.array([74.0, view.height - 60.0])
+    lighten(picture, (4, view.height - 122, 144, view.height - 4))
     # In LPS x runs to the left, y to the back and z to the head.
     drawn: list[Array] = []
     for name, row in sorted(
