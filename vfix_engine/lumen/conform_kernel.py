@@ -192,8 +192,25 @@ def judge(line: Line, task: Task, state: Array, places: Array, body: Body) -> fl
 
 
 @borrowing
+def _feed_twist(line: Line, base: Array, feed: float, twist: Array) -> None:
+    """How the whole chain moves as its base goes on along the curve, turning with the tangent and not about it."""
+    last = len(line.points) - 1
+    before = min(int(feed / line.step), last - 1)
+    bx = by = bz = 0.0
+    if 0.0 <= feed <= last * line.step:
+        bx = (line.tangents[before + 1, 0] - line.tangents[before, 0]) / line.step
+        by = (line.tangents[before + 1, 1] - line.tangents[before, 1]) / line.step
+        bz = (line.tangents[before + 1, 2] - line.tangents[before, 2]) / line.step
+    tx, ty, tz = base[0, 2], base[1, 2], base[2, 2]
+    ax, ay, az = ty * bz - tz * by, tz * bx - tx * bz, tx * by - ty * bx
+    x, y, z = base[0, 3], base[1, 3], base[2, 3]
+    twist[0], twist[1], twist[2] = ax, ay, az
+    twist[3], twist[4], twist[5] = tx + y * az - z * ay, ty + z * ax - x * az, tz + x * ay - y * ax
+
+
+@borrowing
 def normal_matrix(
-    task: Task, body: Body, state: Array, twists: Array, moved: Array, gradient: Array, hessian: Array
+    line: Line, task: Task, body: Body, state: Array, twists: Array, moved: Array, gradient: Array, hessian: Array
 ) -> None:
     """Gradient (2L + 1,) and Gauss-Newton matrix from the links' loads and masses, which become those of all beyond.
 
@@ -216,8 +233,7 @@ def normal_matrix(
         x, y, z = before[0, 3], before[1, 3], before[2, 3]
         twists[joint, 0], twists[joint, 1], twists[joint, 2] = ax, ay, az
         twists[joint, 3], twists[joint, 4], twists[joint, 5] = y * az - z * ay, z * ax - x * az, x * ay - y * ax
-    for k in range(3):
-        twists[size - 1, k], twists[size - 1, 3 + k] = 0.0, base[k, 2]
+    _feed_twist(line, base, state[size - 1], twists[size - 1])
     for column in range(size):
         feed = column == size - 1
         link = 0 if feed else column // 2

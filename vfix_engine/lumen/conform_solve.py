@@ -170,7 +170,7 @@ def settle_chain(
     damping, fresh = _FLOOR, True
     for _ in range(turns):
         if fresh:
-            normal_matrix(task, body, state, twists, moved, gradient, hessian)
+            normal_matrix(line, task, body, state, twists, moved, gradient, hessian)
         _damped(hessian, damping, damped)
         _bounds(state, low, high, lower, upper)
         box_step(damped, gradient, lower, upper, factor, vectors, free, x)
