@@ -18,12 +18,17 @@ from .snake_drive import SnakeDrive
 Array = NDArray[np.float64]
 
 _TIP_S = 200.0  # [mm] where the comparison stands
+_LINKS = 7
 _BEND_MM, _RADIUS_MM = 130.0, 14.0  # of the pathway that it is made in
 _SPACING_MM = 1.0  # [mm] between places of the camera's path that its curvature is taken of
 
 
 def compare_controls(
-    pathway: Pathway | None = None, tip_s: float = _TIP_S, attack_steps: int = 2000, seed: int = 0
+    pathway: Pathway | None = None,
+    tip_s: float = _TIP_S,
+    attack_steps: int = 2000,
+    seed: int = 0,
+    settings: DriveSettings | None = None,
 ) -> dict[str, Any]:
     """Both controls under the commands of a scripted look-round and of an adversary.
 
@@ -32,7 +37,7 @@ def compare_controls(
 
     Args:
         pathway: None: a bend of 130 mm radius in a lumen of 28 mm.
-        tip_s: mm, where the tip stands; attack_steps, seed: of the adversary.
+        tip_s: mm, where the tip stands; attack_steps, seed: of the adversary; settings: but for the control.
 
     Returns:
         JSON's types: operator → control → deviation_mm {mean, max}, beyond_mm (most beyond a bound, negative: within),
@@ -40,15 +45,16 @@ def compare_controls(
         motion of the camera that was not carried out), held (share of steps), step_us (median).
     """
     lane = pathway if pathway is not None else _bend()
-    watched = _drive(lane, tip_s, "parameterised")
+    common = settings or DriveSettings()
+    watched = _drive(lane, tip_s, common, "parameterised")
     look: list[Order] = []
     for order in scripted(watched, [Stop("here", tip_s)], tip_s):
         look.append(order)
         watched.step(order.command, order.dt)
-    still = _drive(lane, tip_s, "parameterised")
+    still = _drive(lane, tip_s, common, "parameterised")
     attack = [_only_camera(order) for order in adversarial(still, attack_steps, seed)]
     return {
-        name: {control: _measured(_drive(lane, tip_s, control), orders) for control in CONTROLS}
+        name: {control: _measured(_drive(lane, tip_s, common, control), orders) for control in CONTROLS}
         for name, orders in (("scripted", look), ("adversarial", attack))
     }
 
@@ -59,8 +65,8 @@ def _bend() -> Pathway:
     return Pathway(centre, np.full(34, _RADIUS_MM), 67)
 
 
-def _drive(pathway: Pathway, tip_s: float, control: Control) -> SnakeDrive:
-    return SnakeDrive(SnakeModel(7), pathway, DriveSettings(control=control), tip_s=tip_s)
+def _drive(pathway: Pathway, tip_s: float, settings: DriveSettings, control: Control) -> SnakeDrive:
+    return SnakeDrive(SnakeModel(_LINKS), pathway, replace(settings, control=control), tip_s=tip_s)
 
 
 def _only_camera(order: Order) -> Order:

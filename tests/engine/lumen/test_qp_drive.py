@@ -99,7 +99,8 @@ def test_a_shape_beyond_its_bounds_is_eased_into_them() -> None:
 
 
 def test_controls_are_compared_on_the_same_commands() -> None:
-    found = compare_controls(arc(130.0, 2.0, contours=26, radius=14.0), attack_steps=150)
+    settings = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01)
+    found = compare_controls(arc(130.0, 2.0, contours=26, radius=14.0), attack_steps=150, settings=settings)
     assert json.loads(json.dumps(found)) == found
     assert set(found) == {"scripted", "adversarial"}
     for controls in found.values():
