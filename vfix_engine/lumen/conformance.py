@@ -201,8 +201,8 @@ def _convected(q: Array, share: float) -> Array:
 def _weights(feasible: bool) -> Array:
     """What the least squares hold against a chain; where all joints can be on the curve, only that they are not."""
     weights = np.empty(7)
-    weights[CENTRE], weights[ROOM], weights[MIDDLE] = (1.0, 0.0, 0.0) if feasible else (0.05, 1.0, 1.0)
-    weights[GUIDE], weights[TIP], weights[STAY], weights[STEEP] = 10.0, 1000.0, 1.0, 3.0
+    weights[CENTRE], weights[ROOM], weights[MIDDLE] = (1.0, 0.0, 0.0) if feasible else (0.1, 1.0, 1.0)
+    weights[GUIDE], weights[TIP], weights[STAY], weights[STEEP] = 10.0, 1000.0, 1.0, 2.0
     return weights
 
 

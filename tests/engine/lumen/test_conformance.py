@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import PathwayError
+from vfix_engine.lumen.conform_kernel import Body, Line, Task, judge, normal_matrix
+from vfix_engine.lumen.conform_solve import box_step
 from vfix_engine.lumen.conformance import FASTEST, Conformed, Insertion, conform
 from vfix_engine.lumen.curve import Curve
+from vfix_engine.lumen.transport import transported
 from vfix_engine.robots.snake import SnakeModel
 
 LINK = 28.0
@@ -167,3 +170,57 @@ def test_what_cannot_be_is_refused():
             insertion.advance(step)
     assert insertion.tip_s == 50.0
     assert insertion.state.tip_s == 50.0
+
+
+def test_the_gradient_is_that_of_the_cost():
+    snake, curve, links = SnakeModel(5), hairpin(), 5
+    room = np.full(len(curve.points), 2.0)
+    found = conform(snake, curve, 290.0, room=room)
+    assert 125.0 < found.joint_s[0] < 175.0  # the base turns with the bend as it goes on
+    weights = np.array([0.1, 1.0, 1.0, 10.0, 1000.0, 1.0, 2.0])
+    line = Line(curve.points, curve.tangents, transported(curve.points, curve.tangents), room, curve.step_mm)
+    rng = np.random.default_rng(3)
+    near = np.append(found.q, found.joint_s[0])
+    state = near + rng.normal(0.0, 0.02, len(near))
+    task = Task(LINK, found.roll, 290.0, weights, near)
+    begin = np.empty(2 * links)
+    begin[0::2], begin[1::2] = 0.5 * (found.joint_s[:-1] + found.joint_s[1:]), found.joint_s[1:]
+
+    def body() -> Body:
+        return Body(
+            np.empty((3, 4)), np.empty((links, 3, 4)), np.empty((links, 6)), np.empty((links, 6, 6)), np.empty((7, 3))
+        )
+
+    def cost(at: np.ndarray) -> float:
+        return judge(line, task, at, begin.copy(), body())
+
+    size, filled = len(state), body()
+    judge(line, task, state, begin.copy(), filled)
+    gradient, hessian = np.empty(size), np.empty((size, size))
+    normal_matrix(line, task, filled, state, np.empty((size, 6)), np.empty(6), gradient, hessian)
+    steps = 1e-6 * np.eye(size)
+    slopes = np.array([(cost(state + step) - cost(state - step)) / 2e-6 for step in steps])
+    # The curve is a polyline whose tangents are smoothed: the two differ by its corners.
+    np.testing.assert_allclose(gradient, slopes, atol=2e-2 * np.abs(slopes).max())
+    assert np.linalg.eigvalsh(hessian).min() > 0.0
+    np.testing.assert_array_equal(hessian, hessian.T)
+
+
+def test_a_step_in_a_box_is_the_best_there():
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        size = 9
+        root = rng.normal(size=(size, size)) * np.exp(rng.normal(size=size) * 2.0)
+        hessian, gradient = root @ root.T + 1e-6 * np.eye(size), rng.normal(size=size) * 10.0
+        lower, upper = -rng.uniform(0.0, 0.3, size), rng.uniform(0.0, 0.3, size)
+        lower[2], upper[5] = 0.0, 0.0
+        x = np.empty(size)
+        box_step(
+            hessian, gradient, lower, upper, np.empty((size, size)), np.empty((3, size)), np.empty(size, np.int64), x
+        )
+        slope = hessian @ x + gradient
+        assert (x >= lower).all()
+        assert (x <= upper).all()
+        small = 1e-5 * np.abs(gradient).max()
+        assert (slope[x < upper] > -small).all()
+        assert (slope[x > lower] < small).all()
