@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from tests.engine.lumen.lumen_shapes import arc, cavity, straight
+from benchmarks import lumen_bends
+from tests.engine.lumen.lumen_shapes import arc, straight
 from vfix_engine.errors import InputError
 from vfix_engine.lumen.bending import DIRECTIONS, BendProblem, bend_angles, primary_displacement, tip_displacement
+from vfix_engine.lumen.cavity import body_cavity
 from vfix_engine.lumen.optimise import (
     Bend,
     control_bends,
@@ -49,7 +52,7 @@ def bent(radius: float = 20.0) -> BendProblem:
 
 def figure_8() -> BendProblem:
     """13 contours of 28 polar radii each, the base inclined by 25° at their lower end, all five links free."""
-    packed, base, turn = cavity().packed(), np.eye(4), math.radians(-25.0)
+    packed, base, turn = body_cavity().packed(), np.eye(4), math.radians(-25.0)
     base[1:3, 1:3] = [[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]]
     base[:3, 3] = [0.0, -15.0, 20.0]
     window = np.array([0, len(packed.rows)])
@@ -180,6 +183,17 @@ def test_the_map_of_costs_is_what_is_searched() -> None:
     assert found.cost[found.within].min() >= survey.anywhere.cost - 0.01
     bend = optimise_primary(case, "o+")
     assert bend.cost <= survey.reachable.cost + 0.02
+
+
+def test_the_figures_are_drawn() -> None:
+    """A cell for every cost, a line for every bend; the same bends as everywhere."""
+    seven = ElementTree.fromstring(lumen_bends.figure_7c(lumen_bends.in_a_tube(SNAKE, QUERY)))
+    assert len(seven.findall("{*}rect")) > 5000
+    case = lumen_bends.in_a_cavity(SNAKE, QUERY)
+    bends = control_bends(case, 4)
+    eight = ElementTree.fromstring(lumen_bends.figure_8(case, bends))
+    assert len(eight.findall("{*}circle")) == 2 * len(bends)
+    np.testing.assert_array_equal(bends[0].delta, optimise_primary(figure_8(), "e+").delta)
 
 
 def test_what_cannot_be_asked_is_refused() -> None:
