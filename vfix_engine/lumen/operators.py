@@ -21,6 +21,7 @@ OPERATORS = ("scripted", "adversarial")
 _RAMP_S = 1.0  # [s] from r = 0 to 1
 _TURN_S = 4.0  # [s] once round
 _AHEAD = 0.08  # the operator waits while the camera is farther behind in (u, v)
+_IMPATIENT = 0.25  # pace of a hand that waits, of one that is followed
 _GIVE_UP_S = 30.0  # [s] of a look-round, at the latest
 _STUCK = 40  # steps of insertion that are held, one after the other, until the operator gives up
 
@@ -83,8 +84,9 @@ def _look_round(drive: SnakeDrive, stop: Stop) -> Iterator[Order]:
         here, target = np.array(shadow.steering), np.array([r * math.cos(theta), r * math.sin(theta)])
         way = target - here
         behind = float(np.linalg.norm(way))
-        if behind < _AHEAD or drive.state.outcome in ("held", "shrunk"):  # held, the hand goes elsewhere
-            done += dt
+        # Held, the hand goes elsewhere; where the camera hardly moves with the bend, it does not wait for ever.
+        close = behind < _AHEAD or drive.state.outcome in ("held", "shrunk")
+        done += dt if close else _IMPATIENT * dt
         step = way * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else way
         camera = shadow.camera_per_steering() @ step / dt
         event: Literal["bent"] | None = None
