@@ -34,6 +34,7 @@ Index = NDArray[np.int64]
 
 SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
+TISSUE_RESERVE_MM = 0.5  # [mm] twice what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
 _SLOWER = 3  # times a step is shortened until its joints are slow enough
 _TIMED = 10  # every so many steps one query of all links is timed
@@ -203,6 +204,8 @@ class SnakeDrive:
         else:
             self._measure()
             outcome = ("held", self._why)
+        if (self._deviation.depth > self._bounds()).any():
+            self._retreat(self.settings.tissue_s)
         if self._settled:
             self.control.move_to(self.place())
         return outcome
@@ -238,6 +241,15 @@ class SnakeDrive:
         else:
             self._windows, self._measured, self._why = windows, measured, verdict.held_by
         return verdict.taken
+
+    def _retreat(self, dt: float) -> None:
+        """Back towards the bounds that the tissue's motion has left links beyond, as fast as joints may."""
+        here = Pose(self._conformed.base, self.q)
+        wanted, end = self._eased(self._conformed, here, dt)
+        verdict = self._limits.certify(self._packed, self._windows, here, end, self._bounds())
+        if verdict.taken:
+            self._conformed, self.q = wanted, np.array(end.q)
+            self._keep(verdict.deviation)
 
     def _eased(self, wanted: Conformed, end: Pose, dt: float) -> tuple[Conformed, Pose]:
         """The nearest shape that keeps the bounds, if there is one; the operator's bend stays as it is."""
@@ -287,7 +299,9 @@ class SnakeDrive:
         self._measured = joint_s[:-1] >= self._entrance
 
     def _bounds(self) -> Array:
-        return np.where(self._measured, self.bound, np.inf)
+        """b_i of the links that are inside; less a reserve where the pathway moves between two of its moments."""
+        reserve = 0.0 if self.pathway.motion is None else TISSUE_RESERVE_MM
+        return np.where(self._measured, np.maximum(self.bound - reserve, 0.0), np.inf)
 
     def _measure(self) -> None:
         frames = self.snake.frames(self.q, self._conformed.base)

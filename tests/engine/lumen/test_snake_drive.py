@@ -98,9 +98,8 @@ def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
         if number % 5 == 0 or near:
             depth = judged(drive, state)
             np.testing.assert_allclose(state.deviation.depth, depth, rtol=0.0, atol=1e-9)
-            # What the pathway did by itself is nobody's step: the robot may stand deeper then, but goes no deeper.
-            limit = drive.bound if tissue is None else np.maximum(drive.bound, judged(drive, state, was, base))
-            assert (depth <= limit + 1e-9).all()
+            # What moves by itself stays within the reserve that is kept for it, here.
+            assert (depth <= drive.bound).all()
             deepest = max(deepest, float((depth - drive.bound).max()))
         if tissue is None and state.mode == "looking" and state.outcome != "held" and near and replayed < 40:
             replayed += 1
@@ -113,7 +112,6 @@ def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
     assert {"moved", "held"} <= outcomes
     assert deepest > -1.0
     if tissue is None:
-        assert deepest <= 0.0
         assert replayed > 5
 
 
