@@ -36,7 +36,7 @@ SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
 TISSUE_RESERVE_MM = 0.5  # [mm] twice what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
-_SLOWER = 3  # times a step is shortened until its joints are slow enough
+_WAYPOINT_MM = 1.0  # [mm] of insertion between two conforming shapes
 _TIMED = 10  # every so many steps one query of all links is timed
 
 Outcome = tuple[Literal["rest", "moved", "shrunk", "held"], str | None]
@@ -81,6 +81,7 @@ class SnakeDrive:
         self.t, self.refused_commands, self._steps = 0.0, 0, 0
         self._tissue_at, self._settled, self._query_s = 0.0, False, 0.0
         self._why: str | None = None
+        self._ahead: tuple[float, Conformed] | None
         self._windows: Index
         self._measured: NDArray[np.bool_]
         self._deviation: Deviations
@@ -88,6 +89,7 @@ class SnakeDrive:
         self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
         begun = Insertion(snake, self._curve, self._room, None, tip_s)
         self._roll, self._conformed, self.tip_s = begun.roll, begun.state, float(tip_s)
+        self._plan, self._ahead = self._conformed, None
         self.q = np.array(self._conformed.q)
         self._look(self._conformed.joint_s)
         self._measure()
@@ -172,30 +174,37 @@ class SnakeDrive:
         if self.control.bent(self.q[first:], self._conformed.q[first:]) > self.settings.reoptimise_below:
             return "held", "the tip is bent: straighten it before it is inserted or drawn back"
         most = self.settings.insertion_step_mm
-        target = self.tip_s + min(max(wanted_mm, -most), most)
-        way = min(max(target, 0.0), self._curve.length) - self.tip_s
+        wanted_mm = min(max(wanted_mm, -most), most)
+        ahead_s, ahead = self._waypoint(1.0 if wanted_mm > 0.0 else -1.0)
+        way = ahead_s - self.tip_s
         if way == 0.0:
             return "held", "the end of the path" if wanted_mm > 0.0 else "the robot is out"
-        within = way
+        ratio = self._fastest(ahead, dt)
+        within = min(1.0, wanted_mm / way, 1.0 / ratio if ratio > 0.0 else 1.0)
         for share in SHARES:
-            wanted = self._conform(self.tip_s + share * within)
-            for _ in range(_SLOWER):
-                ratio = self._fastest(wanted, dt)
-                if ratio <= 1.0:
-                    break
-                within *= 0.97 / ratio
-                wanted = self._conform(self.tip_s + share * within)
-            if self._certified(wanted, dt):
-                self.tip_s += share * within
+            part = share * within
+            if self._certified(_blend(self._conformed, ahead, part), dt):
+                self.tip_s = ahead_s if part >= 1.0 else self.tip_s + part * way
+                if part >= 1.0:
+                    self._plan, self._ahead = ahead, None
                 self._settled = False
                 return ("moved", None) if share == 1.0 else ("shrunk", self._why)
         return "held", self._why
+
+    def _waypoint(self, sign: float) -> tuple[float, Conformed]:
+        """Where the insertion goes next: shapes a millimetre apart, the same however fast and in what steps it goes."""
+        if self._ahead is None or (self._ahead[0] - self.tip_s) * sign <= 0.0:
+            place = min(max(self.tip_s + sign * _WAYPOINT_MM, 0.0), self._curve.length)
+            if place == self.tip_s:
+                return place, self._conformed
+            self._ahead = (place, self._conform(place, self._plan))
+        return self._ahead
 
     def _follow_tissue(self) -> Outcome:
         """The pathway of now, and the shape that conforms to it."""
         self._packed, self._curve = self.pathway.packed(self.t), self.pathway.curve(self.t)
         self.tip_s = min(self.tip_s, self._curve.length)
-        wanted = self._conform(self.tip_s)
+        wanted = self._conform(self.tip_s, self._conformed)
         outcome: Outcome = ("held", None)
         for share in SHARES:
             if self._certified(_blend(self._conformed, wanted, share), self.settings.tissue_s):
@@ -206,12 +215,13 @@ class SnakeDrive:
             outcome = ("held", self._why)
         if (self._deviation.depth > self._bounds()).any():
             self._retreat(self.settings.tissue_s)
+        self._plan, self._ahead = self._conformed, None
         if self._settled:
             self.control.move_to(self.place())
         return outcome
 
-    def _conform(self, tip_s: float) -> Conformed:
-        return conform(self.snake, self._curve, tip_s, self._conformed, self._room, self._roll)
+    def _conform(self, tip_s: float, near: Conformed) -> Conformed:
+        return conform(self.snake, self._curve, tip_s, near, self._room, self._roll)
 
     def _bent(self, conformed: Conformed) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""
