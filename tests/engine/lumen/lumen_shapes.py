@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vfix_engine.lumen.cavity import body_cavity
 from vfix_engine.lumen.pathway import Pathway
 
 
@@ -52,22 +53,6 @@ def s_curve(bend: float = 80.0, turn: float = 0.9, radius: float = 12.0, contour
     return _pathway(centre, tangent, radius, 1, more)
 
 
-def cavity(**more) -> Pathway:
-    """A body cavity like the paper's fig. 8: 13 contours of 28 polar radii, 120 to 180 mm across, 250 mm long.
-
-    Flat from front to back, wide in the middle, narrower at both ends, with a ridge as of the spine along -y.
-    """
-    share = np.linspace(0.0, 1.0, 13)
-    psi = 2.0 * np.pi * np.arange(28) / 28
-    centre = np.column_stack([6.0 * np.sin(np.pi * share), 10.0 * np.sin(2.0 * np.pi * share), 250.0 * share])
-    size = 60.0 + 25.0 * np.sin(np.pi * share)  # mm
-    oval = 1.0 / np.sqrt(np.cos(psi) ** 2 + (np.sin(psi) / 0.75) ** 2)
-    ridge = 1.0 - 0.22 * np.exp(-(((psi - 1.5 * np.pi) / 0.35) ** 2))
-    lobes = 1.0 + 0.04 * np.cos(3.0 * psi[None, :] + 4.0 * share[:, None])
-    radius = size[:, None] * (oval * ridge)[None, :] * lobes
-    return Pathway(centre, radius, **({"count": 13, "first": np.array([1.0, 0.0, 0.0])} | more))
-
-
 def lobed(radius: float, angles: int, contours: int, depth: float = 0.2) -> np.ndarray:
     """Three-lobed radii (contours, angles) that turn a little from contour to contour."""
     psi = 2.0 * np.pi * np.arange(angles) / angles
@@ -78,3 +63,14 @@ def _pathway(centre: np.ndarray, tangent: np.ndarray, radius: float, angles: int
     """With the shape's own tangents; as many contours as given, circular or three-lobed."""
     radii = np.full((len(centre), 1), radius) if angles == 1 else lobed(radius, angles, len(centre))
     return Pathway(centre, radii, **({"count": len(centre), "tangent": tangent} | more))
+
+
+SHAPES = {
+    "straight": straight(),
+    "arc": arc(),
+    "polar arc": arc(angles=28),
+    "helix": helix(),
+    "s": s_curve(),
+    "cavity": body_cavity(),
+    "interpolated": helix(contours=50, count=197, tangent=None),
+}

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import InputError
+from vfix_engine.lumen.cavity import body_cavity
 from vfix_engine.lumen.clearance import ALIKE, APART_MM, binding_vertices, clearances, slope
 from vfix_engine.lumen.pathway import Pathway
 from vfix_engine.lumen.query import Query, deviation_of_points
@@ -19,7 +20,7 @@ SHAPES = {
     "arc": lumen_shapes.arc(bend=60.0, contours=16),
     "helix": lumen_shapes.helix(),
     "lobes": lumen_shapes.arc(angles=28),
-    "cavity": lumen_shapes.cavity(),
+    "cavity": body_cavity(),
 }
 
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tests.engine.lumen.lumen_shapes import cavity
 from vfix_engine.errors import InputError
+from vfix_engine.lumen.cavity import body_cavity
 from vfix_engine.lumen.haptics import HapticSettings, guidance, net, resistance
 from vfix_engine.lumen.query import Query
 from vfix_engine.robots import SnakeModel
@@ -163,7 +163,7 @@ class BentInACavity:
 
     def __init__(self) -> None:
         self.snake = SnakeModel(5)
-        self.query, self.packed = Query(self.snake.vertices(200)), cavity().packed()
+        self.query, self.packed = Query(self.snake.vertices(200)), body_cavity().packed()
         self.base = np.eye(4)
         self.base[:3, :3] = Rotation.from_euler("y", 25.0, degrees=True).as_matrix()
         self.base[:3, 3] = (0.0, 0.0, 40.0)
