@@ -11,6 +11,7 @@ from ..errors import InputError
 from .query_blocks import VertexBlocks, vertex_blocks
 from .query_fast import checked_deviations, every_deviation, points_deviation
 from .query_lanes import WORK
+from .query_tree import FARTHEST
 
 if TYPE_CHECKING:  # the query is to be had without the robots' libraries
     from ..robots.snake_surface import LinkVertices
@@ -90,10 +91,13 @@ class Query:
     ) -> tuple[Array, Index]:
         """Frames as (K, L, 3, 4) and windows as (L, 2), contiguous; InputError as ``deviations``."""
         poses, window = self._poses(frames), self._windows(windows)
-        if not np.isfinite(poses).all():
+        taken = np.ascontiguousarray(poses[:, -self.links :, :3])
+        with np.errstate(over="ignore"):
+            far = not (np.abs(taken).sum(axis=(2, 3)) < FARTHEST).all()  # or not a number
+        if far:
             raise InputError("frames are not finite")
         _check_windows(window, len(packed.rows))
-        return np.ascontiguousarray(poses[:, -self.links :, :3]), window
+        return taken, window
 
     def _poses(self, frames: ArrayLike) -> Array:
         """Frames as (K, L, 3, 4), or with the base, or with four rows."""

@@ -31,7 +31,7 @@ from .section import section_distance
 
 Array = NDArray[np.float64]
 
-_FARTHEST = 1e100  # [mm] beyond it squares overflow; such a place is no place
+FARTHEST = 1e100  # [mm] beyond it squares overflow; such a place is no place
 
 
 @borrowing
@@ -240,7 +240,7 @@ def take_frame(frames: Array, row: int, work: Array) -> bool:
         for k in range(4):
             work[FRAME + 4 * i + k] = frames[row, i, k]
             size += abs(frames[row, i, k])
-    return size < _FARTHEST
+    return size < FARTHEST
 
 
 @borrowing

@@ -31,7 +31,7 @@ def signed_distance(
     """Signed distance in mm of a point to segment ``j`` and the nearest point of the section's wall v2 v3.
 
     Above 0 it is δ_j of eq. 7. At or below 0 the point is inside by eq. 5 and it is minus the distance to v2 v3.
-    ``rows`` (S, 36) and ``polar`` (S + 1, A) are those of ``packed.PackedPathway``; A = 1 means circular contours.
+    ``rows`` (S, ROW) and ``polar`` (S + 1, A) are those of ``packed.PackedPathway``; A = 1 means circular contours.
     A point with a NaN has the distance NaN.
     """
     px, py, pz = x - rows[j, 0], y - rows[j, 1], z - rows[j, 2]

@@ -27,7 +27,7 @@ import numpy as np
 from vfix_engine.errors import InputError
 from vfix_engine.lumen import gpu
 from vfix_engine.lumen.packed import PackedPathway
-from vfix_engine.lumen.query import deviation_of_points
+from vfix_engine.lumen.query import Query, deviation_of_points
 from vfix_engine.robots.snake_surface import LinkVertices
 from lumen_shapes import arc, helix, straight
 
@@ -91,11 +91,14 @@ gpu.MOST_BLOCKS = 2  # so that a thread has several vertices
 few = gpu.GpuQuery(vertices, threads=4)
 out["several_each"] = told(few.deviations(bent, three[:1], (1, 4)), bent, three[:1], (1, 4))
 refused = []
-for wrong in (np.full((3, 3, 4), np.nan), np.zeros((2, 3, 4))):
-    try:
-        query.deviations(bent, wrong, (0, 3))
-    except InputError as error:
-        refused.append(str(error))
+beyond = three[0].copy()
+beyond[1, 0, 3] = 1e101
+for wrong in (np.full((3, 3, 4), np.nan), beyond, np.zeros((2, 3, 4))):
+    for asked in (query, Query(vertices)):
+        try:
+            asked.deviations(bent, wrong, (0, 3))
+        except InputError as error:
+            refused.append(str(error))
 for points in (places[:-1], np.full_like(places, np.inf)):
     try:
         query.deviations_of(points, bent, (0, 3))
@@ -138,9 +141,11 @@ def test_of_a_link_that_is_inside_the_first_vertex_is_named(told: dict[str, Any]
 
 
 def test_what_cannot_be_asked_is_refused(told: dict[str, Any]) -> None:
-    finite, links, shape, infinite = told["refused"]
-    assert "not finite" in finite
-    assert "2 links for a snake of 3" in links
+    *frames, shape, infinite = told["refused"]
+    assert len(frames) == 6
+    assert frames[::2] == frames[1::2]  # in the words of the processor's query
+    assert frames[:4] == ["frames are not finite"] * 4
+    assert "2 links for a snake of 3" in frames[4]
     assert "(43, 3)" in shape
     assert "(43, 3)" in infinite
 
