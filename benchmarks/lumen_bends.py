@@ -48,16 +48,23 @@ def in_a_cavity(snake: SnakeModel, query: Query) -> BendProblem:
     return BendProblem(snake, query, packed, window, base, np.zeros(10), np.array([3.0, 3.0, 3.0, 3.0, 1.0]))
 
 
+def draw(folder: Path) -> list[str]:
+    """Write ``lumen_cost.svg`` and ``lumen_bends.svg`` into the folder; their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tube, cavity = _problems()
+    pictures = {
+        "lumen_cost.svg": figure_7c(tube),
+        "lumen_bends.svg": figure_8(cavity, control_bends(cavity, 8)),
+    }
+    for name, picture in pictures.items():
+        (folder / name).write_text(picture, encoding="utf-8")
+    return [str(folder / name) for name in pictures]
+
+
 def main(folder: Path) -> None:
     """Draw both figures into a folder and print the table."""
-    folder.mkdir(parents=True, exist_ok=True)
-    snake = SnakeModel(5)
-    query = Query(snake.vertices(500))
-    (folder / "lumen_cost.svg").write_text(figure_7c(in_a_tube(snake, query)), encoding="utf-8")
-    problem = in_a_cavity(snake, query)
-    bends = control_bends(problem, 8)
-    (folder / "lumen_bends.svg").write_text(figure_8(problem, bends), encoding="utf-8")
-    for name, case in (("tube", in_a_tube(snake, query)), ("cavity", problem)):
+    draw(folder)
+    for name, case in zip(("tube", "cavity"), _problems(), strict=True):
         for count in (4, 8):
             print(f"{name}: {count} bends together {_milliseconds(case, count):.1f} ms of processor time")
         for k, bend in enumerate(found := control_bends(case, 8)):
@@ -68,6 +75,12 @@ def main(folder: Path) -> None:
                 f"{math.degrees(bend.angle):4.0f}°  cost {bend.cost:+.3f}  gap {gap:+.4f}  "
                 f"{bend.evaluations} evaluations  deviations {depth} mm"
             )
+
+
+def _problems() -> tuple[BendProblem, BendProblem]:
+    snake = SnakeModel(5)
+    query = Query(snake.vertices(500))
+    return in_a_tube(snake, query), in_a_cavity(snake, query)
 
 
 def figure_7c(problem: BendProblem) -> str:

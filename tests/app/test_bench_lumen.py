@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from app import cli
-from benchmarks import lumen, lumen_controls, lumen_gpu, svg_plot
+from benchmarks import lumen, lumen_bends, lumen_controls, lumen_gpu, svg_plot
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import Scene
 from benchmarks.lumen_threads import ThreadedQuery
@@ -33,6 +33,8 @@ def test_it_measures_compares_and_draws(
     monkeypatch.setattr(lumen, "COUNTS", (100, 400))
     monkeypatch.setattr(lumen, "SHARES", (0.5, 1.0))
     monkeypatch.setattr(lumen_gpu, "measure", lambda *asked: None)  # also where there is a GPU
+    for figure in ("figure_7c", "figure_8"):  # their own test looks at what is in them
+        monkeypatch.setattr(lumen_bends, figure, lambda *asked: "drawn")
     folder = tmp_path / "plots"
     options = ["--vertices", "400", "--rounds", "3", "--threads", "1", "--plots", str(folder), "--json"]
     assert cli.main(["bench", "lumen", *options]) == 0
@@ -52,10 +54,34 @@ def test_it_measures_compares_and_draws(
     assert [row["vertices"] for row in result["vertices_sweep"]] == [100, 400]
     assert [row["inside_percent"] for row in result["inside_sweep"]] == [50.0, 100.0]
     assert result["inside_sweep"][1]["outside_percent"] == 0.0
-    assert result["plots"] == [str(folder / "lumen_vertices.svg"), str(folder / "lumen_inside.svg")]
-    for picture in result["plots"]:
+    assert result["meets"]["500_within_30_us"] is (result["us"]["500"] <= 30.0)
+    assert result["meets"]["agreement_within_1e-9_mm"] is True
+    assert [result["meets"][f"{scene}_within_1_ms"] for scene in ("inside", "mixed")] == [None, None]
+    names = ("lumen_vertices", "lumen_inside", "lumen_cost", "lumen_bends")
+    assert result["plots"] == [str(folder / f"{name}.svg") for name in names]
+    assert [Path(drawn).read_text(encoding="utf-8") for drawn in result["plots"][2:]] == ["drawn", "drawn"]
+    for picture in result["plots"][:2]:
         words = [text.text for text in ElementTree.parse(picture).iter("{http://www.w3.org/2000/svg}text")]
         assert {"vfix, one core", "as printed, compiled", "numpy", "1 ms"} <= set(words)
+
+
+def test_a_run_says_which_targets_it_meets() -> None:
+    ours, small = {"inside": 1000.0, "mixed": 1000.0, "narrow": 5000.0}, 30.0
+    least = {"vs_literal": 9.0, "vs_numpy": 150.0, "every_vertex_vs_literal": 1.0, "every_vertex_vs_numpy": 1.0}
+    met = lumen.meets(ours, small, least, 14_800, True)
+    assert met == dict.fromkeys(met, True)
+    assert len(met) == 6
+    for change, name in (
+        ({"ours": ours | {"inside": 1001.0}}, "inside_within_1_ms"),
+        ({"ours": ours | {"mixed": 1001.0}}, "mixed_within_1_ms"),
+        ({"small": 30.1}, "500_within_30_us"),
+        ({"least": least | {"vs_literal": 8.9}}, "9_times_vs_literal"),
+        ({"least": least | {"vs_numpy": 149.0}}, "150_times_vs_numpy"),
+        ({"correct": False}, "agreement_within_1e-9_mm"),
+    ):
+        given = {"ours": ours, "small": small, "least": least, "count": 14_800, "correct": True} | change
+        assert lumen.meets(**given) == met | {name: False}
+    assert list(lumen.meets(ours, small, least, 400, True).values()) == [None] * 4 + [True] * 2
 
 
 @pytest.mark.parametrize(
