@@ -95,7 +95,10 @@ def test_a_shape_beyond_its_bounds_is_eased_into_them() -> None:
     assert depth.max() > 1.5
     assert np.linalg.norm(q - wanted) < np.linalg.norm(wanted)
     far = eased(snake, query, packed, window, bound, np.eye(4), np.zeros(10), wanted, 0.01)
-    assert far is None or np.abs(far).max() <= 0.01 + 1e-12
+    assert far is not None
+    np.testing.assert_allclose(far, 0.01, atol=1e-9)  # every joint as far as it may go, which the bounds allow
+    stuck = eased(snake, query, packed, window, bound, np.eye(4), wanted, wanted, 0.01)
+    assert stuck is None  # from beyond the bounds they are not reached in so small a step
 
 
 def test_controls_are_compared_on_the_same_commands() -> None:
@@ -108,5 +111,7 @@ def test_controls_are_compared_on_the_same_commands() -> None:
         for one in controls.values():
             assert one["beyond_mm"] <= 0.0
             assert 0.0 <= one["deviation_mm"]["mean"] <= one["deviation_mm"]["max"] <= 8.0
-            assert -0.2 <= one["missed"] <= 1.2
-    assert all(one["missed"] < 0.8 for one in found["scripted"].values())
+    # A drive that stands still misses all, 1. The recorded hand looked where it went, so most of what it asks for is
+    # carried out; of what the adversary asks for little, but something.
+    assert all(0.1 < one["missed"] < 0.7 for one in found["scripted"].values())
+    assert all(0.8 < one["missed"] < 1.0 for one in found["adversarial"].values())
