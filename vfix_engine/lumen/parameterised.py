@@ -32,9 +32,7 @@ class ParameterisedControl:
 
     def settle(self, place: Place, q: Array) -> None:
         """Find the control bends anew; done only while r is small, so that the surface moves little under the hand."""
-        problem = BendProblem(
-            place.snake, place.query, place.packed, place.window, place.base, place.rest, place.bound
-        )
+        problem = BendProblem(place.snake, place.query, place.packed, place.window, place.base, place.rest, place.bound)
         self.bends = control_bends(problem, self._count)
         angles = np.array([bend.angle for bend in self.bends])
         shapes = np.array([place.snake.clamp(place.rest + bend.delta) for bend in self.bends])
