@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..robots.snake import SnakeModel
-from .limits_kernel import HIGH, LENGTH, LOW, REACH, SHAPE_SIZE, TOLERANCE, certify_motion
-from .packed import PackedPathway
+from .limits_kernel import HIGH, LENGTH, LOW, REACH, SHAPE_SIZE, TOLERANCE, certify_motion, unfit_bound, unfit_window
+from .packed import ROW, SLOPE, PackedPathway
 from .query import Deviations, Query
 
 Array = NDArray[np.float64]
@@ -26,14 +26,23 @@ WAY_TOLERANCE_MM = 0.05  # [mm] so much beyond its bound a link may be between t
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where a snake is: base (4, 4) transform_base_to_patient, q (2L,) rad; both are copied and read-only."""
+    """Where a snake is: base (4, 4) transform_base_to_patient, q (2L,) rad; both are copied and read-only.
+
+    Raises:
+        InputError: arrays of another shape or not of real numbers. Numbers that are not finite may stand here: no
+            certificate takes them.
+    """
 
     base: Array
     q: Array
 
     def __post_init__(self) -> None:
         for name in ("base", "q"):
-            array = np.array(getattr(self, name), dtype=np.float64, order="C")
+            array = _copied(name, getattr(self, name))
+            if name == "base" and array.shape != (4, 4):
+                raise InputError(f"the base of a pose is a transform (4, 4), not {array.shape}: give all four rows")
+            if name == "q" and (array.ndim != 1 or len(array) % 2):
+                raise InputError(f"the joints of a pose are (2L,), not {array.shape}: give two angles for every link")
             array.setflags(write=False)
             object.__setattr__(self, name, array)
 
@@ -67,6 +76,7 @@ class HardLimits:
 
     def __init__(self, query: Query, snake: SnakeModel, bound: ArrayLike, first: int = 0) -> None:
         given = np.array(bound, dtype=np.float64, order="C")
+        given.setflags(write=False)
         if given.shape != (snake.links,) or not (given >= 0.0).all():
             raise InputError(f"bounds are {snake.links} numbers of at least 0 mm, not {given}")
         if query.links != snake.links:
@@ -79,6 +89,7 @@ class HardLimits:
         shape[REACH] = float(np.linalg.norm(points + np.array([0.0, 0.0, snake.length_mm]), axis=1).max())
         shape[LOW : LOW + 3], shape[HIGH : HIGH + 3] = points.min(axis=0), points.max(axis=0)
         self._shape = shape
+        self._known: PackedPathway | None = None  # the last pathway whose arrays were looked at
 
     def certify(
         self, packed: PackedPathway, windows: Index, before: Pose, after: Pose, bound: Array | None = None
@@ -89,18 +100,24 @@ class HardLimits:
         at the start, because the pathway moved, may go nowhere deeper than it is.
 
         Args:
-            packed: the pathway of this moment.
+            packed: the pathway of this moment, and not changed afterwards: its arrays are looked at once.
+            before, after: with the joints of this snake; the base is taken to be a rigid transform.
             windows: (L, 2) segments that each link is measured against.
-            bound: (L,) in place of the set ones, mm.
+            bound: (L,) in place of the set ones, mm, at least 0; infinity: not limited.
+
+        Raises:
+            InputError: arrays of other shapes or kinds, windows that are empty or not in the pathway, bounds below 0
+                or not numbers, a pathway with values that are none. Poses that are not finite are refused instead.
         """
         links = self.snake.links
+        limit = self.bound if bound is None else bound
+        windows, limit = self._checked(packed, windows, before, after, limit)
         found = Deviations(np.full(links, np.inf), np.zeros(links, dtype=np.int64), np.zeros(links, dtype=np.int64))
         if not (before.finite and after.finite):
             return Verdict(False, 0.0, found, 0, "a joint or the base is not a finite number")
         if float(np.abs(after.q).max()) > self.snake.q_max:
             joint = int(np.abs(after.q).argmax())
             return Verdict(False, 0.0, found, 0, f"joint {joint + 1} is beyond its range")
-        limit = self.bound if bound is None else bound
         part, poses = certify_motion(
             packed.rows, packed.polar, windows, before.base, before.q, after.base, after.q, self._shape, limit,
             *self.query.blocks, *found,
@@ -109,6 +126,39 @@ class HardLimits:
             return Verdict(True, 1.0, found, poses, None)
         return Verdict(False, part, found, poses, self._reason(found, limit))
 
+    def _checked(
+        self, packed: PackedPathway, windows: Index, before: Pose, after: Pose, bound: Array
+    ) -> tuple[Index, Array]:
+        """Windows and bounds as the kernel reads them, which looks at no shape and no number of a row."""
+        links = self.snake.links
+        if self._known is not packed:
+            _check_pathway(packed)
+            self._known = packed
+        for pose in (before, after):
+            if pose.q.shape != (2 * links,):
+                raise InputError(f"a pose of {len(pose.q)} joints: give {2 * links}, two for each of {links} links")
+        windows, bound = np.asarray(windows), np.asarray(bound)
+        if windows.shape != (links, 2) or windows.dtype.kind not in "iu":
+            raise InputError(
+                f"windows are whole numbers ({links}, 2), not {windows.dtype} {windows.shape}: "
+                "give each link its first segment and the one after its last"
+            )
+        if bound.shape != (links,) or bound.dtype.kind not in "iuf":
+            raise InputError(f"bounds are ({links},) mm, not {bound.dtype} {bound.shape}: give one for each link")
+        windows, bound = np.ascontiguousarray(windows, np.int64), np.ascontiguousarray(bound, np.float64)
+        link = unfit_window(windows, len(packed.rows))
+        if link >= 0:
+            raise InputError(
+                f"link {self._first + link + 1} has the window {windows[link].tolist()}: "
+                f"give 0 ≤ first < last ≤ {len(packed.rows)}, the segments of the pathway"
+            )
+        link = unfit_bound(bound)
+        if link >= 0:
+            raise InputError(
+                f"link {self._first + link + 1} has a bound of {bound[link]} mm: give at least 0, or infinity for none"
+            )
+        return windows, bound
+
     def _reason(self, found: Deviations, bound: Array) -> str:
         beyond = found.depth - bound
         link = int(beyond.argmax())
@@ -116,3 +166,30 @@ class HardLimits:
             return "the motion is too wild to be followed in parts"
         name, deep, most = self._first + link + 1, found.depth[link], bound[link]
         return f"link {name} would be {deep:.2f} mm outside of the pathway; its bound is {most:g} mm"
+
+
+def _copied(name: str, value: ArrayLike) -> Array:
+    try:
+        given = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        given = np.empty(0, dtype=object)
+    if given.dtype.kind not in "iuf":
+        raise InputError(f"the {name} of a pose is not an array of real numbers: give one of floats")
+    return np.array(given, dtype=np.float64, order="C")
+
+
+def _check_pathway(packed: PackedPathway) -> None:
+    """InputError unless rows and polar are as ``pack`` makes them: the kernels follow them without a look."""
+    rows, polar = packed
+    for array in (rows, polar):
+        if not (isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.c_contiguous):
+            raise InputError("a packed pathway is of contiguous arrays of float64: take it from Pathway.packed")
+    if rows.ndim != 2 or rows.shape[1] != ROW or not len(rows) or polar.ndim != 2 or len(polar) != len(rows) + 1:
+        raise InputError(
+            f"a packed pathway is (S, {ROW}) and (S + 1, A), not {rows.shape} and {polar.shape}: "
+            "take it from Pathway.packed"
+        )
+    if polar.shape[1] < 1 or polar.shape[1] == 2:
+        raise InputError(f"contours of {polar.shape[1]} radii: give one for circles, else at least three")
+    if np.isnan(rows[:, SLOPE]).any() or not (np.isfinite(rows[:, :SLOPE]).all() and np.isfinite(polar).all()):
+        raise InputError("a packed pathway holds a value that is not finite: take it from Pathway.packed")

@@ -25,6 +25,24 @@ LEAST_PART = 1.0 / 4096.0  # of a motion; one that has to be parted further is r
 
 
 @compiled
+def unfit_window(window: Index, segments: int) -> int:
+    """The first link whose window (L, 2) is empty or not within so many segments; -1 where there is none."""
+    for link in range(window.shape[0]):
+        if not 0 <= window[link, 0] < window[link, 1] <= segments:
+            return link
+    return -1
+
+
+@compiled
+def unfit_bound(bound: Array) -> int:
+    """The first link whose bound (L,) is below 0 or not a number; -1 where there is none."""
+    for link in range(len(bound)):
+        if not bound[link] >= 0.0:
+            return link
+    return -1
+
+
+@compiled
 def certify_motion(
     rows: Array,
     polar: Array,
@@ -46,7 +64,7 @@ def certify_motion(
     """Share of the motion from (base, q) to (base_end, q_end) that is certified, from its start on, and poses measured.
 
     Joints go linearly, the base's origin too, and the base turns about one axis. A link may be as deep as its bound,
-    or as deep as it is at the start where that is more.
+    or as deep as it is at the start where that is more. No shape and no window is checked here: ``limits.py`` does.
 
     Args:
         window: (L, 2); base, base_end: (4, 4) transform_base_to_patient; q, q_end: (2L,).

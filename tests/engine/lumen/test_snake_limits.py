@@ -11,6 +11,7 @@ from lumen_shapes import arc, straight
 from vfix_engine.errors import InputError
 from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, HardLimits, Pose
 from vfix_engine.lumen.limits_kernel import _bows, _turn_between
+from vfix_engine.lumen.packed import CORE, PackedPathway
 from vfix_engine.lumen.query import Query, deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 
@@ -152,6 +153,82 @@ def test_nonsense_is_refused() -> None:
             HardLimits(Query(SNAKE.vertices(60)), SNAKE, bound)
     with pytest.raises(InputError):
         HardLimits(Query(SnakeModel(4).vertices(60)), SNAKE, BOUND)
+
+
+def test_a_pose_has_the_shape_of_one() -> None:
+    """HAZ-05 for the snake: what the kernels would read past the end of is refused before."""
+    for base in (np.eye(3), np.eye(4)[:3], np.zeros(16), "base", [[1.0, 0.0], [0.0]], np.eye(4) * 1j):
+        with pytest.raises(InputError, match="base"):
+            Pose(base, np.zeros(10))
+    for q in (np.zeros(9), np.zeros((5, 2)), 0.0, "q", None, [[0.0], [0.0, 1.0]]):
+        with pytest.raises(InputError, match=r"joints|the q"):
+            Pose(BASE, q)
+
+
+@pytest.mark.parametrize("links", [0, 2, 4, 6])
+def test_poses_of_another_snake_are_an_error(links) -> None:
+    packed = straight(260.0, contours=14).packed()
+    here, other = Pose(BASE, np.zeros(10)), Pose(BASE, np.zeros(2 * links))
+    for pair in ((here, other), (other, here), (other, other)):
+        with pytest.raises(InputError, match="give 10, two for each of 5 links"):
+            limits().certify(packed, windows(packed), *pair)
+
+
+@pytest.mark.parametrize(
+    "bound",
+    [[8.0, 8.0], np.full(4, 8.0), np.full(6, 8.0), np.full((5, 1), 8.0), 8.0, [8.0, 8.0, 8.0, 8.0, np.nan],
+     [8.0, 8.0, -1e-9, 8.0, 8.0], [8.0, -np.inf, 8.0, 8.0, 8.0], np.full(5, 8.0 + 0.0j), list("88888")],
+)  # fmt: skip
+def test_bounds_of_a_motion_are_checked(bound) -> None:
+    """HAZ-05 for the snake: two bounds for five links were read past their end."""
+    packed, here = straight(260.0, contours=14).packed(), Pose(BASE, np.zeros(10))
+    with pytest.raises(InputError, match=r"bound.*: give"):
+        limits().certify(packed, windows(packed), here, here, np.array(bound))
+
+
+def test_a_link_may_be_unlimited_for_one_motion() -> None:
+    packed, here = straight(260.0, contours=14).packed(), Pose(BASE, np.zeros(10))
+    across = Pose(BASE, np.tile([0.0, 0.3], 5))
+    certificate, window = limits(np.full(5, 2.0)), windows(packed)
+    assert not certificate.certify(packed, window, here, across).taken
+    assert certificate.certify(packed, window, here, across, np.full(5, np.inf)).taken
+    assert certificate.certify(packed, window, here, here, [2, 2, 2, 2, 2]).taken
+    assert not certificate.bound.flags.writeable
+
+
+@pytest.mark.parametrize("pair", [(0, 0), (3, 2), (-1, 4), (0, 16), (15, 16), (2**40, 2**41), (-(2**40), 3)])
+def test_windows_lie_in_the_pathway(pair) -> None:
+    packed, here = straight(260.0, contours=14).packed(), Pose(BASE, np.zeros(10))
+    for link in range(5):
+        window = windows(packed)
+        window[link] = pair
+        with pytest.raises(InputError, match=rf"link {link + 1} has the window.*give 0 ≤ first < last ≤ 15"):
+            limits().certify(packed, window, here, here)
+
+
+def test_windows_are_whole_numbers_for_every_link() -> None:
+    packed, here = straight(260.0, contours=14).packed(), Pose(BASE, np.zeros(10))
+    good = windows(packed)
+    for wrong in (good[:4], good[0], good[:, :1], good.astype(float), np.vstack([good, good]), None):
+        with pytest.raises(InputError, match="windows are whole numbers"):
+            limits().certify(packed, wrong, here, here)
+    for other in (good.astype(np.int32), np.asfortranarray(good), good.tolist()):
+        assert limits().certify(packed, other, here, here).taken
+
+
+def test_a_pathway_that_was_not_packed_is_an_error() -> None:
+    packed, here = straight(260.0, contours=14).packed(), Pose(BASE, np.zeros(10))
+    rows, polar, certificate = packed.rows, packed.polar, limits()
+    hole, bad = rows.copy(), polar.copy()
+    hole[4, CORE], bad[3] = np.nan, np.inf
+    assert certificate.certify(packed, windows(packed), here, here).taken
+    for wrong in (
+        (rows[:, :40], polar), (rows[:0], polar[:1]), (rows, polar[:-1]), (rows, polar[:, :0]), (rows, polar[:, 0]),
+        (rows, np.repeat(polar, 2, axis=1)), (rows[0], polar), (np.asfortranarray(rows), polar),
+        (rows.astype(np.float32), polar), (rows.tolist(), polar), (hole, polar), (rows, bad),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=r"pathway|contours"):
+            certificate.certify(PackedPathway(*wrong), windows(packed), here, here)
 
 
 def test_a_broken_certificate_would_be_found_out() -> None:
