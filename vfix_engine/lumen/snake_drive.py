@@ -36,7 +36,7 @@ SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
 TISSUE_RESERVE_MM = 0.5  # [mm] twice what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
-_WAYPOINT_MM = 1.0  # [mm] of insertion between two conforming shapes
+_WAYPOINT_MM = 0.5  # [mm] of insertion between two conforming shapes
 _TIMED = 10  # every so many steps one query of all links is timed
 
 Outcome = tuple[Literal["rest", "moved", "shrunk", "held"], str | None]
@@ -87,8 +87,8 @@ class SnakeDrive:
         self._deviation: Deviations
         self._packed = pathway.packed(0.0)
         self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
-        begun = Insertion(snake, self._curve, self._room, None, tip_s)
-        self._roll, self._conformed, self.tip_s = begun.roll, begun.state, float(tip_s)
+        self._insertion = Insertion(snake, self._curve, self._room, None, tip_s)
+        self._conformed, self.tip_s = self._insertion.state, float(tip_s)
         self._plan, self._ahead = self._conformed, None
         self.q = np.array(self._conformed.q)
         self._look(self._conformed.joint_s)
@@ -192,12 +192,12 @@ class SnakeDrive:
         return "held", self._why
 
     def _waypoint(self, sign: float) -> tuple[float, Conformed]:
-        """Where the insertion goes next: shapes a millimetre apart, the same however fast and in what steps it goes."""
+        """Where the insertion goes next: shapes half a millimetre apart, the same however fast it goes."""
         if self._ahead is None or (self._ahead[0] - self.tip_s) * sign <= 0.0:
             place = min(max(self.tip_s + sign * _WAYPOINT_MM, 0.0), self._curve.length)
             if place == self.tip_s:
                 return place, self._conformed
-            self._ahead = (place, self._conform(place, self._plan))
+            self._ahead = (place, self._conform_next(place))
         return self._ahead
 
     def _follow_tissue(self) -> Outcome:
@@ -220,8 +220,14 @@ class SnakeDrive:
             self.control.move_to(self.place())
         return outcome
 
+    def _conform_next(self, tip_s: float) -> Conformed:
+        """The next shape of the insertion, which knows those before it; on a curve that moves, from where it is."""
+        if self.pathway.motion is None:
+            return self._insertion.advance(tip_s - self._insertion.tip_s)
+        return self._conform(tip_s, self._plan)
+
     def _conform(self, tip_s: float, near: Conformed) -> Conformed:
-        return conform(self.snake, self._curve, tip_s, near, self._room, self._roll)
+        return conform(self.snake, self._curve, tip_s, near, self._room, self._insertion.roll)
 
     def _bent(self, conformed: Conformed) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""

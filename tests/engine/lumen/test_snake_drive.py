@@ -85,7 +85,7 @@ def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
     drive = SnakeDrive(SnakeModel(6), pathway, settings, tip_s=170.0)
     assert (judged(drive, drive.state) <= drive.bound).all()
     deepest, outcomes, replayed = -np.inf, set(), 0
-    was, base = drive.q.copy(), drive.state.base
+    was = drive.q.copy()
     for number, order in enumerate(adversarial(drive, 700, 20261121)):
         state = drive.step(order.command, order.dt)
         outcomes.add(state.outcome)
@@ -105,7 +105,7 @@ def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
             replayed += 1
             for share in np.linspace(0.0, 1.0, 21)[1:-1]:
                 assert (judged(drive, state, was + share * (state.q - was)) <= drive.bound + WAY_TOLERANCE_MM).all()
-        was, base = state.q, state.base
+        was = state.q
         if state.forces is not None:
             assert np.linalg.norm(state.forces.total) <= drive.hand.settings.most + 1e-12
     assert drive.refused_commands > 5
