@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..geometry.compiled import compiled
 from ..robots.snake_kernel import snake_frames
-from .packed import SLOPE
+from .packed import CORE, SLOPE
 from .query_fast import link_deviations
 
 Array = NDArray[np.float64]
@@ -22,6 +22,7 @@ Index = NDArray[np.int64]
 LENGTH, REACH, TOLERANCE, LOW, HIGH = 0, 1, 2, 3, 6
 SHAPE_SIZE = 9
 LEAST_PART = 1.0 / 4096.0  # of a motion; one that has to be parted further is refused
+DEEPEST = 0.9  # of the narrowest core of a window: so deep a slope of the deviation is proven
 
 
 @compiled
@@ -76,7 +77,8 @@ def certify_motion(
     links = window.shape[0]
     here, there = np.empty((links, 3, 4)), np.empty((links, 3, 4))
     pose, joints, before = np.empty((4, 4)), np.empty(2 * links), np.empty(links)
-    limit, bow, slope, turn, work = np.empty(links), np.empty(links), np.empty(links), np.empty(3), np.empty(256)
+    limit, bow, turn, work = np.empty(links), np.empty(links), np.empty(3), np.empty(256)
+    steep, slope, level = np.empty(links), np.empty(links), np.empty(links)
     _turn_between(base, base_end, turn)
     if not _bows(q, q_end, turn, shape, bow):
         return 0.0, 0
@@ -86,9 +88,9 @@ def certify_motion(
     for link in range(links):
         limit[link] = max(bound[link], before[link])
         depth[link] = before[link]
-        slope[link] = 1.0
-        for j in range(window[link, 0], window[link, 1]):
-            slope[link] = max(slope[link], rows[j, SLOPE])
+        level[link], steep[link], slope[link] = _slopes(
+            rows, window[link, 0], window[link, 1], limit[link], shape[TOLERANCE]
+        )
         if not before[link] < np.inf:
             return 0.0, 1
     done, size, poses = 0.0, 1.0, 1
@@ -101,7 +103,7 @@ def certify_motion(
         for link in range(links):
             if not depth[link] <= limit[link]:
                 return done, poses
-        if not _way_is_kept(here, there, before, depth, bow, slope, to - done, limit, shape):
+        if not _way_is_kept(here, there, before, depth, bow, steep, slope, level, to - done, limit, shape):
             size *= 0.5
             continue
         for link in range(links):
@@ -120,18 +122,47 @@ def _way_is_kept(
     before: Array,
     after: Array,
     bow: Array,
+    steep: Array,
     slope: Array,
+    level: Array,
     part: float,
     limit: Array,
     shape: Array,
 ) -> bool:
-    """Whether no link can be deeper than its limit and the tolerance between two measured poses."""
+    """Whether no link can be deeper than its limit and the tolerance between two measured poses.
+
+    Proven where neither pose is deeper than ``level``; deeper it is taken with a slope that is not.
+    """
     for link in range(len(before)):
-        chord = _chord(here[link], there[link], shape)
-        way = slope[link] * (chord + 0.25 * bow[link] * part * part)
-        if not 0.5 * (before[link] + after[link] + way) <= limit[link] + shape[TOLERANCE]:
+        if limit[link] == np.inf:
+            continue
+        way = _chord(here[link], there[link], shape) + 0.25 * bow[link] * part * part
+        most, rate = level[link], steep[link]
+        if not max(before[link], after[link]) <= most:
+            most, rate = limit[link], slope[link]
+        if not 0.5 * (before[link] + after[link] + rate * way) <= most + shape[TOLERANCE]:
             return False
     return True
+
+
+@compiled
+def _slopes(rows: Array, first: int, last: int, limit: float, tolerance: float) -> tuple[float, float, float]:
+    """Of a window: a depth in mm, the slope Λ up to that depth and the tolerance, and that up to half of each core.
+
+    The depth is the limit; where that and the tolerance are more than ``DEEPEST`` of the narrowest core, it is less:
+    the two are that. A point that deviates by δ has h ≥ core - δ from the axis of the segment that it has it from, and
+    Λ = √(1 + (K / h)²); see ``clearance.slope``.
+    """
+    narrowest, slope = np.inf, 1.0
+    for j in range(first, last):
+        narrowest, slope = min(narrowest, rows[j, CORE]), max(slope, rows[j, SLOPE])
+    level, steep = min(limit, DEEPEST * narrowest - tolerance), 1.0
+    for j in range(first, last):
+        core = rows[j, CORE]
+        height = core - level - tolerance
+        turned = 0.25 * (rows[j, SLOPE] * rows[j, SLOPE] - 1.0) * core * core
+        steep = max(steep, sqrt(1.0 + turned / (height * height)))
+    return level, steep, slope
 
 
 @compiled

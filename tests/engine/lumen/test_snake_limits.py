@@ -9,8 +9,9 @@ import pytest
 from lumen_shapes import arc, straight
 
 from vfix_engine.errors import InputError
+from vfix_engine.lumen.clearance import slope
 from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, HardLimits, Pose
-from vfix_engine.lumen.limits_kernel import _bows, _turn_between
+from vfix_engine.lumen.limits_kernel import _bows, _slopes, _turn_between
 from vfix_engine.lumen.packed import CORE, PackedPathway
 from vfix_engine.lumen.query import Query, deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
@@ -65,7 +66,15 @@ def wild(rng: np.random.Generator, pose: Pose) -> Pose:
     return Pose(base, q)
 
 
-@pytest.mark.parametrize("shape", [straight(260.0, contours=14), arc(120.0, 1.6, contours=12)])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        straight(260.0, contours=14),
+        arc(120.0, 1.6, contours=12),
+        arc(120.0, 1.6, contours=12, angles=28),  # bounds of more than half the core
+        arc(120.0, 1.6, 8.0, contours=12, angles=28),  # and of more than nine tenths of it
+    ],
+)
 def test_no_motion_that_is_taken_leaves_the_bounds(shape) -> None:
     """HAZ-01, HAZ-02 for the snake: its poses within b_i, its ways within b_i and the tolerance."""
     packed = shape.packed()
@@ -101,6 +110,18 @@ def test_no_motion_that_is_taken_leaves_the_bounds(shape) -> None:
     assert refused > 150
     assert replayed > 30
     assert deepest > -0.6  # it was pressed against the bound
+
+
+def test_the_slope_is_that_of_the_depth_that_is_asked_for() -> None:
+    """Up to the limit and the tolerance where the cores are wide enough, else up to nine tenths of the narrowest."""
+    packed = arc(120.0, 1.6, contours=12, angles=28).packed()
+    core, tolerance = packed.rows[2:9, CORE].min(), WAY_TOLERANCE_MM
+    for limit in (0.0, 1.0, 0.5 * core, 0.9 * core - tolerance, 0.9 * core, core, 3.0 * core, np.inf):
+        level, steep, half = _slopes(packed.rows, 2, 9, limit, tolerance)
+        assert level == pytest.approx(min(limit, 0.9 * core - tolerance), abs=1e-12)
+        assert steep == pytest.approx(slope(packed, 2, 9, level + tolerance), rel=1e-9)
+        assert half == slope(packed, 2, 9)
+    assert steep > 2.0 * half
 
 
 def test_a_way_through_the_wall_between_two_good_poses_is_refused() -> None:
