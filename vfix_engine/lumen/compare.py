@@ -79,6 +79,7 @@ def _measured(drive: SnakeDrive, orders: list[Order]) -> dict[str, Any]:
     joints, cameras, wanted, done = [drive.q[-drive.distal.dof :].copy()], [_camera(drive)], 0.0, 0.0
     even = orders[0].dt
     jerks: list[float] = []
+    steps: list[float] = []
     for order in orders:
         before = drive.q.copy()
         state = drive.step(order.command, order.dt)
@@ -90,7 +91,8 @@ def _measured(drive: SnakeDrive, orders: list[Order]) -> dict[str, Any]:
         if size > 0.0:
             moved = cameras[-2][:3, :2].T @ (cameras[-1][:3, 3] - cameras[-2][:3, 3])
             wanted, done = wanted + size, done + float(moved @ command) / size
-        if order.dt == even and len(joints) > 3:
+        steps.append(order.dt)
+        if steps[-3:] == [even, even, even]:  # the steps between the four poses of a third difference
             jerks.append(float(((joints[-1] - 3.0 * joints[-2] + 3.0 * joints[-3] - joints[-4]) ** 2).mean()) / even**6)
     return {
         "deviation_mm": {"mean": float(tally.mean), "max": float(tally.deepest)},
