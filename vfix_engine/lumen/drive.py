@@ -15,6 +15,7 @@ from ..geometry.mesh import TriangleMesh
 from ..robots.snake import SnakeModel
 from .centreline import Centreline, centreline_between
 from .compare import compare_controls
+from .conforming import driven_curve
 from .curve import Curve
 from .drive_report import DriveReport, Tally, Visit
 from .drive_state import Command, DriveSettings, DriveState
@@ -152,10 +153,11 @@ def drive_lumen(
     model = snake or SnakeModel(1)
     lumen = lumen_between(mesh, start, end, model, settings, tissue)
     ready = perf_counter()
-    length = lumen.curve.length
+    curve = driven_curve(lumen.pathway, lumen.curve)  # arc lengths of one curve are not those of another
+    length = curve.length
     robot = _with_links(model, links if links is not None else math.ceil(length / model.length_mm))
     target = min(length, robot.reach_mm())
-    visits, places = _visits(lumen.curve, landmarks, target)
+    visits, places = _visits(curve, landmarks, target)
     drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.room)
     tally = Tally(robot.q_max, drive.bound)
     offsets: list[Array] = []
@@ -172,6 +174,7 @@ def drive_lumen(
     _close(visits, drive)
     outside = containment(mesh, lumen.pathway if tissue is None else lumen.pathway.moved(None))
     offset = np.concatenate(offsets) if offsets else np.zeros(1)
+    target = min(target, drive.length_mm)  # a path that moves may have become shorter
     stopped = None if drive.tip_s >= target - 1e-6 else drive.state.held_by
     spent = {"lumen": ready - began, "drive": perf_counter() - ready}
     return DriveReport(
@@ -232,7 +235,7 @@ def _note(order: Order, drive: SnakeDrive, visits: list[Visit]) -> Visit | None:
     if order.event == "arrived" and not drive.can_look:
         visit.note = "too near the entrance to look round: the links that bend are not inside yet"
     elif order.event == "gave up":
-        visit.note = f"the look-round was not finished: {state.held_by or 'out of time'}"
+        visit.note = f"the look-round was not finished: {order.reason}"
     if state.mode == "looking":
         visit.steps += 1
         visit.turned(state.steering)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from numbers import Real
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 Control = Literal["parameterised", "qp"]
+Outcome = tuple[Literal["rest", "moved", "shrunk", "held"], str | None]  # and in words, what shrank or held
 MOST_MM_PER_S = 1000.0  # ten joints at 36°/s, each with all five links ahead of it, are slower
 CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
 
@@ -86,14 +88,28 @@ class DriveSettings:
 class Command:
     """What the operator asks for; numbers that are not finite count as 0 and are counted.
 
+    Insertion comes first: in a step that inserts the tip is not bent, and the state says so.
+
     insert_mm_per_s: forwards, negative backwards.
     camera_mm_per_s: of the camera in its picture's plane, x to the right, y down.
     straighten: bring the manipulated links back to the shape that conforms.
+
+    Raises:
+        InputError: values that are no real numbers, or a camera command that is not two of them.
     """
 
     insert_mm_per_s: float = 0.0
     camera_mm_per_s: tuple[float, float] = (0.0, 0.0)
     straighten: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "insert_mm_per_s", _real("insert_mm_per_s", self.insert_mm_per_s))
+        camera: Any = self.camera_mm_per_s
+        if isinstance(camera, str) or not hasattr(camera, "__len__") or len(camera) != 2:
+            raise InputError(f"camera_mm_per_s is two numbers, x and y, not {camera!r}")
+        object.__setattr__(self, "camera_mm_per_s", tuple(_real("camera_mm_per_s", value) for value in camera))
+        if not isinstance(self.straighten, bool | np.bool_):
+            raise InputError(f"straighten is true or false, not {self.straighten!r}")
 
     @property
     def finite(self) -> bool:
@@ -108,6 +124,15 @@ class Command:
         return np.array([x, y]) * min(1.0, MOST_MM_PER_S / size) if size > 0.0 else np.zeros(2)
 
 
+def _real(name: str, value: Any) -> float:
+    if not isinstance(value, bool) and isinstance(value, Real):
+        try:
+            return float(value)
+        except OverflowError:
+            return math.inf
+    raise InputError(f"{name} takes real numbers, not {value!r}")
+
+
 @dataclass(frozen=True, eq=False)
 class DriveState:
     """The driven snake after a step.
@@ -119,7 +144,8 @@ class DriveState:
     packed: the pathway of this moment; windows: (L, 2); measured: (L,) links that are inside the pathway.
     deviation: (L,) eq. 9 against that pathway, 0 for links that are not measured.
     forces: on the operator's hand, while looking.
-    outcome: 'rest' without a command, 'moved', 'shrunk' to a part of the wanted step, or 'held'.
+    outcome: 'rest' without a command, 'moved', 'shrunk' to a part of the wanted step, or 'held'. 'shrunk' too where a
+        command was carried out but the tissue's motion could not be followed, or where one to bend came with insertion.
     held_by: in words, what shrank or held it.
     query_s, step_s: what the last query of all links and this step took on the clock, s.
     """
@@ -141,3 +167,10 @@ class DriveState:
     held_by: str | None
     query_s: float
     step_s: float
+
+
+def both(tissue: Outcome, command: Outcome) -> Outcome:
+    """Of following the tissue and a command; tissue that could not be followed is not passed over."""
+    if tissue[0] == "held" and command[0] == "moved":
+        return "shrunk", tissue[1]
+    return command

@@ -6,15 +6,19 @@ An operator is a generator: it looks at the drive's state and yields the next or
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .drive_state import Command
 from .parameterised import ParameterisedControl
 from .snake_drive import SnakeDrive
+
+Array = NDArray[np.float64]
 
 OPERATORS = ("scripted", "adversarial")
 
@@ -23,6 +27,8 @@ _TURN_S = 4.0  # [s] once round
 _AHEAD = 0.08  # the operator waits while the camera is farther behind in (u, v)
 _IMPATIENT = 0.25  # pace of a hand that waits, of one that is followed
 _GIVE_UP_S = 30.0  # [s] of a look-round, at the latest
+_SIDES = 8  # directions about the straight view that a look-round is to turn it in
+_TURNED = math.radians(2.0)  # that far at least, in each
 _STUCK = 40  # steps of insertion that are held, one after the other, until the operator gives up
 
 
@@ -35,12 +41,48 @@ class Stop:
 
 
 class Order(NamedTuple):
-    """A command for ``dt`` s; ``event`` says what has just been reached, if anything, and ``stop`` where."""
+    """A command for ``dt`` s; ``event`` says what has just been reached, if anything, ``stop`` where.
+
+    reason: in words, of giving up.
+    """
 
     command: Command
     dt: float
     event: Literal["arrived", "bent", "looked", "gave up"] | None = None
     stop: Stop | None = None
+    reason: str | None = None
+
+
+class _Seen:
+    """Which sides the camera has really looked to, whatever it was told."""
+
+    def __init__(self, drive: SnakeDrive) -> None:
+        self._drive = drive
+        self._sides: set[int] = set()
+        self._held: Counter[str] = Counter()
+        self.turned = False
+
+    @property
+    def all_round(self) -> bool:
+        """Whether the view was turned to every side."""
+        return len(self._sides) == _SIDES
+
+    def look(self) -> None:
+        """Take note of the view as it is, against that of the shape that conforms."""
+        state, snake = self._drive.state, self._drive.snake
+        rest, view = snake.camera(state.q_conformed, state.base), snake.camera(state.q, state.base)[:3, 2]
+        x, y, z = rest[:3, :3].T @ view
+        self.turned = math.atan2(math.hypot(x, y), z) >= _TURNED
+        if self.turned:
+            self._sides.add(round(math.atan2(y, x) / (2.0 * math.pi) * _SIDES) % _SIDES)
+        if state.held_by is not None:
+            self._held[state.held_by.partition(" would be ")[0]] += 1
+
+    def missing(self, in_time: bool) -> str:
+        """In words, what is missing and what held it most often."""
+        held = self._held.most_common(1)
+        sides = f"the view turned to {len(self._sides)} of {_SIDES} sides"
+        return f"{sides}; {'held by' if in_time else 'out of time, held by'} {held[0][0] if held else 'nothing'}"
 
 
 def scripted(drive: SnakeDrive, stops: Sequence[Stop], target_s: float) -> Iterator[Order]:
@@ -50,7 +92,7 @@ def scripted(drive: SnakeDrive, stops: Sequence[Stop], target_s: float) -> Itera
         if stop.s_mm > target_s + 1e-9:
             break
         yield from _insert(drive, stop.s_mm)
-        if drive.tip_s < stop.s_mm - 1e-6:
+        if drive.tip_s < min(stop.s_mm, drive.length_mm) - 1e-6:
             return
         yield Order(Command(), settings.step_s, "arrived", stop)
         if drive.can_look:
@@ -61,7 +103,8 @@ def scripted(drive: SnakeDrive, stops: Sequence[Stop], target_s: float) -> Itera
 def _insert(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
     settings, held = drive.settings, 0
     usual = settings.insertion_step_mm / settings.insertion_mm_per_s  # [s]
-    while drive.tip_s < to_s - 1e-9 and held < _STUCK:
+    # A path that moves may be shorter than it was: its end is the end.
+    while drive.tip_s < min(to_s, drive.length_mm) - 1e-9 and held < _STUCK:
         speed = min(settings.insertion_mm_per_s, (to_s - drive.tip_s) / usual)
         yield Order(Command(insert_mm_per_s=speed), usual)
         held = held + 1 if drive.state.outcome == "held" else 0
@@ -77,7 +120,7 @@ def _look_round(drive: SnakeDrive, stop: Stop) -> Iterator[Order]:
         shadow.settle(drive.place(), drive.q[-drive.distal.dof :])
     else:
         shadow = pilot
-    done, began, bent = 0.0, drive.t, False
+    done, began, bent, seen = 0.0, drive.t, False, _Seen(drive)
     total = 2.0 * _RAMP_S + _TURN_S
     while done < total and drive.t - began < _GIVE_UP_S:
         r, theta = _wanted_view(done)
@@ -90,14 +133,27 @@ def _look_round(drive: SnakeDrive, stop: Stop) -> Iterator[Order]:
         step = way * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else way
         camera = shadow.camera_per_steering() @ step / dt
         event: Literal["bent"] | None = None
-        if not bent and done >= _RAMP_S:
+        if not bent and done >= _RAMP_S and seen.turned:
             bent, event = True, "bent"
+        before = drive.snake.camera(drive.q, drive.state.base)
         yield Order(Command(camera_mm_per_s=(float(camera[0]), float(camera[1]))), dt, event, stop)
+        seen.look()
         if pilot is None:
-            shadow.steering = (float(here[0] + step[0]), float(here[1] + step[1]))
-    event_end: Literal["looked", "gave up"] = "looked" if done >= total else "gave up"
+            share = _carried_out(before, drive.snake.camera(drive.q, drive.state.base), camera * dt)
+            shadow.steering = (float(here[0] + share * step[0]), float(here[1] + share * step[1]))
+    in_time = done >= total
     yield from _straighten(drive)
-    yield Order(Command(), dt, event_end, stop)
+    if in_time and seen.all_round:
+        yield Order(Command(), dt, "looked", stop)
+    else:
+        yield Order(Command(), dt, "gave up", stop, seen.missing(in_time))
+
+
+def _carried_out(before: Array, after: Array, wanted_mm: Array) -> float:
+    """Share, 0 to 1, of a wanted way of the camera in its plane that it went."""
+    way = before[:3, :2].T @ (after[:3, 3] - before[:3, 3])
+    square = float(wanted_mm @ wanted_mm)
+    return min(max(float(way @ wanted_mm) / square, 0.0), 1.0) if square > 0.0 else 1.0
 
 
 def _straighten(drive: SnakeDrive) -> Iterator[Order]:

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..robots.snake import SnakeModel
 from .conformance import Conformed, Insertion, conform
+from .conforming import blended, driven_curve
 from .curve import Curve
-from .drive_state import Command, DriveSettings, DriveState
+from .drive_state import Command, DriveSettings, DriveState, Outcome, both
 from .ease import eased
 from .hand_forces import HandForces
 from .haptics import Forces
@@ -36,10 +37,9 @@ SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
 TISSUE_RESERVE_MM = 0.5  # [mm] twice what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
+_LEAST = 0.01  # of a step: with less of its joint travel left nothing more is tried
 _WAYPOINT_MM = 0.5  # [mm] of insertion between two conforming shapes
 _TIMED = 10  # every so many steps one query of all links is timed
-
-Outcome = tuple[Literal["rest", "moved", "shrunk", "held"], str | None]
 
 
 class SnakeDrive:
@@ -51,6 +51,10 @@ class SnakeDrive:
         curve: what it is to conform to, None: the pathway's own; with a moving pathway always the pathway's own.
         room: (N,) mm at the curve's points, how far the robot may leave the curve there.
         tip_s: how far in it starts, mm; at 0 it lies straight before the entrance.
+        beyond_allowed: it may start with links beyond their bounds, which then go no deeper than they are.
+
+    Raises:
+        InputError: a link that starts beyond its bound; a pathway with closed ends, which has no entrance.
     """
 
     def __init__(
@@ -61,7 +65,11 @@ class SnakeDrive:
         curve: Curve | None = None,
         room: Array | None = None,
         tip_s: float = 0.0,
+        *,
+        beyond_allowed: bool = False,
     ) -> None:
+        if pathway.closed_ends:  # its first segment is a piece of the lumen, not the straight one before the entrance
+            raise InputError("a snake is not driven in a pathway with closed ends: leave its ends open")
         self.snake, self.pathway, self.settings = snake, pathway, settings or DriveSettings()
         each, links = self.settings.vertices_per_link, snake.links
         self.distal = snake.distal(min(self.settings.manipulated, links))
@@ -76,10 +84,11 @@ class SnakeDrive:
         self._distal_limits = HardLimits(self._distal_query, self.distal, self.bound[self._first :], self._first)
         self.control = make_control(self.settings)
         self.hand = HandForces(self.distal)
-        self._curve = curve if curve is not None and pathway.motion is None else pathway.curve(0.0)
+        self._curve = driven_curve(pathway, curve)
         self._room = room if curve is not None and pathway.motion is None else None
         self.t, self.refused_commands, self._steps = 0.0, 0, 0
         self._tissue_at, self._settled, self._query_s = 0.0, False, 0.0
+        self._goal: Conformed | None = None  # the shape that the tissue's motion asks for, while it is not reached
         self._why: str | None = None
         self._ahead: tuple[float, Conformed] | None
         self._windows: Index
@@ -91,8 +100,11 @@ class SnakeDrive:
         self._conformed, self.tip_s = self._insertion.state, float(tip_s)
         self._plan, self._ahead = self._conformed, None
         self.q = np.array(self._conformed.q)
+        self._began = self.q.copy()
         self._look(self._conformed.joint_s)
         self._measure()
+        if not beyond_allowed:
+            self._refuse_beyond()
         self.state = self._state("inserting", ("rest", None), None, 0.0)
 
     @property
@@ -135,16 +147,13 @@ class SnakeDrive:
         if not command.finite:
             command, self.refused_commands = Command(), self.refused_commands + 1
         self.t += dt
+        self._began = self.q.copy()
         before = self.q[2 * self._first :].copy()
-        outcome: Outcome = ("rest", None)
-        if self.pathway.motion is not None and self.t >= self._tissue_at:
-            self._tissue_at = self.t + self.settings.tissue_s
-            outcome = self._follow_tissue()
-        looking = command.straighten or any(command.camera_mm_per_s)
-        if command.insert_mm_per_s != 0.0:
-            outcome = self._insert(command.insert_mm_per_s * dt, dt)
-        elif looking:
-            outcome = self._bend(command, dt)
+        outcome: Outcome = ("rest", None) if self.pathway.motion is None else self._follow_tissue(dt)
+        bends = command.straighten or any(command.camera_mm_per_s)
+        looking = bends and command.insert_mm_per_s == 0.0
+        if bends or command.insert_mm_per_s != 0.0:
+            outcome = both(outcome, self._command(command, dt))
         if self._steps % _TIMED == 0:
             self._time_a_query()
         self._steps += 1
@@ -168,6 +177,22 @@ class SnakeDrive:
 
     # What a step may do
 
+    def _left(self, dt: float) -> float:
+        """Time of this step of ``dt`` s for which the fastest joint may still go at full speed, s."""
+        return max(dt - float(np.abs(self.q - self._began).max()) / self.settings.speed_max, 0.0)
+
+    def _command(self, command: Command, dt: float) -> Outcome:
+        """What the operator asks for, with what the tissue has left of the joints' speed."""
+        left = self._left(dt)
+        if left < _LEAST * dt:
+            return "held", "the joints are as fast as they may be, following the tissue"
+        if command.insert_mm_per_s == 0.0:
+            return self._bend(command, dt, left)
+        outcome = self._insert(command.insert_mm_per_s * dt, left)
+        if outcome[0] == "moved" and (command.straighten or any(command.camera_mm_per_s)):
+            return "shrunk", "insertion comes first: the tip was not bent"
+        return outcome
+
     def _insert(self, wanted_mm: float, dt: float) -> Outcome:
         """Forwards or backwards along the curve."""
         first = 2 * self._first
@@ -183,8 +208,8 @@ class SnakeDrive:
         within = min(1.0, wanted_mm / way, 1.0 / ratio if ratio > 0.0 else 1.0)
         for share in SHARES:
             part = share * within
-            if self._certified(_blend(self._conformed, ahead, part), dt):
-                self.tip_s = ahead_s if part >= 1.0 else self.tip_s + part * way
+            if self._certified(blended(self._conformed, ahead, part), dt):
+                self.tip_s, self._goal = self._conformed.tip_s, None  # what conforms here lies elsewhere than the goal
                 if part >= 1.0:
                     self._plan, self._ahead = ahead, None
                 self._settled = False
@@ -200,25 +225,35 @@ class SnakeDrive:
             self._ahead = (place, self._conform_next(place))
         return self._ahead
 
-    def _follow_tissue(self) -> Outcome:
-        """The pathway of now, and the shape that conforms to it."""
-        self._packed, self._curve = self.pathway.packed(self.t), self.pathway.curve(self.t)
-        self.tip_s = min(self.tip_s, self._curve.length)
-        wanted = self._conform(self.tip_s, self._conformed)
-        outcome: Outcome = ("held", None)
-        for share in SHARES:
-            if self._certified(_blend(self._conformed, wanted, share), self.settings.tissue_s):
-                outcome = ("moved", None) if share == 1.0 else ("shrunk", self._why)
-                break
-        else:
+    def _follow_tissue(self, dt: float) -> Outcome:
+        """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
+        if self.t >= self._tissue_at:
+            self._tissue_at = self.t + self.settings.tissue_s
+            self._packed, self._curve = self.pathway.packed(self.t), self.pathway.curve(self.t)
+            self.tip_s = min(self.tip_s, self._curve.length)
+            self._goal = self._conform(self.tip_s, self._conformed)
+            self._plan, self._ahead = self._goal, None
             self._measure()
-            outcome = ("held", self._why)
-        if (self._deviation.depth > self._bounds()).any():
-            self._retreat(self.settings.tissue_s)
-        self._plan, self._ahead = self._conformed, None
-        if self._settled:
+        was, outcome = self._conformed, self._to_goal(dt)
+        left = self._left(dt)
+        if left >= _LEAST * dt and (self._deviation.depth > self._bounds()).any():
+            self._retreat(left)
+        if self._settled and (outcome[0] != "rest" or self._conformed is not was):
             self.control.move_to(self.place())
         return outcome
+
+    def _to_goal(self, dt: float) -> Outcome:
+        """Towards the shape that the tissue asks for; it takes more than one step where joints are too slow for one."""
+        goal = self._goal
+        if goal is None:
+            return "rest", None
+        for share in SHARES:
+            whole = share == 1.0 and self._fastest(goal, dt) <= 1.0
+            if self._certified(blended(self._conformed, goal, share), dt):
+                self._goal = None if whole else goal
+                return ("moved", None) if share == 1.0 else ("shrunk", self._why)
+        self._goal, self._plan, self._ahead = None, self._conformed, None  # until the tissue has moved on
+        return "held", self._why
 
     def _conform_next(self, tip_s: float) -> Conformed:
         """The next shape of the insertion, which knows those before it; on a curve that moves, from where it is."""
@@ -236,14 +271,14 @@ class SnakeDrive:
         return self.snake.clamp(conformed.q + bend)
 
     def _fastest(self, wanted: Conformed, dt: float) -> float:
-        """Speed of the fastest joint on the way there, of what joints may do."""
-        return float(np.abs(self._bent(wanted) - self.q).max()) / (self.settings.speed_max * dt)
+        """Speed of the fastest joint on the way there, of what joints may do; a bend at a joint's end is no help."""
+        return float(np.abs(wanted.q - self._conformed.q).max()) / (self.settings.speed_max * dt)
 
     def _certified(self, wanted: Conformed, dt: float) -> bool:
         """Go to another conforming shape if the hard limits let it, as far as the joints' speed allows."""
         ratio = self._fastest(wanted, dt)
         if ratio > 1.0:
-            wanted = _blend(self._conformed, wanted, 1.0 / ratio)
+            wanted = blended(self._conformed, wanted, 1.0 / ratio)
         windows, measured = self._windows, self._measured
         self._look(wanted.joint_s)
         start, end = Pose(self._conformed.base, self.q), Pose(wanted.base, self._bent(wanted))
@@ -277,12 +312,12 @@ class SnakeDrive:
         change = q - end.q
         return replace(wanted, q=self.snake.clamp(wanted.q + change), exact=False), Pose(end.base, q)
 
-    def _bend(self, command: Command, dt: float) -> Outcome:
-        """The distal links, by the camera command or back to the conforming shape."""
+    def _bend(self, command: Command, dt: float, left: float) -> Outcome:
+        """The distal links, by the camera command or back to the conforming shape, with ``left`` s of joint travel."""
         first = 2 * self._first
         q = self.q[first:].copy()
         self.ready_to_look()
-        most = self.settings.speed_max * dt
+        most = self.settings.speed_max * left
         if command.straighten:
             target = self.control.straightened(q)
         else:
@@ -318,6 +353,14 @@ class SnakeDrive:
         """b_i of the links that are inside; less a reserve where the pathway moves between two of its moments."""
         reserve = 0.0 if self.pathway.motion is None else TISSUE_RESERVE_MM
         return np.where(self._measured, np.maximum(self.bound - reserve, 0.0), np.inf)
+
+    def _refuse_beyond(self) -> None:
+        """InputError if a link is beyond its bound: the limits would let it stay there."""
+        depth = self._deviation.depth
+        link = int((depth - self.bound).argmax())
+        if not depth[link] <= self.bound[link]:
+            start = f"link {link + 1} would start {depth[link]:.2f} mm outside of the pathway"
+            raise InputError(f"{start}; its bound is {self.bound[link]:g} mm: start less deep, or allow it")
 
     def _measure(self) -> None:
         frames = self.snake.frames(self.q, self._conformed.base)
@@ -355,19 +398,3 @@ def make_control(settings: DriveSettings) -> TipControl:
     if settings.control == "qp":
         return QpControl()
     return ParameterisedControl(settings.bends, settings.r_max)
-
-
-def _blend(one: Conformed, two: Conformed, share: float) -> Conformed:
-    """On the way from one conforming shape to another; the second, bit by bit, at 1."""
-    if share >= 1.0:
-        return two
-    from scipy.spatial.transform import Rotation  # imported here: slow to load
-
-    turn = Rotation.from_matrix(two.base[:3, :3] @ one.base[:3, :3].T).as_rotvec()
-    base = one.base.copy()
-    base[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix() @ one.base[:3, :3]
-    base[:3, 3] += share * (two.base[:3, 3] - one.base[:3, 3])
-    q = one.q + share * (two.q - one.q)
-    joint_s = one.joint_s + share * (two.joint_s - one.joint_s)
-    offset_mm = one.offset_mm + share * (two.offset_mm - one.offset_mm)
-    return replace(two, base=base, q=q, joint_s=joint_s, offset_mm=offset_mm, exact=False)
