@@ -300,3 +300,16 @@ def test_from_a_surface_to_a_driven_snake() -> None:
         drive_lumen(mesh, start, end, 3, operator="careless")
     with pytest.raises(InputError, match="landmark"):
         drive_lumen(mesh, start, end, 3, {"nowhere": [0.0, math.nan, 1.0]}, settings=settings)
+
+
+def test_the_end_of_a_path_that_breathes_is_reached() -> None:
+    """With as many links as it takes: every arc length is of the curve that the robot follows."""
+    mesh, start, end = tube()
+    settings = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01, contours=12, interpolated=36)
+    breath = breathing([0.0, 0.0, 1.0], 3.0, falloff_s=100.0)
+    report = drive_lumen(mesh, start, end, None, settings=settings, tissue=breath)
+    assert report.reached
+    assert report.stopped_by is None
+    assert report.within_bounds
+    assert report.visits[0].looked
+    assert math.degrees(report.tally.fastest) < 36.0 + 1e-6
