@@ -53,6 +53,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     drive.add_argument("--radius", type=float, metavar="MM", help="of the robot")
     drive.add_argument("--bound", type=float, metavar="MM", help="how far a link may leave the pathway")
     drive.add_argument("--tip-bound", type=float, metavar="MM", help="how far the last link may")
+    drive.add_argument("--waypoint", type=float, metavar="MM", help="of insertion between two conforming shapes")
     drive.add_argument("--breathing", type=float, metavar="MM", help="the pathway moves to and fro by so much")
     drive.add_argument("--pictures", type=Path, metavar="FOLDER", help="a picture for each landmark")
     drive.add_argument("--seed", type=natural, default=0, help="of the adversarial hand")
@@ -92,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the tip came as far as it was to go and no link left its bound, 1 otherwise."""
     mesh = _surface(args.surface)
     file, landmarks = _landmarks(args.landmarks, args.surface)
-    changed = {"bound_mm": args.bound, "tip_bound_mm": args.tip_bound}
+    changed = {"bound_mm": args.bound, "tip_bound_mm": args.tip_bound, "waypoint_mm": args.waypoint}
     settings = DriveSettings(
         control=args.control,
         contours=args.contours,

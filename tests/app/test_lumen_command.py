@@ -75,6 +75,7 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
         (["--contours", "1"], "contours"),
         (["--quantile", "2"], "quantile"),
         (["--landmarks", "/no/such.json"], "such.json cannot be read"),
+        (["--waypoint", "0"], "waypoint_mm"),
         (["--breathing", "-3"], "breathing"),
     ],
 )

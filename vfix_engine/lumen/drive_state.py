@@ -30,6 +30,7 @@ class DriveSettings:
 
     step_s: one step while looking round; the paper's loop is faster than 1 kHz.
     insertion_mm_per_s, insertion_step_mm: the operator's speed, and the most that one step inserts.
+    waypoint_mm: of insertion between two conforming shapes; a way that gets caught with one may go on with another.
     manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
     bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one; None for the tip: half the others'.
     r_max: largest r; reoptimise_below: control bends are found anew only while r is smaller.
@@ -48,6 +49,7 @@ class DriveSettings:
     step_s: float = 0.001
     insertion_mm_per_s: float = 20.0
     insertion_step_mm: float = 0.5
+    waypoint_mm: float = 0.5
     manipulated: int = 5
     bound_mm: float = 8.0
     tip_bound_mm: float | None = None
@@ -64,7 +66,8 @@ class DriveSettings:
     tissue_s: float = 0.02
 
     def __post_init__(self) -> None:
-        positive = ("step_s", "insertion_mm_per_s", "insertion_step_mm", "bound_mm", "r_max", "speed_max", "tissue_s")
+        lengths = ("insertion_mm_per_s", "insertion_step_mm", "waypoint_mm", "bound_mm")
+        positive = ("step_s", *lengths, "r_max", "speed_max", "tissue_s")
         for name in positive:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):

@@ -38,7 +38,6 @@ WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is meas
 TISSUE_RESERVE_MM = 0.5  # [mm] twice what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
 _LEAST = 0.01  # of a step: with less of its joint travel left nothing more is tried
-_WAYPOINT_MM = 0.5  # [mm] of insertion between two conforming shapes
 _TIMED = 10  # every so many steps one query of all links is timed
 
 
@@ -217,9 +216,9 @@ class SnakeDrive:
         return "held", self._why
 
     def _waypoint(self, sign: float) -> tuple[float, Conformed]:
-        """Where the insertion goes next: shapes half a millimetre apart, the same however fast it goes."""
+        """Where the insertion goes next: shapes a waypoint apart, the same however fast it goes."""
         if self._ahead is None or (self._ahead[0] - self.tip_s) * sign <= 0.0:
-            place = min(max(self.tip_s + sign * _WAYPOINT_MM, 0.0), self._curve.length)
+            place = min(max(self.tip_s + sign * self.settings.waypoint_mm, 0.0), self._curve.length)
             if place == self.tip_s:
                 return place, self._conformed
             self._ahead = (place, self._conform_next(place))
