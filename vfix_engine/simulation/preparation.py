@@ -14,7 +14,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -67,9 +66,7 @@ def prepare() -> None:
         return
     _idle.clear()
     try:
-        meeting = threading.Barrier(len(HALVES))
-        with ThreadPoolExecutor(len(HALVES)) as halves:
-            list(halves.map(_run_half, HALVES, [meeting] * len(HALVES)))
+        _run_halves()
         with suppress(OSError):  # the disk is full: the next start looks again
             (folder / _DONE).touch()
     finally:
@@ -92,6 +89,25 @@ def warm_up(rehearsal: Rehearsal) -> None:
         rehearsal.controller.warm_up(state.tool)
 
 
+def _run_halves() -> None:
+    """Both at once, in threads that keep no planner from ending: its end is theirs."""
+    meeting, failures = threading.Barrier(len(HALVES)), list[Exception]()
+
+    def run(parts: Sequence[str]) -> None:
+        try:
+            _run_half(parts, meeting)
+        except (OSError, subprocess.SubprocessError) as failure:
+            failures.append(failure)
+
+    threads = [threading.Thread(target=run, args=(half,), daemon=True) for half in HALVES]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if failures:
+        raise failures[0]
+
+
 def _run_half(parts: Sequence[str], meeting: threading.Barrier) -> None:
     """One process with its parts; after each but the last it waits until the other half is as far."""
     root = str(Path(__file__).resolve().parents[2])
@@ -102,6 +118,7 @@ def _run_half(parts: Sequence[str], meeting: threading.Barrier) -> None:
         assert process.stdin is not None
         assert process.stdout is not None
         late = threading.Timer(HALF_SECONDS, process.kill)
+        late.daemon = True
         late.start()
         try:
             while process.stdout.readline():
