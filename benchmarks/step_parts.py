@@ -1,7 +1,7 @@
 """The parts of the compiled step one by one: what each takes, and what it takes at the very least.
 
 A part is called from Python at poses of the drive, a few times, and what handing over its arguments costs is taken off
-again (an empty compiled function gets the same ones).
+again (the same call that repeats the part zero times).
 Its floor is the same kernel repeated inside compiled code: everything in the fastest cache, nothing handed over.
 What a step takes in the drive beyond the sum of its parts, code and data being no longer in the nearest caches when its
 turn comes, is told as 'from_caches'.
@@ -152,7 +152,7 @@ class StepParts:
 
     def _part(self, name: str, kernel: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         """As called, without the handing over, and many times in compiled code."""
-        taken = _seconds(kernel, (1, *arguments)) - _seconds(_nothing, (1, *arguments))
+        taken = _seconds(kernel, (1, *arguments)) - _seconds(kernel, (0, *arguments))
         self._note(name, max(taken, 0.0), _seconds(kernel, (REPEATS, *arguments)) / REPEATS)
 
     def _note(self, name: str, taken: float, least: float) -> None:
