@@ -21,6 +21,7 @@ from .query import Deviations, Query
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+ROUNDING_MM = 1e-9  # [mm] so much deeper than it was known to be a link may be found that has not moved
 WAY_TOLERANCE_MM = 0.05  # [mm] so much beyond its bound a link may be between two poses that were measured
 
 
@@ -92,18 +93,26 @@ class HardLimits:
         self._known: PackedPathway | None = None  # the last pathway whose arrays were looked at
 
     def certify(
-        self, packed: PackedPathway, windows: Index, before: Pose, after: Pose, bound: Array | None = None
+        self,
+        packed: PackedPathway,
+        windows: Index,
+        before: Pose,
+        after: Pose,
+        bound: Array | None = None,
+        known: Array | None = None,
     ) -> Verdict:
         """Whether the motion from one pose to the other keeps every link within its bound, all the way.
 
         Joints go linearly, the base's origin in a straight line, its axes by one turn. A link that is beyond its bound
-        at the start, because the pathway moved, may go nowhere deeper than it is.
+        at the start, because the pathway moved, may go nowhere deeper than it is; one that is, because it is measured
+        against other segments now or for the first time, goes nowhere where ``known`` says what it was before.
 
         Args:
             packed: the pathway of this moment, and not changed afterwards: its arrays are looked at once.
             before, after: with the joints of this snake; the base is taken to be a rigid transform.
             windows: (L, 2) segments that each link is measured against.
             bound: (L,) in place of the set ones, mm, at least 0; infinity: not limited.
+            known: (L,) mm, how deep the links are known to be at the start; None: as deep as they are measured.
 
         Raises:
             InputError: arrays of other shapes or kinds, windows that are empty or not in the pathway, bounds below 0
@@ -112,6 +121,7 @@ class HardLimits:
         links = self.snake.links
         limit = self.bound if bound is None else bound
         windows, limit = self._checked(packed, windows, before, after, limit)
+        was = np.full(links, np.inf) if known is None else self._checked_known(known)
         found = Deviations(np.full(links, np.inf), np.zeros(links, dtype=np.int64), np.zeros(links, dtype=np.int64))
         if not (before.finite and after.finite):
             return Verdict(False, 0.0, found, 0, "a joint or the base is not a finite number")
@@ -120,7 +130,7 @@ class HardLimits:
             return Verdict(False, 0.0, found, 0, f"joint {joint + 1} is beyond its range")
         part, poses = certify_motion(
             packed.rows, packed.polar, windows, before.base, before.q, after.base, after.q, self._shape, limit,
-            *self.query.blocks, *found,
+            was, *self.query.blocks, *found,
         )  # fmt: skip
         if part >= 1.0:
             return Verdict(True, 1.0, found, poses, None)
@@ -158,6 +168,13 @@ class HardLimits:
                 f"link {self._first + link + 1} has a bound of {bound[link]} mm: give at least 0, or infinity for none"
             )
         return windows, bound
+
+    def _checked_known(self, known: Array) -> Array:
+        """Depths that are known, with what rounding may add."""
+        found = np.asarray(known)
+        if found.shape != (self.snake.links,) or found.dtype.kind not in "iuf" or not (found >= 0.0).all():
+            raise InputError(f"known depths are ({self.snake.links},) mm of at least 0, not {found}")
+        return np.asarray(found + ROUNDING_MM, dtype=np.float64)
 
     def _reason(self, found: Deviations, bound: Array) -> str:
         beyond = found.depth - bound

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..geometry.compiled import compiled
 from ..robots.snake_kernel import snake_frames
+from .limits_vertices import far_from_disc, vertices_are_kept
 from .packed import CORE, SLOPE
 from .query_fast import link_deviations
 
@@ -54,6 +55,7 @@ def certify_motion(
     q_end: Array,
     shape: Array,
     bound: Array,
+    known: Array,
     lanes: Array,
     ball: Array,
     start: Index,
@@ -65,12 +67,14 @@ def certify_motion(
     """Share of the motion from (base, q) to (base_end, q_end) that is certified, from its start on, and poses measured.
 
     Joints go linearly, the base's origin too, and the base turns about one axis. A link may be as deep as its bound,
-    or as deep as it is at the start where that is more. No shape and no window is checked here: ``limits.py`` does.
+    or as deep as it is at the start where that is more and known. No shape and no window is checked here:
+    ``limits.py`` does.
 
     Args:
         window: (L, 2); base, base_end: (4, 4) transform_base_to_patient; q, q_end: (2L,).
         shape: (SHAPE_SIZE,) length of a link, reach, tolerance, least and largest corner of a link's vertices.
-        bound: (L,) mm; lanes, ball, start, index: of ``vertex_blocks``.
+        bound: (L,) mm; known: (L,) mm, so deep a link may start and stay.
+        lanes, ball, start, index: of ``vertex_blocks``.
         depth, vertex, segment: (L,) filled with the deviations of the last pose that was measured: the end of the
             motion where all of it is certified, else the pose that was refused.
     """
@@ -78,7 +82,7 @@ def certify_motion(
     here, there = np.empty((links, 3, 4)), np.empty((links, 3, 4))
     pose, joints, before = np.empty((4, 4)), np.empty(2 * links), np.empty(links)
     limit, bow, turn, work = np.empty(links), np.empty(links), np.empty(3), np.empty(256)
-    steep, slope, level = np.empty(links), np.empty(links), np.empty(links)
+    steep, level = np.empty(links), np.empty(links)
     _turn_between(base, base_end, turn)
     if not _bows(q, q_end, turn, shape, bow):
         return 0.0, 0
@@ -86,12 +90,11 @@ def certify_motion(
     snake_frames(joints, pose, shape[LENGTH], here)
     link_deviations(rows, polar, window, here, lanes, ball, start, index, before, vertex, segment, work)
     for link in range(links):
-        limit[link] = max(bound[link], before[link])
+        limit[link] = max(bound[link], min(before[link], known[link]))
         depth[link] = before[link]
-        level[link], steep[link], slope[link] = _slopes(
-            rows, window[link, 0], window[link, 1], limit[link], shape[TOLERANCE]
-        )
-        if not before[link] < np.inf:
+        level[link], steep[link] = _slopes(rows, window[link, 0], window[link, 1], limit[link], shape[TOLERANCE])
+    for link in range(links):
+        if not (before[link] <= limit[link] and before[link] < np.inf):
             return 0.0, 1
     done, size, poses = 0.0, 1.0, 1
     while done < 1.0 and size >= LEAST_PART:
@@ -103,7 +106,9 @@ def certify_motion(
         for link in range(links):
             if not depth[link] <= limit[link]:
                 return done, poses
-        if not _way_is_kept(here, there, before, depth, bow, steep, slope, level, to - done, limit, shape):
+        if not _way_is_kept(
+            rows, polar, window, here, there, lanes, start, before, depth, bow, steep, level, to - done, limit, shape
+        ):
             size *= 0.5
             continue
         for link in range(links):
@@ -117,13 +122,17 @@ def certify_motion(
 
 @compiled
 def _way_is_kept(
+    rows: Array,
+    polar: Array,
+    window: Index,
     here: Array,
     there: Array,
+    lanes: Array,
+    start: Index,
     before: Array,
     after: Array,
     bow: Array,
     steep: Array,
-    slope: Array,
     level: Array,
     part: float,
     limit: Array,
@@ -131,38 +140,56 @@ def _way_is_kept(
 ) -> bool:
     """Whether no link can be deeper than its limit and the tolerance between two measured poses.
 
-    Proven where neither pose is deeper than ``level``; deeper it is taken with a slope that is not.
+    Of the link as a whole where neither pose is deeper than ``level``, lemma 6; else vertex by vertex, lemma 7.
     """
+    tolerance, low_high = shape[TOLERANCE], shape[LOW : HIGH + 3]
     for link in range(len(before)):
         if limit[link] == np.inf:
             continue
         way = _chord(here[link], there[link], shape) + 0.25 * bow[link] * part * part
-        most, rate = level[link], steep[link]
-        if not max(before[link], after[link]) <= most:
-            most, rate = limit[link], slope[link]
-        if not 0.5 * (before[link] + after[link] + rate * way) <= most + shape[TOLERANCE]:
+        summed, first, last = before[link] + after[link], window[link, 0], window[link, 1]
+        whole = max(before[link], after[link]) <= level[link]
+        whole = whole and 0.5 * (summed + steep[link] * way) <= level[link] + tolerance
+        ends = (
+            far_from_disc(rows, first, False, here[link], low_high, way)
+            and far_from_disc(rows, first, False, there[link], low_high, way)
+            and far_from_disc(rows, last - 1, True, here[link], low_high, way)
+            and far_from_disc(rows, last - 1, True, there[link], low_high, way)
+        )
+        if whole and ends:
+            continue
+        if ends and level[link] == limit[link]:  # a core is wide enough for the limit: parting costs less
+            return False
+        most = limit[link] + tolerance
+        if not (
+            0.5 * (summed + way) <= most
+            and vertices_are_kept(
+                rows, polar, first, last, here[link], there[link], lanes, start[link], start[link + 1], low_high, way,
+                level[link] + tolerance, steep[link], most,
+            )
+        ):  # fmt: skip
             return False
     return True
 
 
 @compiled
-def _slopes(rows: Array, first: int, last: int, limit: float, tolerance: float) -> tuple[float, float, float]:
-    """Of a window: a depth in mm, the slope Λ up to that depth and the tolerance, and that up to half of each core.
+def _slopes(rows: Array, first: int, last: int, limit: float, tolerance: float) -> tuple[float, float]:
+    """Of a window: a depth in mm, and the slope Λ up to that depth and the tolerance.
 
     The depth is the limit; where that and the tolerance are more than ``DEEPEST`` of the narrowest core, it is less:
     the two are that. A point that deviates by δ has h ≥ core - δ from the axis of the segment that it has it from, and
     Λ = √(1 + (K / h)²); see ``clearance.slope``.
     """
-    narrowest, slope = np.inf, 1.0
+    narrowest = np.inf
     for j in range(first, last):
-        narrowest, slope = min(narrowest, rows[j, CORE]), max(slope, rows[j, SLOPE])
+        narrowest = min(narrowest, rows[j, CORE])
     level, steep = min(limit, DEEPEST * narrowest - tolerance), 1.0
     for j in range(first, last):
         core = rows[j, CORE]
         height = core - level - tolerance
         turned = 0.25 * (rows[j, SLOPE] * rows[j, SLOPE] - 1.0) * core * core
         steep = max(steep, sqrt(1.0 + turned / (height * height)))
-    return level, steep, slope
+    return level, steep
 
 
 @compiled

@@ -281,10 +281,11 @@ class SnakeDrive:
         windows, measured = self._windows, self._measured
         self._look(wanted.joint_s)
         start, end = Pose(self._conformed.base, self.q), Pose(wanted.base, self._bent(wanted))
-        verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds())
+        known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
+        verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if not verdict.taken and np.isfinite(verdict.deviation.depth).all():
             wanted, end = self._eased(wanted, end, dt)
-            verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds())
+            verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
             self._keep(verdict.deviation)
@@ -296,7 +297,7 @@ class SnakeDrive:
         """Back towards the bounds that the tissue's motion has left links beyond, as fast as joints may."""
         here = Pose(self._conformed.base, self.q)
         wanted, end = self._eased(self._conformed, here, dt)
-        verdict = self._limits.certify(self._packed, self._windows, here, end, self._bounds())
+        verdict = self._limits.certify(self._packed, self._windows, here, end, self._bounds(), self._deviation.depth)
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
             self._keep(verdict.deviation)

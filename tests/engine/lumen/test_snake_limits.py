@@ -12,6 +12,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.lumen.clearance import slope
 from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, HardLimits, Pose
 from vfix_engine.lumen.limits_kernel import _bows, _slopes, _turn_between
+from vfix_engine.lumen.limits_vertices import _growth
 from vfix_engine.lumen.packed import CORE, PackedPathway
 from vfix_engine.lumen.query import Query, deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
@@ -117,11 +118,10 @@ def test_the_slope_is_that_of_the_depth_that_is_asked_for() -> None:
     packed = arc(120.0, 1.6, contours=12, angles=28).packed()
     core, tolerance = packed.rows[2:9, CORE].min(), WAY_TOLERANCE_MM
     for limit in (0.0, 1.0, 0.5 * core, 0.9 * core - tolerance, 0.9 * core, core, 3.0 * core, np.inf):
-        level, steep, half = _slopes(packed.rows, 2, 9, limit, tolerance)
+        level, steep = _slopes(packed.rows, 2, 9, limit, tolerance)
         assert level == pytest.approx(min(limit, 0.9 * core - tolerance), abs=1e-12)
         assert steep == pytest.approx(slope(packed, 2, 9, level + tolerance), rel=1e-9)
-        assert half == slope(packed, 2, 9)
-    assert steep > 2.0 * half
+    assert steep > 2.0 * slope(packed, 2, 9)
 
 
 def test_a_way_through_the_wall_between_two_good_poses_is_refused() -> None:
@@ -139,6 +139,57 @@ def test_a_way_through_the_wall_between_two_good_poses_is_refused() -> None:
     verdict = certificate.certify(packed, window, one, back)
     assert not verdict.taken
     assert "bound" in str(verdict.held_by)
+
+
+def test_where_cores_are_narrow_lemma_7_holds() -> None:
+    """HAZ-02 for the snake: from any vertex outside, how fast a deviation of more than every core can grow."""
+    packed, rng = arc(120.0, 1.6, 8.0, contours=12, angles=28).packed(), np.random.default_rng(11)
+    frame, far, tightest, core = np.eye(4)[:3].copy(), 0, 0.0, packed.rows[:, CORE].max()
+    for _ in range(3000):
+        j = int(rng.integers(2, 10))
+        x = packed.rows[j, 0:3] + rng.normal(size=3) * 9.0
+        way = float(rng.uniform(0.1, 3.0))
+        deep, steep = _growth(packed.rows, packed.polar, 1, 12, frame, *x, way, 1.0, 1.5)
+        assert deep == pytest.approx(deviation_of_points(x[None], packed, 1, 12)[0][0], abs=1e-12)
+        if deep == 0.0 or not math.isfinite(steep):
+            continue
+        far += deep > core
+        ahead = rng.normal(size=(40, 3))
+        ahead *= way * rng.uniform(0.3, 1.0, (40, 1)) / np.linalg.norm(ahead, axis=1, keepdims=True)
+        grown = deviation_of_points(x + ahead, packed, 1, 12)[0] - deep
+        rate = float((grown / np.linalg.norm(ahead, axis=1)).max())
+        assert rate <= steep + 1e-9
+        tightest = max(tightest, rate / steep)
+    assert far > 100
+    assert tightest > 0.95
+
+
+def test_a_way_through_the_end_of_a_window_is_refused() -> None:
+    """HAZ-02 for the snake: swung from side to side the tip passes through the last plane, behind which it is deep."""
+    packed, base = straight(195.9, 80.0, contours=3, closed_ends=True).packed(), BASE.copy()
+    certificate, window, base[2, 3] = limits(np.full(5, 8.0), count=600), windows(packed), 50.0
+    aside = [Pose(base, np.array([0.0, turn, *np.zeros(8)])) for turn in (-0.057, 0.0, 0.057)]
+    depth = [judged(packed, pose, 600).max() for pose in aside]
+    assert depth[0] == depth[2] == 0.0
+    assert depth[1] > 70.0
+    assert not certificate.certify(packed, window, aside[0], aside[2]).taken
+    longer = straight(225.0, 80.0, contours=3, closed_ends=True).packed()
+    assert certificate.certify(longer, window, aside[0], aside[2]).taken
+
+
+def test_a_link_that_comes_to_count_has_to_be_within_its_bound() -> None:
+    """Deeper than was known, by another window: no step ends there; known to be as deep: it may come back."""
+    packed = straight(260.0, 9.0, contours=14).packed()
+    certificate, window = limits(np.full(5, 1.0)), windows(packed)
+    bent, less = (Pose(BASE, np.tile([0.0, turn], 5)) for turn in (0.05, 0.045))
+    depth = judged(packed, bent)
+    assert certificate.certify(packed, window, bent, less, known=depth).taken
+    verdict = certificate.certify(packed, window, bent, less, known=np.array([*depth[:4], 0.0]))
+    assert not verdict.taken
+    assert "link 5" in str(verdict.held_by)
+    for wrong in (depth[:4], -depth, depth * np.nan, "deep"):
+        with pytest.raises(InputError, match="known depths"):
+            certificate.certify(packed, window, bent, less, known=wrong)
 
 
 def test_from_beyond_a_bound_nothing_goes_deeper() -> None:
