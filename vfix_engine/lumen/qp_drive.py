@@ -25,6 +25,7 @@ SMALL_MOTION = 1e-2  # of a joint's step, as the way its link's end goes, agains
 PULL = 1e-3  # back to the conforming shape
 NEAR_MM = 2.0  # [mm] vertices that are so near to their link's bound get a row
 KEEP_MM = 0.05  # [mm] rows hold the links that much inside of the bound, as they are true for small steps only
+ROUNDS = 3  # the wall is flattened again where a step that is not small meets it: so often at most
 
 
 class QpControl:
@@ -60,11 +61,17 @@ class QpControl:
         ]
         low, high = np.maximum(-most, -snake.q_max - q), np.minimum(most, snake.q_max - q)
         low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
-        answer = solve(stack(objectives, [self._clearance(q)], low, high, length))
-        if answer is None:
-            self.unsolved += 1
-            return q
-        return snake.clamp(q + np.clip(answer.step, low, high))
+        walls, step = [self._clearance(q, np.zeros(n))], np.zeros(n)
+        for _ in range(1 + ROUNDS):
+            answer = solve(stack(objectives, walls, low, high, length))
+            if answer is None:
+                self.unsolved += 1
+                break
+            step = np.clip(answer.step, low, high)
+            if self._kept(q + step):
+                break
+            walls.append(self._clearance(q, step))
+        return snake.clamp(q + step)
 
     def straightened(self, q: Array) -> Array:
         """Joints of q̃."""
@@ -82,10 +89,21 @@ class QpControl:
         found: Array = camera_jacobian(self._place.snake, q, self._place.base) @ (q - self._place.rest)
         return found
 
-    def _clearance(self, q: Array) -> Constraint:
-        """g · J Δq ≤ b_i − signed distance, of vertices near their link's bound; never asking for a way back."""
+    def _kept(self, q: Array) -> bool:
+        """Whether every link is within its bound."""
         place = self._place
+        frames = place.snake.frames(place.snake.clamp(q), place.base)
+        return bool((place.query.deviations(place.packed, frames, place.window).depth <= place.bound).all())
+
+    def _clearance(self, q: Array, step: Array) -> Constraint:
+        """g · J Δq ≤ b_i − signed distance, of vertices near their link's bound; never asking for a way back.
+
+        The wall is flattened where it is met after ``step``. Of a hollow wall that is true on the inner side of it,
+        so what was found of other steps may stay.
+        """
+        place, snake = self._place, self._place.snake
         near = NEAR_MM + KEEP_MM
-        rows = wall_rows(place.snake, place.query, place.packed, place.window, place.bound, place.base, q, near)
-        room = np.maximum(rows.room - KEEP_MM, 0.0)
+        at = snake.clamp(q + step)
+        rows = wall_rows(snake, place.query, place.packed, place.window, place.bound, place.base, at, near)
+        room = np.maximum(rows.room - KEEP_MM + rows.matrix[:, : snake.dof] @ (at - q), 0.0)
         return Constraint("wall", rows.matrix, room, rows.vertex, ("the wall of the pathway",))

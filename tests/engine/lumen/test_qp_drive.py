@@ -71,6 +71,20 @@ def test_at_the_wall_it_slides_where_the_parameterised_control_stops() -> None:
     assert (drive.state.deviation.depth <= drive.bound).all()
 
 
+def test_steps_that_are_not_small_are_carried_out_at_the_wall() -> None:
+    """At 20 ms a joint turns by 0.7° and the wall is not flat any more: round along it, seldom held."""
+    settings = DriveSettings(vertices_per_link=40, control="qp", step_s=0.02)
+    drive = SnakeDrive(SnakeModel(6), straight(400.0, 12.0, contours=21), settings, tip_s=200.0)
+    outcomes, near = [], 0
+    for k in range(260):
+        angle = 0.02 * max(k - 60, 0)
+        state = drive.step(Command(camera_mm_per_s=(120.0 * math.cos(angle), 120.0 * math.sin(angle))))
+        outcomes.append(state.outcome)
+        near += state.deviation.depth[-1] > drive.bound[-1] - 0.2
+    assert near > 120
+    assert outcomes.count("held") <= 8
+
+
 def test_a_program_without_an_answer_costs_motion_only() -> None:
     control = QpControl()
     drive = SnakeDrive(SnakeModel(6), straight(400.0, 12.0, contours=21), SETTINGS, tip_s=200.0)
