@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vfix_engine.lumen.packed import PackedPathway
-from vfix_engine.lumen.query import Query
+from vfix_engine.lumen.query import Deviations, Query
 from vfix_engine.lumen.query_fast import link_deviations
+from vfix_engine.lumen.query_lanes import WORK
 from vfix_engine.robots.snake_surface import LinkVertices
 
 Array = NDArray[np.float64]
@@ -49,11 +50,8 @@ class ThreadedQuery:
         return depth
 
     def _ask(self, part: _Part, frames: Array) -> Array:
-        _released(
-            self._packed.rows, self._packed.polar, self._window, frames, *part.blocks, part.depth, part.vertex,
-            part.segment, part.work,
-        )  # fmt: skip
-        return part.depth
+        _released(self._packed, part.blocks, self._window, frames, part.found, part.work)
+        return part.found.depth
 
 
 class _Part:
@@ -61,9 +59,8 @@ class _Part:
 
     def __init__(self, vertices: LinkVertices, links: int):
         self.blocks = Query(vertices).blocks
-        self.depth = np.empty(links)
-        self.vertex, self.segment = np.empty(links, dtype=np.int64), np.empty(links, dtype=np.int64)
-        self.work = np.zeros(256)
+        self.found = Deviations(np.empty(links), np.empty(links, dtype=np.int64), np.empty(links, dtype=np.int64))
+        self.work = np.zeros(WORK)
 
 
 def _shares(vertices: LinkVertices, threads: int) -> list[LinkVertices]:

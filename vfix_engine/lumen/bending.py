@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..robots.snake import SnakeModel
 from .bending_kernel import Lumen, Scratch, tip_of
 from .query import Query
+from .query_lanes import WORK
 
 if TYPE_CHECKING:
     from ..robots.snake_surface import LinkVertices
@@ -113,19 +114,15 @@ class BendProblem:
             object.__setattr__(self, name, array)
         object.__setattr__(self, "query", query)
 
-    def lumen(self) -> Lumen:
-        """For the kernels; what they are handed can be written to, so they are compiled once."""
-        packed, blocks = self.packed, self.query.blocks
-        return Lumen(packed.rows, packed.polar, self.window.copy(), self.base.copy(), *blocks)
+    def lumen(self, bound: Array) -> Lumen:
+        """For the kernels, with bounds (L',) in mm. Copies can be written to, so kernels are compiled for one type."""
+        own = self.window.copy(), self.base.copy(), self.q_rest.copy(), bound.copy()
+        return Lumen(self.packed, self.query.blocks, *own, self.snake.q_max, self.snake.length_mm)
 
     def scratch(self) -> Scratch:
         """Memory for the kernels."""
         links = self.snake.links
-        whole = np.empty(links, dtype=np.int64)
-        return Scratch(
-            np.empty((links, 3, 4)), np.empty(links), whole, whole.copy(), np.zeros(256), np.empty(2 * links),
-            np.empty(2 * links),
-        )  # fmt: skip
+        return Scratch(np.empty((links, 3, 4)), np.empty(2 * links), np.empty(2 * links), np.zeros(WORK))
 
     def deviations(self, delta: ArrayLike) -> Array:
         """D_i (L',) in mm of (16) at clamp(q̃ + Δq), by the query's own face."""

@@ -14,38 +14,53 @@ from numpy.typing import NDArray
 
 from ..geometry.compiled import borrowing, compiled
 from ..robots.snake_kernel import snake_frames
-from .query_fast import link_deviations
+from .packed import PackedPathway
+from .query_blocks import VertexBlocks
+from .query_fast import largest_excess
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-Q_MAX, LENGTH, TOWARDS_X, TOWARDS_Y, LOW, HIGH, FARTHEST = range(7)  # of ``aims``
-AIMS = 7
-
 
 class Lumen(NamedTuple):
-    """What the query is asked about: pathway, windows (L', 2), base (4, 4) of {l}, vertex blocks."""
+    """The distal links in their part of a pathway."""
 
-    rows: Array
-    polar: Array
+    packed: PackedPathway
+    blocks: VertexBlocks
     window: Index
+    """(L', 2)."""
     base: Array
-    lanes: Array
-    ball: Array
-    start: Index
-    number: Index
+    """(4, 4) of {l}, mm in the patient frame."""
+    rest: Array
+    """(2L',) q̃ in rad."""
+    bound: Array
+    """(L',) mm, what each link may deviate."""
+    q_max: float
+    """rad."""
+    length: float
+    """mm, of a link."""
+
+
+class Family(NamedTuple):
+    """Bends Δq = a · plane[0] + b · plane[1] with ‖(a, b)‖ ≤ farthest, in directions from ``low`` to ``high``."""
+
+    plane: Array
+    """(2, 2L') rad."""
+    towards: tuple[float, float]
+    """Where the tip is to go in x and y of {l}; (0, 0) for anywhere."""
+    low: float
+    high: float
+    """Angles of (a, b) in rad."""
+    farthest: float
 
 
 class Scratch(NamedTuple):
-    """Memory to work in; ``depth`` (L',) has the D_i of the last bend that was judged, in mm."""
+    """Memory to work in: frames (L', 3, 4), Δq and q (2L',), and what the query works in."""
 
     frames: Array
-    depth: Array
-    vertex: Index
-    segment: Index
-    work: Array
     delta: Array
     q: Array
+    work: Array
 
 
 @borrowing
@@ -73,31 +88,23 @@ def tip_of(delta: Array, length: float) -> tuple[float, float, float]:
 
 
 @borrowing
-def cost_of(rest: Array, plane: Array, aims: Array, a: float, b: float, scratch: Scratch) -> float:
+def cost_of(lumen: Lumen, family: Family, a: float, b: float, scratch: Scratch) -> float:
     """z_eff/z_max of (14) and (20); infinite where the tip does not go the wanted way, d · d^e > 0 of (17)."""
-    bend(rest, plane, a, b, aims[Q_MAX], scratch.delta, scratch.q)
-    x, y, z = tip_of(scratch.delta, aims[LENGTH])
-    towards = aims[TOWARDS_X] * x + aims[TOWARDS_Y] * y
-    if (aims[TOWARDS_X] != 0.0 or aims[TOWARDS_Y] != 0.0) and not towards > 0.0:
+    bend(lumen.rest, family.plane, a, b, lumen.q_max, scratch.delta, scratch.q)
+    x, y, z = tip_of(scratch.delta, lumen.length)
+    along_x, along_y = family.towards
+    if (along_x != 0.0 or along_y != 0.0) and not along_x * x + along_y * y > 0.0:
         return math.inf
-    cost: float = z / (aims[LENGTH] * 0.5 * len(rest))
+    cost: float = z / (lumen.length * 0.5 * len(lumen.rest))
     return cost
 
 
 @compiled
-def judge(
-    lumen: Lumen, bound: Array, rest: Array, plane: Array, aims: Array, a: float, b: float, scratch: Scratch
-) -> float:
-    """The largest D_i − b_i of (15)-(17) in mm; what is not above 0 is within the bounds. One query evaluation."""
-    bend(rest, plane, a, b, aims[Q_MAX], scratch.delta, scratch.q)
-    snake_frames(scratch.q, lumen.base, aims[LENGTH], scratch.frames)
-    link_deviations(
-        lumen.rows, lumen.polar, lumen.window, scratch.frames, lumen.lanes, lumen.ball, lumen.start, lumen.number,
-        scratch.depth, scratch.vertex, scratch.segment, scratch.work,
-    )  # fmt: skip
-    most = -math.inf
-    for link in range(len(bound)):
-        if not scratch.depth[link] < math.inf:
-            return math.inf
-        most = max(most, scratch.depth[link] - bound[link])
-    return most
+def judge(lumen: Lumen, family: Family, a: float, b: float, once: bool, scratch: Scratch) -> float:
+    """The largest D_i − b_i of (15)-(17) in mm; what is not above 0 is within the bounds. One query evaluation.
+
+    With ``once`` any D_i − b_i above 0 will do, where there is one.
+    """
+    bend(lumen.rest, family.plane, a, b, lumen.q_max, scratch.delta, scratch.q)
+    snake_frames(scratch.q, lumen.base, lumen.length, scratch.frames)
+    return largest_excess(lumen.packed, lumen.blocks, lumen.window, scratch.frames, lumen.bound, once, scratch.work)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.compiled import borrowing, compiled
-from .bending_kernel import FARTHEST, HIGH, LOW, Lumen, Scratch, cost_of, judge
+from .bending_kernel import Family, Lumen, Scratch, cost_of, judge
 
 Array = NDArray[np.float64]
 
@@ -39,32 +39,32 @@ _CLOSER, _CLOSEST = 1.0 / 16.0, 1.0 / 128.0  # of t: then the way is walked, and
 
 
 @borrowing
-def direction(aims: Array, t: float) -> float:
+def direction(family: Family, t: float) -> float:
     """The angle of a ray in the plane of (a, b): the middle at t = 0, and half as far from the edge with each 1 of t.
 
     What can be reached is long and narrow: a bend to and fro, which leaves the tip in the middle, may be large, and it
     lies by the edge of the half plane in which the tip goes the wanted way.
     """
-    half = 0.5 * (aims[HIGH] - aims[LOW])
+    half = 0.5 * (family.high - family.low)
     away: float = half * (1.0 - 2.0 ** -abs(t))
-    middle: float = aims[LOW] + half
+    middle: float = family.low + half
     return middle + away if t > 0.0 else middle - away
 
 
 @borrowing
-def along(rest: Array, plane: Array, aims: Array, phi: float, target: float, scratch: Scratch) -> tuple[float, float]:
+def along(lumen: Lumen, family: Family, phi: float, target: float, scratch: Scratch) -> tuple[float, float]:
     """Where a ray's cost first falls to ``target``, and where from there on it is least; negative if it does not."""
     u, v = math.cos(phi), math.sin(phi)
-    step = aims[FARTHEST] / _STEPS
+    step = family.farthest / _STEPS
     first, least, lowest = -1.0, -1.0, math.inf
     for k in range(1, _STEPS + 1):
         r = k * step
-        cost = cost_of(rest, plane, aims, r * u, r * v, scratch)
+        cost = cost_of(lumen, family, r * u, r * v, scratch)
         if first < 0.0 and cost <= target:
             low, first = r - step, r
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + first)
-                if cost_of(rest, plane, aims, middle * u, middle * v, scratch) <= target:
+                if cost_of(lumen, family, middle * u, middle * v, scratch) <= target:
                     first = middle
                 else:
                     low = middle
@@ -77,10 +77,7 @@ def along(rest: Array, plane: Array, aims: Array, phi: float, target: float, scr
 @borrowing
 def leave(
     lumen: Lumen,
-    bound: Array,
-    rest: Array,
-    plane: Array,
-    aims: Array,
+    family: Family,
     phi: float,
     low: float,
     g_low: float,
@@ -98,11 +95,11 @@ def leave(
     u, v = math.cos(phi), math.sin(phi)
     g_high, made, before = math.inf, 0, 0
     while made < min(left, _EXITS) and low < high:
-        r = min(max(low * _STRIDE, low + _STRIDE_LEAST * aims[FARTHEST]), high)
+        r = min(max(low * _STRIDE, low + _STRIDE_LEAST * family.farthest), high)
         if g_high < math.inf:
             share = g_low / (g_low - g_high)
             r = low + min(max(share, 0.08), 0.92) * (high - low)
-        g = judge(lumen, bound, rest, plane, aims, r * u, r * v, scratch)
+        g = judge(lumen, family, r * u, r * v, False, scratch)
         made += 1
         if g <= 0.0:
             g_high *= 0.5 if before == 1 else 1.0
@@ -110,8 +107,8 @@ def leave(
         else:
             g_low *= 0.5 if before == 2 else 1.0
             high, g_high, before = r, min(g, _DEEP), 2
-        gain = cost_of(rest, plane, aims, low * u, low * v, scratch)
-        gain -= cost_of(rest, plane, aims, high * u, high * v, scratch)
+        gain = cost_of(lumen, family, low * u, low * v, scratch)
+        gain -= cost_of(lumen, family, high * u, high * v, scratch)
         if abs(gain) < worth or high - low < 1e-6 * high:
             break
     return low, made
@@ -120,10 +117,7 @@ def leave(
 @borrowing
 def walk(
     lumen: Lumen,
-    bound: Array,
-    rest: Array,
-    plane: Array,
-    aims: Array,
+    family: Family,
     phi: float,
     r: float,
     places: int,
@@ -139,7 +133,7 @@ def walk(
     weak, most, least = -1.0, -math.inf, math.inf
     for k in range(1, places + 1):
         to = r * k / (places + 1)
-        g = judge(lumen, bound, rest, plane, aims, to * u, to * v, scratch)
+        g = judge(lumen, family, to * u, to * v, True, scratch)
         least = min(least, g)
         if g > most:
             weak, most = to, g
@@ -148,7 +142,7 @@ def walk(
         low = r * (k - 1) / (places + 1)
         for _ in range(repair):
             middle = 0.5 * (low + to)
-            if judge(lumen, bound, rest, plane, aims, middle * u, middle * v, scratch) <= 0.0:
+            if judge(lumen, family, middle * u, middle * v, True, scratch) <= 0.0:
                 low = middle
             else:
                 to = middle
@@ -159,10 +153,7 @@ def walk(
 @borrowing
 def attempt(
     lumen: Lumen,
-    bound: Array,
-    rest: Array,
-    plane: Array,
-    aims: Array,
+    family: Family,
     t: float,
     demand: float,
     glances: int,
@@ -177,12 +168,12 @@ def attempt(
     """
     if abs(t) > UTMOST:
         return False
-    phi = direction(aims, t)
+    phi = direction(family, t)
     u, v = math.cos(phi), math.sin(phi)
-    low, high = along(rest, plane, aims, phi, state[RECORD] - demand, scratch)
+    low, high = along(lumen, family, phi, state[RECORD] - demand, scratch)
     if low < 0.0:
         return False
-    g = judge(lumen, bound, rest, plane, aims, low * u, low * v, scratch)
+    g = judge(lumen, family, low * u, low * v, True, scratch)
     state[MADE] += 1
     if not g <= 0.0:
         return False
@@ -190,27 +181,27 @@ def attempt(
         weak = state[NARROW + k]
         if 0.0 < weak < low:
             state[MADE] += 1
-            if not judge(lumen, bound, rest, plane, aims, weak * u, weak * v, scratch) <= 0.0:
+            if not judge(lumen, family, weak * u, weak * v, True, scratch) <= 0.0:
                 return False
-    reached, weak, made = walk(lumen, bound, rest, plane, aims, phi, low, glances, 0, scratch)
+    reached, weak, made = walk(lumen, family, phi, low, glances, 0, scratch)
     state[MADE] += made
     if reached < low:
         return False
-    low, made = leave(lumen, bound, rest, plane, aims, phi, low, g, high, demand, spent - int(state[MADE]), scratch)
+    low, made = leave(lumen, family, phi, low, g, high, demand, spent - int(state[MADE]), scratch)
     state[MADE] += made
-    state[BEST], state[AT], state[RECORD] = low, t, cost_of(rest, plane, aims, low * u, low * v, scratch)
+    state[BEST], state[AT], state[RECORD] = low, t, cost_of(lumen, family, low * u, low * v, scratch)
     return True
 
 
 @borrowing
-def settle(lumen: Lumen, bound: Array, rest: Array, plane: Array, aims: Array, state: Array, scratch: Scratch) -> bool:
+def settle(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -> bool:
     """Walk the way to the record: whether all of it is within the bounds.
 
     If not, the record is what comes before, or the last one that was walked, whichever is better; and the deepest place
     of the way is kept, as ways close to this one are as a rule narrow at the same radius.
     """
-    phi = direction(aims, state[AT])
-    reached, weak, made = walk(lumen, bound, rest, plane, aims, phi, state[BEST], _CHECKS, _REPAIR, scratch)
+    phi = direction(family, state[AT])
+    reached, weak, made = walk(lumen, family, phi, state[BEST], _CHECKS, _REPAIR, scratch)
     whole: bool = reached == state[BEST]
     state[MADE] += made
     if weak > 0.0:
@@ -218,7 +209,7 @@ def settle(lumen: Lumen, bound: Array, rest: Array, plane: Array, aims: Array, s
             state[NARROW + k] = state[NARROW + k - 1]
         state[NARROW] = weak
     if not whole:
-        cost = cost_of(rest, plane, aims, reached * math.cos(phi), reached * math.sin(phi), scratch)
+        cost = cost_of(lumen, family, reached * math.cos(phi), reached * math.sin(phi), scratch)
         state[RECORD], state[BEST] = cost, reached
         if not cost < state[SAFE]:
             for k in range(3):
@@ -231,10 +222,7 @@ def settle(lumen: Lumen, bound: Array, rest: Array, plane: Array, aims: Array, s
 @borrowing
 def refine(
     lumen: Lumen,
-    bound: Array,
-    rest: Array,
-    plane: Array,
-    aims: Array,
+    family: Family,
     finest: float,
     spent: int,
     state: Array,
@@ -244,7 +232,7 @@ def refine(
     step, turned, better = 0.5, 0, False
     while state[MADE] <= spent - _ATTEMPT and step >= finest:
         t = state[AT] + (step if turned % 2 == 0 else -step)
-        if attempt(lumen, bound, rest, plane, aims, t, max(_FINE, _COARSE * step), 0, spent, state, scratch):
+        if attempt(lumen, family, t, max(_FINE, _COARSE * step), 0, spent, state, scratch):
             turned, better = 0, True
             continue
         turned += 1
@@ -254,9 +242,7 @@ def refine(
 
 
 @compiled
-def search(
-    lumen: Lumen, bound: Array, rest: Array, plane: Array, aims: Array, evaluations: int, scratch: Scratch
-) -> tuple[float, float, float, int]:
+def search(lumen: Lumen, family: Family, evaluations: int, scratch: Scratch) -> tuple[float, float, float, int]:
     """a and b of the bend of least cost that is within the bounds (L',) in mm; its cost; evaluations made.
 
     Directions are tried all over, then ever closer to the best. Each is one evaluation as long as it does not better
@@ -268,13 +254,13 @@ def search(
     spent = evaluations - _CHECKS - _REPAIR  # kept for the last walk
     for t in _LOOKS:
         if state[MADE] <= spent - _ATTEMPT:
-            attempt(lumen, bound, rest, plane, aims, t, _COARSE, _GLANCES, spent, state, scratch)
+            attempt(lumen, family, t, _COARSE, _GLANCES, spent, state, scratch)
     finest, better = _CLOSER, True
     while state[BEST] > 0.0 and better and state[MADE] <= spent:
-        whole = settle(lumen, bound, rest, plane, aims, state, scratch)
-        better = refine(lumen, bound, rest, plane, aims, finest, spent, state, scratch) or not whole
+        whole = settle(lumen, family, state, scratch)
+        better = refine(lumen, family, finest, spent, state, scratch) or not whole
         better, finest = better or finest > _CLOSEST, _CLOSEST
-    phi = direction(aims, state[SAFE + AT])
+    phi = direction(family, state[SAFE + AT])
     r = state[SAFE + BEST]
     return r * math.cos(phi), r * math.sin(phi), state[SAFE + RECORD], int(state[MADE])
 
@@ -282,10 +268,7 @@ def search(
 @compiled
 def survey(
     lumen: Lumen,
-    bound: Array,
-    rest: Array,
-    plane: Array,
-    aims: Array,
+    family: Family,
     places: Array,
     steps: int,
     exits: Array,
@@ -298,26 +281,26 @@ def survey(
     """
     best_a, best_b, best, any_a, any_b, least, at = 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0
     for i in range(len(places)):
-        phi = direction(aims, places[i])
+        phi = direction(family, places[i])
         u, v = math.cos(phi), math.sin(phi)
-        exits[i], inside = aims[FARTHEST], True
+        exits[i], inside = family.farthest, True
         for k in range(1, steps + 1):
-            r = aims[FARTHEST] * k / steps
-            kept = judge(lumen, bound, rest, plane, aims, r * u, r * v, scratch) <= 0.0
+            r = family.farthest * k / steps
+            kept = judge(lumen, family, r * u, r * v, True, scratch) <= 0.0
             if inside and not kept:
-                low, high, inside = r - aims[FARTHEST] / steps, r, False
-                while high - low > 1e-6 * aims[FARTHEST]:
+                low, high, inside = r - family.farthest / steps, r, False
+                while high - low > 1e-6 * family.farthest:
                     middle = 0.5 * (low + high)
-                    if judge(lumen, bound, rest, plane, aims, middle * u, middle * v, scratch) <= 0.0:
+                    if judge(lumen, family, middle * u, middle * v, True, scratch) <= 0.0:
                         low = middle
                     else:
                         high = middle
                 exits[i] = low
-                cost = cost_of(rest, plane, aims, low * u, low * v, scratch)
+                cost = cost_of(lumen, family, low * u, low * v, scratch)
                 if cost < best:
                     best_a, best_b, best, at = low * u, low * v, cost, places[i]
             if kept:
-                cost = cost_of(rest, plane, aims, r * u, r * v, scratch)
+                cost = cost_of(lumen, family, r * u, r * v, scratch)
                 if cost < least:
                     any_a, any_b, least = r * u, r * v, cost
                 if inside and cost < best:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from .packed import BALL, BALL_RADIUS, ROW
+from .packed import BALL, BALL_RADIUS, SECTION
 from .section import signed_distance
 
 cuda: Any = importlib.import_module("numba.cuda")  # a global, as numba's simulator puts its own in place of it
-STAGED = 32  # segments in shared memory at a time: 11 kB
+STAGED = 32  # segments in shared memory at a time: 9 kB
 
 
 @lru_cache(maxsize=8)
@@ -31,7 +31,7 @@ def kernel_function(threads: int) -> Any:
     section: Any = cuda.jit(device=True)(signed_distance)
 
     def deviations(points: Any, start: Any, asked: Any, rows: Any, polar: Any, found: Any) -> None:
-        stage = cuda.shared.array((STAGED, ROW), np.float64)
+        stage = cuda.shared.array((STAGED, SECTION), np.float64)
         depths = cuda.shared.array(threads, np.float64)
         vertices = cuda.shared.array(threads, np.int64)
         segments = cuda.shared.array(threads, np.int64)
@@ -56,8 +56,8 @@ def kernel_function(threads: int) -> Any:
                 count = min(STAGED, last - low)
                 if staged != low:
                     cuda.syncthreads()
-                    for k in range(thread, count * ROW, threads):
-                        stage[k // ROW, k % ROW] = rows[low + k // ROW, k % ROW]
+                    for k in range(thread, count * SECTION, threads):
+                        stage[k // SECTION, k % SECTION] = rows[low + k // SECTION, k % SECTION]
                     cuda.syncthreads()
                     staged = low
                 if i < end and least > 0.0:

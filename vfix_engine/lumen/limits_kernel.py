@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from ..geometry.compiled import compiled
 from ..robots.snake_kernel import snake_frames
 from .limits_vertices import far_from_disc, vertices_are_kept
-from .packed import CORE, SLOPE
-from .query_fast import link_deviations
+from .packed import CORE, SLOPE, PackedPathway
+from .query_blocks import VertexBlocks
+from .query_fast import Deviations, link_deviations
+from .query_lanes import WORK
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -81,14 +83,15 @@ def certify_motion(
     links = window.shape[0]
     here, there = np.empty((links, 3, 4)), np.empty((links, 3, 4))
     pose, joints, before = np.empty((4, 4)), np.empty(2 * links), np.empty(links)
-    limit, bow, turn, work = np.empty(links), np.empty(links), np.empty(3), np.empty(256)
+    limit, bow, turn, work = np.empty(links), np.empty(links), np.empty(3), np.empty(WORK)
     steep, level = np.empty(links), np.empty(links)
     _turn_between(base, base_end, turn)
     if not _bows(q, q_end, turn, shape, bow):
         return 0.0, 0
     _place(base, base_end, turn, q, q_end, 0.0, pose, joints)
     snake_frames(joints, pose, shape[LENGTH], here)
-    link_deviations(rows, polar, window, here, lanes, ball, start, index, before, vertex, segment, work)
+    packed, blocks = PackedPathway(rows, polar), VertexBlocks(lanes, ball, start, index)
+    link_deviations(packed, blocks, window, here, Deviations(before, vertex, segment), work)
     for link in range(links):
         limit[link] = max(bound[link], min(before[link], known[link]))
         depth[link] = before[link]
@@ -101,7 +104,7 @@ def certify_motion(
         to = min(1.0, done + size)
         _place(base, base_end, turn, q, q_end, to, pose, joints)
         snake_frames(joints, pose, shape[LENGTH], there)
-        link_deviations(rows, polar, window, there, lanes, ball, start, index, depth, vertex, segment, work)
+        link_deviations(packed, blocks, window, there, Deviations(depth, vertex, segment), work)
         poses += 1
         for link in range(links):
             if not depth[link] <= limit[link]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .bending import DIRECTIONS, BendProblem, Direction
-from .bending_kernel import AIMS, FARTHEST, HIGH, LENGTH, LOW, Q_MAX, TOWARDS_X, TOWARDS_Y, Lumen, cost_of, judge
+from .bending_kernel import Family, Lumen, cost_of, judge
 from .bending_search import UTMOST, direction, search, survey
 
 Array = NDArray[np.float64]
@@ -56,13 +56,12 @@ class CostMap(NamedTuple):
     within: NDArray[np.bool_]
 
 
-class _Family(NamedTuple):
-    """Bends Δq = a · plane[0] + b · plane[1], what is aimed at, and (a, b) → the paper's parameters."""
+class _Side(NamedTuple):
+    """Bends to one side: the family they are of, ϑ in rad, and (a, b) → the paper's parameters (2, 2)."""
 
-    plane: Array
-    aims: Array
+    family: Family
     angle: float
-    to_parameters: Array  # (2, 2)
+    to_parameters: Array
 
 
 def optimise_primary(problem: BendProblem, direction: Direction, evaluations: int = EVALUATIONS) -> Bend:
@@ -71,12 +70,12 @@ def optimise_primary(problem: BendProblem, direction: Direction, evaluations: in
     Raises:
         InputError: another direction, or fewer than 40 evaluations.
     """
-    return _optimised(problem, _planar(problem, direction), evaluations, *_bounds(problem))
+    return _optimised(problem, _planar(problem, direction), evaluations, *_within(problem))
 
 
 def optimise_between(problem: BendProblem, one: Bend, two: Bend, evaluations: int = EVALUATIONS) -> Bend:
     """The bend half-way between two neighbours, one after the other in ϑ, scaled by the best (α, β) (18)-(20)."""
-    return _optimised(problem, _between(problem, one, two), evaluations, *_bounds(problem))
+    return _optimised(problem, _between(problem, one, two), evaluations, *_within(problem))
 
 
 def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int = EVALUATIONS) -> tuple[Bend, ...]:
@@ -89,13 +88,13 @@ def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int =
     """
     if count not in (4, 8):
         raise InputError(f"there are 4 or 8 control bends, not {count}")
-    bounds = _bounds(problem)
-    bends = [_optimised(problem, _planar(problem, way), evaluations, *bounds) for way in DIRECTIONS]
+    within = _within(problem)
+    bends = [_optimised(problem, _planar(problem, way), evaluations, *within) for way in DIRECTIONS]
     if count == 4:
         return tuple(bends)
     found: list[Bend] = []
     for one, two in zip(bends, [*bends[1:], bends[0]], strict=True):
-        found += [one, _optimised(problem, _between(problem, one, two), evaluations, *bounds)]
+        found += [one, _optimised(problem, _between(problem, one, two), evaluations, *within)]
     return tuple(found)
 
 
@@ -104,8 +103,8 @@ def search_globally(problem: BendProblem, way: Direction | tuple[Bend, Bend], gr
 
     For tests and figures. ``way``: a direction, or the two bends that one is searched between.
     """
-    family = _between(problem, *way) if isinstance(way, tuple) else _planar(problem, way)
-    lumen, limit, feasible = _bounds(problem)
+    side = _between(problem, *way) if isinstance(way, tuple) else _planar(problem, way)
+    lumen, feasible = _within(problem)
     width = 2.0 * UTMOST / grid
     first = width * (0.5 + np.arange(grid)) - UTMOST
     places = np.array(first, dtype=np.float64)
@@ -114,9 +113,7 @@ def search_globally(problem: BendProblem, way: Direction | tuple[Bend, Bend], gr
     asked = 0
     for zoom in range(1 + _ZOOMS):
         left = np.empty(len(places))
-        a, b, cost, any_a, any_b, any_cost, at = survey(
-            lumen, limit, problem.q_rest, family.plane, family.aims, places, grid, left, problem.scratch()
-        )
+        a, b, cost, any_a, any_b, any_cost, at = survey(lumen, side.family, places, grid, left, problem.scratch())
         asked += len(places) * grid
         exits = left if zoom == 0 else exits
         if cost < best[2]:
@@ -126,11 +123,11 @@ def search_globally(problem: BendProblem, way: Direction | tuple[Bend, Bend], gr
             break
         places[:] = middle + width * np.linspace(-1.0, 1.0, grid)
         width *= 2.0 / grid
-    reachable = _bend(problem, family, best, asked, feasible)
-    anywhere = _bend(problem, family, best_any, asked, feasible)
-    phi = np.array([direction(family.aims, t) for t in first])
+    reachable = _bend(problem, side, best, asked, feasible)
+    anywhere = _bend(problem, side, best_any, asked, feasible)
+    phi = np.array([direction(side.family, t) for t in first])
     rays = exits[:, None] * np.column_stack([np.cos(phi), np.sin(phi)])
-    return Survey(reachable, anywhere, rays @ family.to_parameters.T)
+    return Survey(reachable, anywhere, rays @ side.to_parameters.T)
 
 
 def with_gap(problem: BendProblem, bend: Bend, way: Direction | tuple[Bend, Bend], grid: int = 201) -> Bend:
@@ -140,27 +137,30 @@ def with_gap(problem: BendProblem, bend: Bend, way: Direction | tuple[Bend, Bend
 
 def cost_map(problem: BendProblem, way: Direction, m: ArrayLike, q_c: ArrayLike) -> CostMap:
     """Kwok 2013, fig. 7(c): the objective (14) and the constraint (17) over m (a,), rad a joint, and q_c (b,), rad."""
-    family = _planar(problem, way)
-    lumen, limit, _ = _bounds(problem)
-    scratch, to_plane = problem.scratch(), np.linalg.inv(family.to_parameters)
+    side = _planar(problem, way)
+    lumen, _ = _within(problem)
+    scratch, to_plane = problem.scratch(), np.linalg.inv(side.to_parameters)
     slopes, last = np.array(m, dtype=np.float64), np.array(q_c, dtype=np.float64)
     cost, within = np.empty((len(slopes), len(last))), np.zeros((len(slopes), len(last)), dtype=np.bool_)
     for i, slope in enumerate(slopes):
         for j, value in enumerate(last):
             a, b = to_plane @ (slope, value)
-            cost[i, j] = cost_of(problem.q_rest, family.plane, family.aims, a, b, scratch)
-            excess = judge(lumen, limit, problem.q_rest, family.plane, family.aims, a, b, scratch)
+            cost[i, j] = cost_of(lumen, side.family, a, b, scratch)
+            excess = judge(lumen, side.family, a, b, True, scratch)
             within[i, j] = excess <= 0.0 and np.isfinite(cost[i, j])
     return CostMap(cost, within)
 
 
-def _bounds(problem: BendProblem) -> tuple[Lumen, Array, bool]:
-    """The pathway; b_i, or at rest's own D_i where that is beyond it (a pathway that moved); whether none is."""
+def _within(problem: BendProblem) -> tuple[Lumen, bool]:
+    """The links in their pathway with b_i, or at rest's own D_i where that is beyond it (a pathway that moved).
+
+    And whether none is.
+    """
     at_rest = problem.deviations(np.zeros(problem.snake.dof))
-    return problem.lumen(), np.maximum(problem.bound, at_rest), bool((at_rest <= problem.bound).all())
+    return problem.lumen(np.maximum(problem.bound, at_rest)), bool((at_rest <= problem.bound).all())
 
 
-def _planar(problem: BendProblem, direction: Direction) -> _Family:
+def _planar(problem: BendProblem, direction: Direction) -> _Side:
     """(10) by the first and the last joint's value in q_max instead of (m, q_c): both are of the same size then."""
     if direction not in DIRECTIONS:
         raise InputError(f"{direction!r} is none of the directions {', '.join(DIRECTIONS)}")
@@ -174,49 +174,37 @@ def _planar(problem: BendProblem, direction: Direction) -> _Family:
     lever = np.arange(links, 0, -1)
     middle = math.atan2(float(lever @ share), float(lever @ (1.0 - share)))
     towards = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter]
-    aims = _aims(problem, towards, middle - 0.5 * math.pi, middle + 0.5 * math.pi, _FAR)
+    family = Family(plane, towards, middle - 0.5 * math.pi, middle + 0.5 * math.pi, _FAR)
     slope = sign / (2 * links - 2) if links > 1 else 0.0  # m (i − 2L') + q_c is b at the last joint, a at the first
     to_parameters = np.array([[-slope, slope], [0.0, sign]])
     if odd:
         to_parameters[1] += to_parameters[0]  # the last odd joint is 2L' − 1
-    return _Family(plane, aims, quarter * 0.5 * math.pi, to_parameters)
+    return _Side(family, quarter * 0.5 * math.pi, to_parameters)
 
 
-def _between(problem: BendProblem, one: Bend, two: Bend) -> _Family:
+def _between(problem: BendProblem, one: Bend, two: Bend) -> _Side:
     """(19): α at the first joint, going over to β at the last."""
     turn = (two.angle - one.angle) % (2.0 * math.pi)
     mean = 0.5 * (one.delta + two.delta)  # (18)
     share = np.arange(1, len(mean) + 1) / len(mean)
     plane = np.array([(1.0 - share) * mean, share * mean])
-    aims = _aims(problem, (0.0, 0.0), 0.0, 0.5 * math.pi, _SCALE)
-    return _Family(plane, aims, (one.angle + 0.5 * turn) % (2.0 * math.pi), np.eye(2))
+    family = Family(plane, (0.0, 0.0), 0.0, 0.5 * math.pi, _SCALE)
+    return _Side(family, (one.angle + 0.5 * turn) % (2.0 * math.pi), np.eye(2))
 
 
-def _aims(problem: BendProblem, towards: tuple[float, float], low: float, high: float, farthest: float) -> Array:
-    aims = np.empty(AIMS)
-    aims[Q_MAX], aims[LENGTH] = problem.snake.q_max, problem.snake.length_mm
-    aims[TOWARDS_X], aims[TOWARDS_Y] = towards
-    aims[LOW], aims[HIGH], aims[FARTHEST] = low, high, farthest
-    return aims
-
-
-def _optimised(
-    problem: BendProblem, family: _Family, evaluations: int, lumen: Lumen, limit: Array, feasible: bool
-) -> Bend:
+def _optimised(problem: BendProblem, side: _Side, evaluations: int, lumen: Lumen, feasible: bool) -> Bend:
     if evaluations < 40:
         raise InputError(f"a bend takes at least 40 evaluations, not {evaluations}")
-    a, b, cost, made = search(
-        lumen, limit, problem.q_rest, family.plane, family.aims, evaluations - 1, problem.scratch()
-    )
-    return _bend(problem, family, (a, b, cost), made + 1, feasible)
+    a, b, cost, made = search(lumen, side.family, evaluations - 1, problem.scratch())
+    return _bend(problem, side, (a, b, cost), made + 1, feasible)
 
 
 def _bend(
-    problem: BendProblem, family: _Family, found: tuple[float, float, float], evaluations: int, feasible: bool
+    problem: BendProblem, side: _Side, found: tuple[float, float, float], evaluations: int, feasible: bool
 ) -> Bend:
     a, b, cost = found
-    limit = problem.snake.q_max
-    delta = np.clip(problem.q_rest + (a * family.plane[0] + b * family.plane[1]), -limit, limit) - problem.q_rest
+    limit, plane = problem.snake.q_max, side.family.plane
+    delta = np.clip(problem.q_rest + (a * plane[0] + b * plane[1]), -limit, limit) - problem.q_rest
     delta.setflags(write=False)
-    one, two = family.to_parameters @ (a, b)
-    return Bend(delta, (float(one), float(two)), cost, family.angle, evaluations, feasible)
+    one, two = side.to_parameters @ (a, b)
+    return Bend(delta, (float(one), float(two)), cost, side.angle, evaluations, feasible)

@@ -19,11 +19,14 @@ BALL, BALL_RADIUS = 14, 17  # holds both contours' discs, so the whole segment
 CORE = 18  # mm; every point between the contours' planes that is nearer to the axis line is inside
 AXIS, LENGTH = 19, 22  # unit vector from P_j to P_{j+1} and their distance in mm
 START_FIRST, START_SECOND, END_FIRST, END_SECOND = 23, 26, 29, 32  # directions of the polar angles 0 and π/2
+SECTION = 35  # so many columns are what section.py reads
 SLOPE = 35  # Λ_j: the deviation from the segment changes by no more than that per mm, outside half the core
 INNER_LINE = 36  # height mm, slope, factor and √(1 + slope²) of the line below the wall (inner_line.py)
 START_FACING, END_FACING = 40, 41  # M_j·e, M_{j+1}·e
 START_LEAN, END_LEAN = 42, 43  # M_j·w, M_{j+1}·w; w: first_j made perpendicular to e, the plane of a point on the axis
-ROW = 44
+START_COSINE, START_SINE, END_COSINE, END_SINE = 44, 47, 50, 53  # ⊥ e; of a way w from the axis, the parts of ρ
+BEHIND, BEYOND = 56, 57  # mm; no part of the wall is farther behind the first contour's plane, beyond the last one's
+ROW = 58
 
 _ROUNDING = 1e-12  # of a length: what ball and core give away to rounding
 
@@ -79,9 +82,28 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     across /= np.linalg.norm(across, axis=1)[:, None]
     rows[:, START_LEAN] = np.einsum("ij,ij->i", tangent[:-1], across)
     rows[:, END_LEAN] = np.einsum("ij,ij->i", tangent[1:], across)
+    _put_parts(rows, tangent, first, second, axis, facing)
+    across = np.linalg.norm(np.cross(tangent[:-1], tangent[1:]), axis=1)
+    rows[:, BEHIND] = np.maximum(across * largest[1:] - length * facing[0], 0.0)
+    rows[:, BEYOND] = np.maximum(across * largest[:-1] - length * facing[1], 0.0)
     rows.setflags(write=False)
     polar.setflags(write=False)
     return PackedPathway(rows, polar)
+
+
+def _put_parts(
+    rows: Array, tangent: Array, first: Array, second: Array, axis: Array, facing: tuple[Array, Array]
+) -> None:
+    """The parts that ρ has along both contours' polar directions as vectors that w is multiplied with.
+
+    In the plane of e and w, eq. 2 is ρ ~ (M·e) w - (M·w) e, so ρ·first = ((M·e) first - (first·e) M)·w.
+    """
+    for end, at in ((0, START_COSINE), (1, END_COSINE)):
+        own = slice(end, len(tangent) - 1 + end)
+        for k, polar_direction in enumerate((first[own], second[own])):
+            along = np.einsum("ij,ij->i", polar_direction, axis)
+            part = facing[end][:, None] * polar_direction - along[:, None] * tangent[own]
+            rows[:, at + 3 * k : at + 3 * k + 3] = part
 
 
 def _farthest(half: Array, radius: Array, facing: Array) -> Array:

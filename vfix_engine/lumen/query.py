@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .query_blocks import VertexBlocks, vertex_blocks
+from .query_fast import Deviations as Deviations
 from .query_fast import checked_deviations, every_deviation, points_deviation
 from .query_lanes import WORK
 from .query_tree import FARTHEST
@@ -23,17 +24,6 @@ Index = NDArray[np.int64]
 
 _FRAMES = (3, 4), (4, 4)
 _PAIRS = 64
-
-
-class Deviations(NamedTuple):
-    """What eq. 9 gives for L links, or (K, L) for K poses."""
-
-    depth: Array
-    """(…, L) d_l in mm, 0 where the whole link is inside."""
-    vertex: Index
-    """(…, L) row in ``LinkVertices.points`` of a vertex that deviates that far; the link's first where none does."""
-    segment: Index
-    """(…, L) the segment that this vertex has its minimum of eq. 8 at."""
 
 
 class Query:
@@ -62,7 +52,11 @@ class Query:
         poses, window = self._poses(frames), self._windows(windows)
         count = len(poses) * self.links
         found = Deviations(np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64))
-        wrong = checked_deviations(packed.rows, packed.polar, window, poses, *self.blocks, *found, self._work)
+        blocks = self.blocks
+        wrong = checked_deviations(
+            packed.rows, packed.polar, blocks.lanes, blocks.ball, blocks.start, blocks.index, window, poses,
+            found.depth, found.vertex, found.segment, self._work,
+        )  # fmt: skip
         if wrong < 0:
             raise InputError("frames are not finite")
         if wrong > 0:
@@ -83,7 +77,7 @@ class Query:
         poses, window = self.checked(packed, frames, windows)
         gap = np.empty(len(self.vertices.points))
         segment = np.empty(len(gap), dtype=np.int64)
-        every_deviation(packed.rows, packed.polar, window, poses[0], *self.blocks, gap, segment, self._work)
+        every_deviation(packed, self.blocks, window, poses[0], gap, segment, self._work)
         return gap, segment
 
     def checked(

@@ -9,21 +9,37 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import vectorised
+from ..geometry.compiled import inlined, vectorised
 from .query_blocks import NORMAL, RADIUS, THICKNESS
 from .section import AXIS, EDGE
 
 Array = NDArray[np.float64]
 
-WORK = 256
+WORK = 512
 GAP = 48  # the least squared deviation so far of the 16
 AT = 64  # and the segment that has it
 TURNED = 48  # in a node: the normals x, y, z of the 16
 FRAME = 96  # [R | p] row by row
-LEVEL = 108  # of each level of the tree: the children's bounds, the node, the segment it is at
-STEP = 18
-RADII = 208  # both contours' radii in the sections of the 16
-WIDTH = 240  # what polar_lanes.py needs beside them
+RADII = 112  # both contours' radii in the sections of the 16
+WIDTH = 144  # half the polar angles that 16 plates take
+BOUND = 160  # what 16 plates may deviate from one segment,
+SHARP = 176  # and from all
+LEVEL = 192  # of each level of the tree: the children's bounds, then what is named here
+STEP = 24
+NODE, HERE, LOW, HIGH, STATE = 16, 17, 18, 19, 20  # the node, segments at and about it, how its bounds were had
+
+
+@inlined
+def farthest_off(ww: float, out: float, radius: float, thickness: float) -> float:
+    """The farthest from an axis that a plate's points can be, whose centre is √ww from it and ``out`` = w·n.
+
+    With d from the centre to a point of it, h² ≤ w² + 2 w·d + d², |d| ≤ radius, and w·d is no more than
+    |w·n| · thickness + |w - (w·n) n| · radius.
+    """
+    aside = ww - out * out
+    support = abs(out) * thickness + np.sqrt(aside if aside > 0.0 else 0.0) * radius
+    farthest: float = np.sqrt(ww + 2.0 * support + radius * radius)
+    return farthest
 
 
 @vectorised
@@ -57,8 +73,6 @@ def raise_bounds(ball: Array, node: int, rows: Array, j: int, work: Array, at: i
     """Raise the bounds of 16 plates by what they may deviate where they are between the planes of segment ``j``.
 
     It is measured from the line below the wall (``inner_line.py``): δ_j ≤ factor · (h - ℓ(t)) in all of a plate.
-    With w the way from the axis to its centre and d from there to a point of it, h² ≤ w² + 2 w·d + d², |d| ≤ radius,
-    and w·d is no more than |w·n| · thickness + |w - (w·n) n| · radius.
     """
     ax, ay, az, bx, by, bz = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 3], rows[j, 4], rows[j, 5]
     mx, my, mz, nx, ny, nz = rows[j, 6], rows[j, 7], rows[j, 8], rows[j, 9], rows[j, 10], rows[j, 11]
@@ -72,11 +86,9 @@ def raise_bounds(ball: Array, node: int, rows: Array, j: int, work: Array, at: i
         px, py, pz = x - ax, y - ay, z - az
         t = px * ex + py * ey + pz * ez
         wx, wy, wz = px - t * ex, py - t * ey, pz - t * ez
-        ww = wx * wx + wy * wy + wz * wz
         out = wx * work[TURNED + k] + wy * work[TURNED + 16 + k] + wz * work[TURNED + 32 + k]
-        aside = ww - out * out
-        support = abs(out) * thickness + np.sqrt(aside if aside > 0.0 else 0.0) * radius
-        above = np.sqrt(ww + 2.0 * support + radius * radius) - (height + slope * t) + radius * steep
+        far = farthest_off(wx * wx + wy * wy + wz * wz, out, radius, thickness)
+        above = far - (height + slope * t) + radius * steep
         before = px * mx + py * my + pz * mz + radius
         behind = (bx - x) * nx + (by - y) * ny + (bz - z) * nz + radius
         bound = factor * above if min(above, min(before, behind)) > 0.0 else 0.0

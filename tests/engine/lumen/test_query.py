@@ -11,9 +11,10 @@ from vfix_engine.lumen import query_blocks
 from vfix_engine.lumen.cavity import body_cavity
 from vfix_engine.lumen.packed import PackedPathway
 from vfix_engine.lumen.pathway import Pathway
-from vfix_engine.lumen.query import Query, deviation_of_points
+from vfix_engine.lumen.query import Deviations, Query, deviation_of_points
 from vfix_engine.lumen.query_blocks import CHILD, NORMAL, RADIUS, THICKNESS, vertex_blocks
-from vfix_engine.lumen.query_fast import link_deviations, within_bounds
+from vfix_engine.lumen.query_fast import largest_excess, link_deviations
+from vfix_engine.lumen.query_lanes import WORK
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 
@@ -166,7 +167,7 @@ def test_bounds_are_judged_as_the_depths_are() -> None:
     judged = []
     for name in ("helix", "arc", "lobes"):
         packed = SHAPES[name].packed()
-        blocks, work = vertex_blocks(SNAKE.vertices(500)), np.empty(256)
+        blocks, work = vertex_blocks(SNAKE.vertices(500)), np.zeros(WORK)
         query = Query(SNAKE.vertices(500))
         window = np.tile([0, len(packed.rows)], (5, 1))
         for _ in range(30):
@@ -174,10 +175,12 @@ def test_bounds_are_judged_as_the_depths_are() -> None:
             depth = query.deviations(packed, frames, window).depth
             bound = depth + rng.choice([1e-9, 1.0, 30.0], 5)
             bound[rng.integers(5)] -= rng.choice([0.0, 2e-9, 1.0])
-            judged.append(within_bounds(*packed, window, frames, *blocks[:3], bound, work))
-            assert judged[-1] == (depth <= bound).all()
+            excess = largest_excess(packed, blocks, window, frames, bound, False, work)
+            assert excess == pytest.approx((depth - bound).max(), abs=1e-12)
+            judged.append(largest_excess(packed, blocks, window, frames, bound, True, work) <= 0.0)
+            assert judged[-1] == (depth <= bound).all() == (excess <= 0.0)
         bound[2] = np.nan
-        assert not within_bounds(*packed, window, frames, *blocks[:3], bound, work)
+        assert largest_excess(packed, blocks, window, frames, bound, False, work) == np.inf
     assert 10 < sum(judged) < 80
 
 
@@ -186,15 +189,15 @@ def test_a_place_that_is_no_number_deviates_infinitely(wrong: float) -> None:
     packed = SHAPES["cylinder"].packed()
     base = np.eye(4)
     base[2, 3] = 30.0
-    blocks, work = vertex_blocks(SNAKE.vertices(500)), np.empty(256)
+    blocks, work = vertex_blocks(SNAKE.vertices(500)), np.zeros(WORK)
     window = np.tile([0, 32], (5, 1))
     depth, vertex, segment = np.empty(5), np.empty(5, dtype=np.int64), np.empty(5, dtype=np.int64)
     for row, column in ((0, 3), (1, 1), (2, 0)):
         frames = np.ascontiguousarray(SNAKE.frames(np.zeros(10), base)[1:, :3])
         frames[3, row, column] = wrong
-        link_deviations(*packed, window, frames, *blocks, depth, vertex, segment, work)
+        link_deviations(packed, blocks, window, frames, Deviations(depth, vertex, segment), work)
         assert depth.tolist() == [0.0, 0.0, 0.0, np.inf, 0.0]
-        assert not within_bounds(*packed, window, frames, *blocks[:3], np.full(5, 1e9), work)
+        assert largest_excess(packed, blocks, window, frames, np.full(5, 1e9), True, work) == np.inf
         query = Query(SNAKE.vertices(500))
         for ask in (query.deviations, query.every_vertex):
             with pytest.raises(InputError, match="not finite"):
