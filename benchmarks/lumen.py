@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import lumen_bends, lumen_controls, lumen_gpu, lumen_plots, report
+from benchmarks.lumen_attack import command as lumen_attack
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import JUDGED, LINKS, SEGMENTS, Scene
 from benchmarks.lumen_threads import ThreadedQuery
@@ -51,14 +52,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plots", type=Path, metavar="FOLDER", help="draw the sweeps and bends as SVG files there")
     parser.add_argument("--controls", action="store_true", help="also bends and both controls: a minute more")
     parser.add_argument("--gpu", action="store_true", help="refuse to run where no GPU is found")
+    lumen_attack.add_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Times, ratios, sweeps, and whether all agree.
+    """Times, ratios, sweeps, and whether all agree; or what an attack found.
 
     Raises:
         BenchmarkRefused: an option makes no sense, or there is no GPU and one was insisted on.
     """
+    if args.attack is not None:
+        return lumen_attack.attack(args)
     threads = _thread_counts(args)
     if not LINKS <= args.vertices <= 1_000_000 or args.rounds < 3:
         raise report.BenchmarkRefused(f"{LINKS} to 1,000,000 vertices, and at least 3 rounds")

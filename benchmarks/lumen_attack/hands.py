@@ -1,0 +1,178 @@
+"""Hands that mean harm: each looks at a driven snake and answers with a command and the time it is given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.lumen.drive_state import Command
+from vfix_engine.lumen.snake_drive import SnakeDrive
+
+Array = NDArray[np.float64]
+Order = tuple[Command, float]
+
+NONSENSE = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e-320, 0.0, 5.0)
+PACES = (1.0, 1.0, 1.0, 10.0, 40.0)  # of the settings' step
+
+
+@dataclass
+class Memory:
+    """What a hand remembers within an episode."""
+
+    random: np.random.Generator
+    count: int = 0
+    until: int = 0
+    angle: float = 0.0
+    size: float = 100.0
+    pace: float = 1.0
+    forwards: bool = True
+    notes: dict[str, float] = field(default_factory=dict)
+
+    def kept(self, longest: int) -> Array:
+        """A direction in the camera's plane, with a speed, that stays for a random while."""
+        if self.count >= self.until:
+            self.angle = float(self.random.uniform(0.0, 2.0 * math.pi))
+            self.size = float(10.0 ** self.random.uniform(0.5, 4.0))
+            self.pace = float(self.random.choice(PACES))
+            self.until = self.count + int(self.random.integers(5, longest))
+        return self.size * np.array([math.cos(self.angle), math.sin(self.angle)])
+
+
+Hand = Callable[[Memory, SnakeDrive], Order]
+
+
+def _camera(way: Array) -> tuple[float, float]:
+    return float(way[0]), float(way[1])
+
+
+def _outwards(drive: SnakeDrive) -> Array:
+    """Where the camera is to go to press the distal vertex that is nearest to its bound farther out."""
+    state = drive.state
+    link = int((state.deviation.depth - drive.bound)[-drive.distal.links :].argmax()) + len(drive.bound)
+    link -= drive.distal.links
+    frame = drive.snake.frames(state.q, state.base)[link + 1]
+    own = drive.query.vertices.points[state.deviation.vertex[link]]
+    vertex = frame[:3, :3] @ own + frame[:3, 3]
+    segment = state.packed.rows[state.deviation.segment[link]]
+    away = vertex - segment[0:3]
+    away = away - (away @ segment[19:22]) * segment[19:22]
+    camera = drive.snake.camera(state.q, state.base)
+    return np.asarray(camera[:3, :2].T @ away)
+
+
+def pushing(memory: Memory, drive: SnakeDrive) -> Order:
+    """One way for long."""
+    return Command(camera_mm_per_s=_camera(memory.kept(150))), memory.pace * drive.settings.step_s
+
+
+def spinning(memory: Memory, drive: SnakeDrive) -> Order:
+    """Round and round along the wall."""
+    memory.kept(200)
+    memory.angle += 0.2
+    way = memory.size * np.array([math.cos(memory.angle), math.sin(memory.angle)])
+    return Command(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
+
+
+def jumping(memory: Memory, drive: SnakeDrive) -> Order:
+    """Elsewhere in every step, at any speed and for any time."""
+    way = memory.random.normal(size=2) * 10.0 ** memory.random.uniform(0.0, 6.0)
+    return Command(camera_mm_per_s=_camera(way)), drive.settings.step_s * float(memory.random.choice((1.0, 5.0, 50.0)))
+
+
+def into_the_wall(memory: Memory, drive: SnakeDrive) -> Order:
+    """Wherever the vertex nearest to its bound comes out farther."""
+    memory.kept(60)
+    out = _outwards(drive)
+    size = float(np.linalg.norm(out))
+    way = memory.size * (out / size if size > 1e-9 else memory.kept(60) / memory.size)
+    return Command(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
+
+
+def resonating(memory: Memory, drive: SnakeDrive) -> Order:
+    """Turns back as soon as it is held, and swings at a pace that wanders."""
+    held = drive.state.outcome in ("held", "shrunk")
+    if held or memory.count % max(1, int(memory.notes.get("period", 20.0))) == 0:
+        memory.notes["sign"] = -memory.notes.get("sign", 1.0)
+        memory.notes["period"] = float(memory.random.integers(2, 60))
+    way = memory.kept(300) * memory.notes.get("sign", 1.0)
+    return Command(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
+
+
+def alternating(memory: Memory, drive: SnakeDrive) -> Order:
+    """Into the wall and out of it, every step, as fast as any command may be."""
+    sign = 1.0 if memory.count % 2 else -1.0
+    memory.kept(60)
+    way = sign * (_outwards(drive) + 1e-3) * 1e3
+    return Command(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
+
+
+def nonsense(memory: Memory, drive: SnakeDrive) -> Order:
+    """No numbers, no finite ones, no small ones, and honest ones in between."""
+    x, y, speed = (float(v) for v in memory.random.choice(NONSENSE, size=3))
+    if memory.random.random() < 0.5:
+        speed = 0.0
+    return Command(speed, (x, y), bool(memory.random.random() < 0.1)), drive.settings.step_s
+
+
+def contradicting(memory: Memory, drive: SnakeDrive) -> Order:
+    """In and out, aside and straight, all at once."""
+    speed = float(memory.random.choice((0.0, 1.0, -1.0))) * 10.0 ** memory.random.uniform(-3.0, 4.0)
+    way, straighten = memory.kept(40), bool(memory.random.random() < 0.5)
+    return Command(speed, _camera(way), straighten), memory.pace * drive.settings.step_s
+
+
+def jittering(memory: Memory, drive: SnakeDrive) -> Order:
+    """Steps of a microsecond to ten seconds, along the wall."""
+    dt = float(10.0 ** memory.random.uniform(-6.0, 1.0))
+    return Command(camera_mm_per_s=_camera(memory.kept(40) + _outwards(drive))), dt
+
+
+def inserting(memory: Memory, drive: SnakeDrive) -> Order:
+    """In and out at any speed, straight where it has to be."""
+    if memory.count >= memory.until:
+        memory.forwards = bool(memory.random.random() < 0.75) if drive.tip_s < drive.length_mm - 1.0 else False
+    memory.kept(250)
+    if not drive.straight and drive.state.outcome == "held":
+        return Command(straighten=True), drive.settings.step_s * 10.0
+    usual = drive.settings.insertion_step_mm / drive.settings.insertion_mm_per_s
+    speed = 10.0 ** memory.random.uniform(0.0, 3.0)
+    dt = usual * float(memory.random.choice((0.1, 1.0, 1.0, 4.0, 100.0)))
+    return Command(speed if memory.forwards else -speed), dt
+
+
+def to_and_fro(memory: Memory, drive: SnakeDrive) -> Order:
+    """In one step and out the next, with a bend between them when it is straight."""
+    memory.kept(60)
+    turn = memory.count % 5
+    if turn == 4:
+        return Command(camera_mm_per_s=_camera(memory.kept(60))), drive.settings.step_s
+    if turn == 0 and not drive.straight:
+        return Command(straighten=True), drive.settings.step_s * memory.pace
+    return Command(1e3 if turn % 2 else -1e3), 0.025 * memory.pace
+
+
+def waiting(memory: Memory, drive: SnakeDrive) -> Order:
+    """Nothing, while the tissue moves, and a push now and then."""
+    if memory.random.random() < 0.8:
+        return Command(), drive.settings.step_s * float(memory.random.choice((1.0, 10.0)))
+    return Command(camera_mm_per_s=_camera(memory.kept(60))), drive.settings.step_s
+
+
+HANDS: dict[str, Hand] = {
+    "pushing": pushing,
+    "spinning": spinning,
+    "jumping": jumping,
+    "into the wall": into_the_wall,
+    "resonating": resonating,
+    "alternating": alternating,
+    "nonsense": nonsense,
+    "contradicting": contradicting,
+    "jittering": jittering,
+    "inserting": inserting,
+    "to and fro": to_and_fro,
+    "waiting": waiting,
+}

@@ -1,0 +1,94 @@
+"""Judges of a driven snake: where its vertices are and how deep, by the paper's printed steps and nothing of the query.
+
+Kinematics are products of 4 × 4 matrices, depths are eq. 1-9 as they are printed, every vertex against every segment of
+its link's window. Polar contours, which the printed steps leave open, are asked of the engine's scalar function of one
+point and one segment.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.lumen_peers import section_as_printed
+from vfix_engine.lumen.packed import PackedPathway
+from vfix_engine.lumen.query import deviation_of_points
+from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.robots.snake_surface import LinkVertices
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Marks = NDArray[np.bool_]
+
+
+@numba.njit(error_model="numpy", cache=True)
+def deepest_as_printed(
+    points: Array, start: Index, frames: Array, rows: Array, radius: Array, windows: Index, asked: Marks, depth: Array
+) -> None:
+    """d_l of eq. 9 of every link that is asked for, into ``depth`` (L,); a window (L, 2) for each link."""
+    for link in range(len(start) - 1):
+        depth[link] = 0.0
+        if not asked[link]:
+            continue
+        f = frames[link]
+        for i in range(start[link], start[link + 1]):
+            a, b, c = points[i, 0], points[i, 1], points[i, 2]
+            x = f[0, 0] * a + f[0, 1] * b + f[0, 2] * c + f[0, 3]
+            y = f[1, 0] * a + f[1, 1] * b + f[1, 2] * c + f[1, 3]
+            z = f[2, 0] * a + f[2, 1] * b + f[2, 2] * c + f[2, 3]
+            least = np.inf
+            for j in range(windows[link, 0], windows[link, 1]):
+                least = min(least, section_as_printed(x, y, z, rows, radius, j))
+            depth[link] = max(depth[link], least)
+
+
+class Judge:
+    """Measures one snake."""
+
+    def __init__(self, snake: SnakeModel, vertices: LinkVertices):
+        self._snake, self._vertices = snake, vertices
+
+    def frames(self, q: Array, base: Array) -> Array:
+        """The links' frames (L, 4, 4): Rot_x(q_{2l−1}) · Rot_y(q_{2l}) · Trans_z(length), one after the other."""
+        out, here = np.empty((self._snake.links, 4, 4)), np.array(base)
+        cosine, sine = np.cos(q), np.sin(q)
+        ahead = np.array([0.0, 0.0, self._snake.length_mm, 1.0])
+        for link in range(len(out)):
+            a, b = 2 * link, 2 * link + 1
+            turn = np.eye(4)
+            turn[:3, :3] = [
+                [cosine[b], 0.0, sine[b]],
+                [sine[a] * sine[b], cosine[a], -sine[a] * cosine[b]],
+                [-cosine[a] * sine[b], sine[a], cosine[a] * cosine[b]],
+            ]
+            turn[:, 3] = turn @ ahead
+            out[link] = here = here @ turn
+        return out
+
+    def depth(self, packed: PackedPathway, windows: Index, asked: Marks, q: Array, base: Array) -> Array:
+        """d_l (L,) in mm, 0 of links that are not asked for; infinity at a pose that is no numbers."""
+        frames, points, start = self.frames(q, base), self._vertices.points, self._vertices.start
+        if not np.isfinite(frames).all():
+            return np.where(asked, np.inf, 0.0)
+        depth = np.zeros(len(frames))
+        if packed.polar.shape[1] == 1:
+            radius = np.ascontiguousarray(packed.polar[:, 0])
+            deepest_as_printed(points, start, frames, packed.rows, radius, windows, asked, depth)
+            return depth
+        for link in np.flatnonzero(asked):
+            own = points[start[link] : start[link + 1]]
+            placed = own @ frames[link, :3, :3].T + frames[link, :3, 3]
+            depth[link] = deviation_of_points(placed, packed, *windows[link])[0].max()
+        return depth
+
+
+def turned(base: Array, end: Array, share: float) -> Array:
+    """A base (4, 4) on its way: its origin in a straight line, its axes by one turn, by SciPy's rotations."""
+    from scipy.spatial.transform import Rotation  # imported here: slow to load
+
+    turn = Rotation.from_matrix(end[:3, :3] @ base[:3, :3].T).as_rotvec()
+    found: Array = base.copy()
+    found[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix() @ base[:3, :3]
+    found[:3, 3] += share * (end[:3, 3] - base[:3, 3])
+    return found

@@ -1,0 +1,73 @@
+"""What the certificate is handed by parts that are not to be trusted: each is replaced by one that lies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.lumen.conformance import Conformed
+from vfix_engine.lumen.limits import Pose
+from vfix_engine.lumen.snake_drive import SnakeDrive
+
+Array = NDArray[np.float64]
+Random = np.random.Generator
+
+
+def _wild(random: Random, q: Array, q_max: float) -> Array:
+    """Joints that nobody in his senses would ask for."""
+    kind = int(random.integers(5))
+    if kind == 0:
+        return np.asarray(random.uniform(-q_max, q_max, len(q)))
+    if kind == 1:
+        return np.asarray(q + random.normal(size=len(q)) * 10.0 ** random.uniform(-4.0, 3.0))
+    found = np.clip(q + random.normal(size=len(q)) * 10.0 ** random.uniform(-3.0, 0.0), -q_max, q_max)
+    if kind == 2 and random.random() < 0.3:
+        found[int(random.integers(len(q)))] = random.choice([np.nan, np.inf, 1e300])
+    return np.asarray(found)
+
+
+def control(drive: SnakeDrive, random: Random) -> None:
+    """The control of the distal links wants anything."""
+    part: Any = drive.control
+    part.wanted = lambda q, camera_mm, most: _wild(random, q, drive.snake.q_max)
+
+
+def conformance(drive: SnakeDrive, random: Random) -> None:
+    """The shape that is to conform lies anywhere."""
+    part: Any = drive
+    honest = part._conform_next
+
+    def lying(tip_s: float) -> Conformed:
+        found: Conformed = honest(tip_s)
+        base = found.base.copy()
+        base[:3, 3] += random.normal(size=3) * 10.0 ** random.uniform(-3.0, 1.0)
+        q = np.clip(_wild(random, found.q, drive.snake.q_max), -drive.snake.q_max, drive.snake.q_max)
+        return replace(found, q=np.where(np.isfinite(q), q, 0.0), base=base, exact=False)
+
+    part._conform_next = lying
+
+
+def easing(drive: SnakeDrive, random: Random) -> None:
+    """The program that is to find a way back within the bounds finds something else."""
+    part: Any = drive
+    honest = part._eased
+
+    def lying(wanted: Conformed, end: Pose, dt: float) -> tuple[Conformed, Pose]:
+        eased, pose = honest(wanted, end, dt)
+        change = random.normal(size=len(pose.q)) * 10.0 ** random.uniform(-5.0, -1.0)
+        most = drive.settings.speed_max * dt  # the joints' speed is kept by the program's box, not by the certificate
+        q = drive.snake.clamp(np.clip(pose.q + change, drive.q - most, drive.q + most))
+        return replace(eased, q=drive.snake.clamp(eased.q + (q - pose.q)), exact=False), Pose(pose.base, q)
+
+    part._eased = lying
+
+
+LIES: dict[str, Callable[[SnakeDrive, Random], None]] = {
+    "control": control,
+    "conformance": conformance,
+    "easing": easing,
+}

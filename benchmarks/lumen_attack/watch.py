@@ -1,0 +1,244 @@
+"""What the judges find, step by step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.lumen.drive_state import DriveState
+from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, HardLimits, Pose, Verdict
+from vfix_engine.lumen.packed import PackedPathway
+from vfix_engine.lumen.snake_drive import SnakeDrive
+
+from .judge import Judge, turned
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Marks = NDArray[np.bool_]
+
+AGREES_MM = 1e-9  # how far the engine's depths may be from the judge's, and a link beyond what is promised
+SAME = 1e-12  # [rad] between where one motion ends and the next one begins
+FINER = 50  # poses of a replay
+NEAR_MM = 0.5  # to a bound: replayed five times as often
+TISSUE_EVERY = 10  # steps in moving tissue after which it is asked how it really lies
+FAILURES_KEPT = 5
+
+
+class Motion(NamedTuple):
+    """What the certificate took: links from ``first`` on, against what, from where to where."""
+
+    first: int
+    packed: PackedPathway
+    windows: Index
+    measured: Marks
+    before: Pose
+    after: Pose
+
+
+@dataclass
+class Tally:
+    """What was found in one scene.
+
+    violations: links beyond what is promised at a configuration that a step ended in, on the way to it, or moved there
+    by no motion that the certificate took. deepest_mm: beyond that, at configurations; way_mm: beyond b_i on the way,
+    where 0.05 is promised. outrun: configurations with a link deeper than b_i that the tissue's own motion brought
+    there, outrun_mm: how much. tissue_mm: beyond b_i against the tissue as it was at the very end of the step.
+    """
+
+    steps: int = 0
+    violations: int = 0
+    deepest_mm: float = 0.0
+    way_mm: float = 0.0
+    held: int = 0
+    shrunk: int = 0
+    moved: int = 0
+    inserted: int = 0
+    nan: int = 0
+    remeasured: int = 0
+    replayed: int = 0
+    replayed_insertions: int = 0
+    replayed_in_moving_tissue: int = 0
+    replay_hits: int = 0
+    disagreements: int = 0
+    limit_violations: int = 0
+    exceptions: int = 0
+    refused_commands: int = 0
+    refused_starts: int = 0
+    outrun: int = 0
+    outrun_mm: float = 0.0
+    tissue_mm: float = 0.0
+    least_room_mm: float = np.inf
+    failures: list[dict[str, Any]] = field(default_factory=list)
+
+    def told(self) -> dict[str, Any]:
+        """Everything by name; None for a room that nothing was measured of."""
+        found = {one.name: getattr(self, one.name) for one in fields(self)}
+        return found | {"least_room_mm": self.least_room_mm if np.isfinite(self.least_room_mm) else None}
+
+    def fail(self, kind: str, **details: Any) -> None:
+        """Keep what a person needs to see this again."""
+        if len(self.failures) < FAILURES_KEPT:
+            self.failures.append({"kind": kind, "step": self.steps, **details})
+
+
+class _Witness:
+    """Stands in the place of a certificate, asks it, and notes what it took."""
+
+    def __init__(self, limits: HardLimits, drive: SnakeDrive, first: int, taken: list[Motion]):
+        self._limits, self._drive, self._first, self._taken = limits, drive, first, taken
+
+    def certify(
+        self,
+        packed: PackedPathway,
+        windows: Index,
+        before: Pose,
+        after: Pose,
+        bound: Array | None = None,
+        known: Array | None = None,
+    ) -> Verdict:
+        """The certificate's verdict."""
+        verdict = self._limits.certify(packed, windows, before, after, bound, known)
+        if verdict.taken:
+            drive: Any = self._drive
+            all_windows = drive._windows.copy()
+            all_windows[self._first :] = windows
+            self._taken.append(Motion(self._first, packed, all_windows, drive._measured.copy(), before, after))
+        return verdict
+
+
+class Watch:
+    """Judges every step of one episode."""
+
+    def __init__(self, tally: Tally, drive: SnakeDrive, doing: str, replays: float, seed: int):
+        self._tally, self._drive, self._doing, self._replays = tally, drive, doing, replays
+        self._random = np.random.default_rng(seed)
+        self._judge = Judge(drive.snake, drive.query.vertices)
+        self._taken: list[Motion] = []
+        inner: Any = drive
+        self._first = drive.snake.links - drive.distal.links
+        inner._limits = _Witness(inner._limits, drive, 0, self._taken)
+        inner._distal_limits = _Witness(inner._distal_limits, drive, self._first, self._taken)
+        self._q, self._base, self._tip = drive.q.copy(), drive.state.base.copy(), drive.tip_s
+        self._refused = 0
+
+    def judge(self, state: DriveState, dt: float) -> None:
+        """One step that the engine has taken."""
+        tally, motions = self._tally, list(self._taken)
+        self._taken.clear()
+        tally.steps += 1
+        tally.held += state.outcome == "held"
+        tally.shrunk += state.outcome == "shrunk"
+        tally.refused_commands += self._drive.refused_commands - self._refused
+        self._refused = self._drive.refused_commands
+        if not (
+            np.isfinite(state.q).all() and np.isfinite(state.base).all() and np.isfinite(state.deviation.depth).all()
+        ):
+            tally.nan += 1
+            tally.fail("not finite", doing=self._doing, q=state.q.tolist())
+            return
+        self._judge_joints(state, dt)
+        poses = self._chain(state, motions)
+        moved = not (np.array_equal(self._q, state.q) and np.array_equal(self._base, state.base))
+        tally.moved += moved
+        tally.inserted += state.tip_s != self._tip
+        depth = self._judge_end(state, motions, poses)
+        if motions and self._random.random() < self._replays * self._haste(depth, state):
+            self._replay(motions, poses, state.tip_s != self._tip)
+        if self._drive.pathway.motion is not None and tally.steps % TISSUE_EVERY == 0:
+            now = self._drive.pathway.packed(state.t)
+            over = self._depth(now, state.windows, state.measured, state.q, state.base) - self._drive.bound
+            tally.tissue_mm = max(tally.tissue_mm, float(over[state.measured].max(initial=0.0)))
+        self._q, self._base, self._tip = state.q.copy(), state.base.copy(), state.tip_s
+
+    def _depth(self, packed: PackedPathway, windows: Index, asked: Marks, q: Array, base: Array) -> Array:
+        return self._judge.depth(packed, windows, asked, q, base)
+
+    def _haste(self, depth: Array, state: DriveState) -> float:
+        near = depth[state.measured] > self._drive.bound[state.measured] - NEAR_MM
+        return 5.0 if near.any() else 1.0
+
+    def _judge_joints(self, state: DriveState, dt: float) -> None:
+        """HAZ-06: range and speed of every joint."""
+        q_max, most = self._drive.snake.q_max, self._drive.settings.speed_max * dt
+        over = max(float(np.abs(state.q).max()) - q_max, float(np.abs(state.q - self._q).max()) - most * (1.0 + 1e-9))
+        if over > 1e-15:
+            self._tally.limit_violations += 1
+            self._tally.fail("joint limit", doing=self._doing, over=over, dt=dt)
+
+    def _chain(self, state: DriveState, motions: list[Motion]) -> list[tuple[Array, Array, Array, Array]]:
+        """Each motion as joints and base of the whole robot before and after; from state to state without a gap."""
+        q, base, apart = self._q, self._base, 0.0
+        poses = []
+        for one in motions:
+            if one.first:
+                hangs = self._judge.frames(q, base)[one.first - 1]
+                off = [q[2 * one.first :] - one.before.q, hangs - one.before.base, hangs - one.after.base]
+                q_end, base_end = np.concatenate([q[: 2 * one.first], one.after.q]), base
+            else:
+                off = [q - one.before.q, base - one.before.base]
+                q_end, base_end = one.after.q, one.after.base
+            apart = max([apart, *(float(np.abs(each).max()) for each in off)])
+            poses.append((q, base, q_end, base_end))
+            q, base = q_end, base_end
+        apart = max(apart, float(np.abs(state.q - q).max()), float(np.abs(state.base - base).max()))
+        if apart > AGREES_MM:
+            self._tally.violations += 1
+            self._tally.fail("moved without a verdict", doing=self._doing, apart=apart)
+        return poses
+
+    def _judge_end(
+        self, state: DriveState, motions: list[Motion], poses: list[tuple[Array, Array, Array, Array]]
+    ) -> Array:
+        """The configuration that the step ended in."""
+        tally, bound, asked = self._tally, self._drive.bound, state.measured
+        depth = self._depth(state.packed, state.windows, asked, state.q, state.base)
+        tally.remeasured += 1
+        apart = float(np.abs(depth - state.deviation.depth)[asked].max(initial=0.0))
+        if apart > AGREES_MM:
+            tally.disagreements += 1
+            tally.fail("disagreement", doing=self._doing, apart_mm=apart)
+        over = np.where(asked, depth - bound, -np.inf)
+        tally.least_room_mm = min(tally.least_room_mm, abs(float(over.max())))
+        if over.max() <= AGREES_MM:
+            return depth
+        if self._drive.pathway.motion is None:
+            self._promise(over, "configuration")
+            return depth
+        tally.outrun += 1
+        tally.outrun_mm = max(tally.outrun_mm, float(over.max()))
+        for one, (q, base, q_end, base_end) in zip(motions, poses, strict=True):
+            before = self._depth(one.packed, one.windows, one.measured, q, base)
+            after = self._depth(one.packed, one.windows, one.measured, q_end, base_end)
+            self._promise(after - np.maximum(bound, before), "configuration")
+        return depth
+
+    def _promise(self, over: Array, kind: str) -> bool:
+        """Whether a link is deeper than was promised; it is counted."""
+        most = float(over.max())
+        self._tally.deepest_mm = max(self._tally.deepest_mm, most if kind == "configuration" else 0.0)
+        if most <= AGREES_MM:
+            return False
+        self._tally.violations += 1
+        self._tally.fail(kind, doing=self._doing, link=int(over.argmax()) + 1, over_mm=most)
+        return True
+
+    def _replay(self, motions: list[Motion], poses: list[tuple[Array, Array, Array, Array]], inserted: bool) -> None:
+        """Fifty times finer along what was taken: joints in a straight line, the base by one turn."""
+        tally = self._tally
+        tally.replayed += 1
+        tally.replayed_insertions += inserted
+        tally.replayed_in_moving_tissue += self._drive.pathway.motion is not None
+        worst = -np.inf
+        for one, (q, base, q_end, base_end) in zip(motions, poses, strict=True):
+            asked, limit = one.measured, self._drive.bound
+            if self._drive.pathway.motion is not None:
+                limit = np.maximum(limit, self._depth(one.packed, one.windows, asked, q, base))
+            for share in np.linspace(0.0, 1.0, FINER + 1)[1:]:
+                here = turned(base, base_end, share)
+                depth = self._depth(one.packed, one.windows, asked, q + share * (q_end - q), here)
+                worst = max(worst, float((depth - limit)[asked].max(initial=-np.inf)))
+        tally.way_mm = max(tally.way_mm, worst)
+        tally.replay_hits += self._promise(np.array([worst - WAY_TOLERANCE_MM]), "way")

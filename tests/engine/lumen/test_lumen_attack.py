@@ -1,0 +1,132 @@
+"""The attack of `vfix bench lumen --attack`, short: no link gets beyond its bound, and judges would see one that did.
+
+HAZ-01, HAZ-02, HAZ-05, HAZ-06, HAZ-13 for the snake: still and moving lumens, both controls, parts that lie; every
+configuration measured again by the paper's printed steps, a share of the ways fifty times finer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from lumen_shapes import straight
+
+from benchmarks.lumen_attack.campaign import Campaign
+from benchmarks.lumen_attack.command import SUMMED, summary
+from benchmarks.lumen_attack.hands import HANDS
+from benchmarks.lumen_attack.lies import LIES
+from benchmarks.lumen_attack.watch import Motion, Tally, Watch
+from vfix_engine.lumen.drive_state import DriveSettings
+from vfix_engine.lumen.limits import HardLimits, Pose, Verdict
+from vfix_engine.lumen.snake_drive import SnakeDrive
+from vfix_engine.robots.snake import SnakeModel
+
+SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
+STEPS, SEED = 90, 20261121
+
+
+@pytest.fixture(scope="module")
+def total() -> dict[str, Any]:
+    return summary([Campaign(name, SEED, STEPS, longest=30).run() for name in SCENES], 0.0)
+
+
+def test_no_accepted_motion_breaks_what_is_promised(total: dict[str, Any]) -> None:
+    assert total["failures"] == []
+    assert total["correct"]
+    assert total["steps"] == STEPS * len(SCENES)
+    for count in ("violations", "nan", "replay_hits", "limit_violations", "disagreements", "exceptions"):
+        assert total[count] == 0, count
+    assert total["deepest_mm"] == 0.0
+    assert total["way_mm"] <= 0.05
+
+
+def test_the_attack_is_one(total: dict[str, Any]) -> None:
+    """It presses against the bounds, is held, goes in and out, and is judged all the time."""
+    assert total["remeasured"] == total["steps"]
+    assert total["least_room_mm"] < 0.01
+    for count, least in (("held", 40), ("moved", 250), ("inserted", 30), ("replayed", 8), ("refused_commands", 3)):
+        assert total[count] > least, count
+    assert total["replayed_insertions"] > 0
+    assert total["replayed_in_moving_tissue"] > 0
+    used = total["used"]
+    assert {"control: parameterised", "control: qp"} <= set(used)
+    assert len(set(used) & set(HANDS)) >= 8
+    assert {f"lie: {name}" for name in LIES} & set(used)
+    assert set(SUMMED) <= set(total)
+
+
+def test_the_same_seed_makes_the_same_motions() -> None:
+    """HAZ-13."""
+    hashes = [Campaign("helix", seed, 25, longest=10, replays=0.0).run()["hash"] for seed in (3, 3, 4)]
+    assert hashes[0] == hashes[1] != hashes[2]
+
+
+def replaced(broken: Callable[..., Verdict]) -> Callable[[SnakeDrive], None]:
+    """A sabotage that puts another certificate in the place of both of the drive's."""
+
+    def sabotage(drive: SnakeDrive) -> None:
+        part: Any = drive
+        for name in ("_limits", "_distal_limits"):
+            honest: HardLimits = getattr(part, name)
+            other: Any = type("Broken", (), {"certify": lambda _, *motion, of=honest: broken(of, *motion)})()
+            setattr(part, name, other)
+        LIES["control"](drive, np.random.default_rng(1))
+
+    return sabotage
+
+
+def lax(honest: HardLimits, packed, windows, before, after, bound, known=None) -> Verdict:
+    """Keeps 0.2 mm less than the bounds."""
+    return honest.certify(packed, windows, before, after, bound + 0.2)
+
+
+def told_too_little(honest: HardLimits, packed, windows, before, after, bound, known=None) -> Verdict:
+    """Tells a depth that is 0.01 mm less than it is."""
+    verdict = honest.certify(packed, windows, before, after, bound)
+    deviation = verdict.deviation
+    return verdict._replace(deviation=deviation._replace(depth=np.maximum(deviation.depth - 0.01, 0.0)))
+
+
+@pytest.mark.parametrize(("broken", "seen"), [(lax, "violations"), (told_too_little, "disagreements")])
+def test_a_broken_certificate_is_found_out(broken: Callable[..., Verdict], seen: str) -> None:
+    found = Campaign("helix", 1, 60, replaced(broken), ("into the wall",), replays=0.0).run()
+    assert found[seen] > 0
+    assert not summary([found], 0.0)["correct"]
+
+
+def test_a_way_through_the_wall_is_found_out() -> None:
+    """Both ends are within the bounds; between them the base swings round, outside of the tube."""
+    settings = DriveSettings(vertices_per_link=30, bound_mm=20.0, tip_bound_mm=20.0)
+    drive = SnakeDrive(SnakeModel(5), straight(260.0, contours=14), settings, tip_s=160.0)
+    tally, base, q = Tally(), drive.state.base, np.zeros(10)
+    watch = Watch(tally, drive, "", 0.0, 0)
+    cosine, sine = np.cos(2.98), np.sin(2.98)
+    turn = np.array([[cosine, 0.0, sine, 0.0], [0.0, 1.0, 0.0, 0.0], [-sine, 0.0, cosine, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    end = base @ turn
+    end[:3, 3] = base[:3, 3] + 150.0 * base[:3, 2]
+    back = np.tile([0.0, 0.03], 5)
+    windows = np.tile([0, len(drive.state.packed.rows)], (5, 1))
+    motion = Motion(0, drive.state.packed, windows, np.ones(5, dtype=bool), Pose(base, q), Pose(end, back))
+    watch._replay([motion], [(q, base, q, base)], False)
+    assert (tally.replayed, tally.replay_hits) == (1, 0)
+    watch._replay([motion], [(q, base, back, end)], False)
+    assert (tally.replayed, tally.replay_hits, tally.violations) == (2, 1, 1)
+    assert tally.failures[0]["kind"] == "way"
+
+
+def test_a_motion_that_nobody_judged_is_found_out() -> None:
+    def sabotage(drive: SnakeDrive) -> None:
+        part: Any = drive
+        honest = part._bend
+
+        def drifting(*asked: Any) -> Any:
+            part.q[-1] *= 0.9999
+            return honest(*asked)
+
+        part._bend = drifting
+
+    found = Campaign("helix", 2, 60, sabotage, ("pushing",)).run()
+    assert found["violations"] > 0
+    assert {"moved without a verdict"} == {failure["kind"] for failure in found["failures"]} - {"disagreement"}
