@@ -20,6 +20,7 @@ from ..errors import InputError, PathwayError
 from ..geometry.mesh import TriangleMesh
 from ..geometry.proximity import ProximityTree
 from .curve import Curve
+from .given import point as checked_point
 from .voxels import VoxelLumen, piece_with, voxels_of
 
 Array = NDArray[np.float64]
@@ -89,10 +90,7 @@ def centreline_between(
 
 
 def _click(point: ArrayLike, name: str) -> Array:
-    place = np.array(point, dtype=np.float64)
-    if place.shape != (3,) or not np.isfinite(place).all():
-        raise InputError(f"the {name} {np.asarray(point).tolist()} is no point x, y, z in mm")
-    return place
+    return checked_point(f"the {name}", point)
 
 
 def _near(lumen: VoxelLumen, click: Array) -> tuple[NDArray[np.int64], Array]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import PathwayError
+from .given import real_array
 
 Array = NDArray[np.float64]
 
@@ -15,6 +16,12 @@ _SAME = 1e-9  # [mm] centres nearer than that are the same
 _UNIT = 1e-6  # how far from 1 the length of a given tangent may be
 FACING = 0.1  # least M·e: (2) of the query points to the point's own side only if it is positive
 _RIM = 24  # rim points at least that crossing is tested on
+MOST_CONTOURS = 5_000  # control and interpolated ones, of which matrices are kept: more is a slip of the pen
+MOST_FITTED = 1_000  # every 2 mm of a colon; least squares over more take minutes
+MOST_ANGLES = 720  # radii of a contour, every half degree
+_LEAST_RADIUS_MM = 0.2  # a lumen that is nowhere wider, or shorter than the other, is one in metres
+_LEAST_LENGTH_MM = 1.0
+_FARTHEST_MM = 1e9  # beyond it is no place
 
 
 def checked_control(
@@ -23,15 +30,19 @@ def checked_control(
     """Read-only copies of control contours: centres (C, 3), radii (C, A), tangents (C, 3) or None.
 
     Raises:
-        PathwayError: wrong shapes, fewer than two contours, NaN or infinity, a radius that is not positive, tangents
-            that are not unit vectors, two centres in one place, a gap between neighbours.
+        PathwayError: no numbers, wrong shapes, fewer than two contours or more than 5,000, NaN or infinity, a radius
+            that is not positive, a lumen so small that it must be in metres, tangents that are not unit vectors, two
+            centres in one place, a gap between neighbours.
     """
-    places, radii = np.array(centre, dtype=np.float64, order="C"), np.array(radius, dtype=np.float64, order="C")
+    places = real_array("the centres of a pathway", centre, PathwayError)
+    radii = real_array("the radii of a pathway", radius, PathwayError)
     radii = radii[:, None] if radii.ndim == 1 else radii
     if places.ndim != 2 or places.shape[1] != 3 or radii.ndim != 2 or len(radii) != len(places):
         raise PathwayError(f"a pathway needs centres (C, 3) and radii (C, A), not {places.shape} and {radii.shape}")
     if len(places) < 2:
         raise PathwayError(f"a pathway needs at least 2 contours, not {len(places)}")
+    if len(places) > MOST_CONTOURS:
+        raise PathwayError(f"a pathway has at most {MOST_CONTOURS:,} control contours, not {len(places):,}")
     if radii.shape[1] == 2:
         raise PathwayError("a contour has one radius, or at least 3 around its centre; not 2")
     _finite("centre", places)
@@ -42,9 +53,10 @@ def checked_control(
         raise PathwayError(
             f"contour {number + 1} has the radius {radii[number, angle]:g} mm{where}; it must be positive"
         )
+    _not_in_metres(places, radii)
     along = None
     if tangent is not None:
-        along = np.array(tangent, dtype=np.float64, order="C")
+        along = real_array("the tangents of a pathway", tangent, PathwayError)
         if along.shape != places.shape:
             raise PathwayError(f"tangents have the shape {along.shape}, the centres {places.shape}")
         _finite("tangent", along)
@@ -126,10 +138,22 @@ def rim_points(radius: Array) -> tuple[Array, Array, Array]:
 
 
 def _finite(what: str, values: Array) -> None:
-    good = np.isfinite(values).all(axis=1)
+    good = (np.abs(values) <= _FARTHEST_MM).all(axis=1)
     if not good.all():
         bad = int(np.flatnonzero(~good)[0])
+        if np.isfinite(values[bad]).all():
+            raise PathwayError(f"the {what} of contour {bad + 1} is {values[bad].tolist()} mm: that is no place")
         raise PathwayError(f"the {what} of contour {bad + 1} is not finite")
+
+
+def _not_in_metres(centre: Array, radius: Array) -> None:
+    with np.errstate(over="ignore"):
+        length = float(np.linalg.norm(np.diff(centre, axis=0), axis=1).sum())
+    if radius.max() < _LEAST_RADIUS_MM or length < _LEAST_LENGTH_MM:
+        raise PathwayError(
+            f"the pathway is {length:.3g} mm long and nowhere more than {radius.max():.3g} mm in radius: "
+            "is it in millimetres?"
+        )
 
 
 def _spacing(centre: Array, radius: Array) -> None:

@@ -11,6 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..robots.snake import MOST_LINKS
+from .checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
+from .given import positive, whole, within
 from .haptics import Forces
 from .packed import PackedPathway
 from .query import Deviations
@@ -22,6 +25,10 @@ Control = Literal["parameterised", "qp"]
 Outcome = tuple[Literal["rest", "moved", "shrunk", "held"], str | None]  # and in words, what shrank or held
 MOST_MM_PER_S = 1000.0  # ten joints at 36°/s, each with all five links ahead of it, are slower
 CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
+_FINEST_MM = 0.01  # of a step or a waypoint: with finer ones a drive takes hours
+_FINEST_S = 1e-5  # of a step
+_MOST_BENT = 0.5  # r: a tip that is bent more is not straight
+_MOST_VERTICES = 100_000  # of a link
 
 
 @dataclass(frozen=True)
@@ -31,9 +38,11 @@ class DriveSettings:
     step_s: one step while looking round; the paper's loop is faster than 1 kHz.
     insertion_mm_per_s, insertion_step_mm: the operator's speed, and the most that one step inserts.
     waypoint_mm: of insertion between two conforming shapes; a way that gets caught with one may go on with another.
+        This and the step are 0.01 mm at least.
     manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
     bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one; None for the tip: half the others'.
-    r_max: largest r; reoptimise_below: control bends are found anew only while r is smaller.
+    r_max: largest r, 1 at least; reoptimise_below: control bends are found anew, and the tip is inserted, only while
+        r is not larger; from 0 to 0.5.
     bends: control configurations, 4 or 8.
     control: the paper's parameterised control, or the quadratic program.
     contours, interpolated, angles: of the pathway; angles 1 are circles. quantile: of the radii measured around a
@@ -66,25 +75,36 @@ class DriveSettings:
     tissue_s: float = 0.02
 
     def __post_init__(self) -> None:
-        lengths = ("insertion_mm_per_s", "insertion_step_mm", "waypoint_mm", "bound_mm")
-        positive = ("step_s", *lengths, "r_max", "speed_max", "tissue_s")
-        for name in positive:
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"drive setting {name} must be finite and positive, not {value:g}")
-        if self.tip_bound_mm is not None and not (math.isfinite(self.tip_bound_mm) and self.tip_bound_mm > 0.0):
-            raise InputError(f"drive setting tip_bound_mm must be finite and positive, not {self.tip_bound_mm:g}")
+        for name in ("insertion_mm_per_s", "bound_mm", "speed_max", "tissue_s"):
+            positive(_called(name), getattr(self, name))
+        if self.tip_bound_mm is not None:
+            positive(_called("tip_bound_mm"), self.tip_bound_mm)
+        for name, low, high in (
+            ("step_s", _FINEST_S, math.inf), ("insertion_step_mm", _FINEST_MM, math.inf),
+            ("waypoint_mm", _FINEST_MM, math.inf), ("r_max", 1.0, math.inf), ("reoptimise_below", 0.0, _MOST_BENT),
+            ("quantile", 0.0, 1.0),
+        ):  # fmt: skip
+            within(_called(name), getattr(self, name), low, high)
+        for name, low, high in (
+            ("manipulated", 1, MOST_LINKS), ("vertices_per_link", 1, _MOST_VERTICES), ("contours", 2, MOST_FITTED),
+            ("interpolated", 2, MOST_CONTOURS), ("angles", 1, MOST_ANGLES),
+        ):  # fmt: skip
+            object.__setattr__(self, name, whole(_called(name), getattr(self, name), low, high))
+        if self.angles == 2:
+            raise InputError("drive setting angles: a contour has 1 radius, or at least 3 around its centre; not 2")
         if self.control not in CONTROLS:
             raise InputError(f"control is one of {', '.join(CONTROLS)}, not {self.control!r}")
         if self.bends not in (4, 8):
             raise InputError(f"there are 4 or 8 control bends, not {self.bends}")
-        if self.manipulated < 1 or self.vertices_per_link < 1:
-            raise InputError("at least one link is manipulated, and a link has at least one vertex")
 
     @property
     def tip_bound(self) -> float:
         """b_i of the last link in mm."""
         return 0.5 * self.bound_mm if self.tip_bound_mm is None else self.tip_bound_mm
+
+
+def _called(name: str) -> str:
+    return f"drive setting {name}"
 
 
 @dataclass(frozen=True)

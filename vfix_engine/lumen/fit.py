@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ..errors import PathwayError
 from ..geometry.mesh import TriangleMesh
-from .checks import rim_points
+from .checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED, rim_points
 from .curve import Curve
+from .given import whole, within
 from .interpolation import Interpolation, spline_maps
 from .pathway import Pathway
 from .transport import transported
@@ -55,9 +56,9 @@ def fit_pathway(
     Args:
         mesh: the lumen's surface, triangles wound alike.
         curve: through the lumen; what the robot is to follow.
-        contours: control contours, 2 at least.
-        interpolated: contours of the pathway after interpolation.
-        angles: 1 for circles; 3 or more for as many radii around each contour.
+        contours: control contours, 2 to 1,000.
+        interpolated: contours of the pathway after interpolation, 2 to 5,000.
+        angles: 1 for circles; 3 to 720 for as many radii around each contour.
         quantile: of the distances to the wall within a contour's stretch, in all directions for a circle and in its
             own direction for a polar radius: 0 gives what is inscribed, folds included; higher ones look over folds,
             which are thin and soft.
@@ -67,7 +68,7 @@ def fit_pathway(
     Raises:
         PathwayError: the curve leaves the lumen, or numbers out of range; and as ``Pathway``.
     """
-    _check_numbers(contours, angles, quantile, keep_mm, least_mm)
+    _check_numbers(contours, interpolated, angles, quantile, keep_mm, least_mm)
     wall = Wall(mesh)
     s, width, outward = _width(wall, curve)
     _check_inside(wall, outward, curve.position(s), s, _BEHIND)
@@ -122,13 +123,14 @@ def containment(mesh: TriangleMesh, pathway: Pathway) -> Containment:
     return Containment(float(area[behind].sum()), float(area[behind][beyond].sum()), (worst[0], worst[1], worst[2]))
 
 
-def _check_numbers(contours: int, angles: int, quantile: float, keep_mm: float, least_mm: float) -> None:
-    if contours < 2:
-        raise PathwayError(f"a pathway is fitted with at least 2 contours, not {contours}")
-    if angles != 1 and angles < 3:
-        raise PathwayError(f"a contour has 1 radius, or at least 3 around its centre; not {angles}")
-    if not 0.0 <= quantile <= 1.0:
-        raise PathwayError(f"the quantile must lie between 0 and 1, not {quantile}")
+def _check_numbers(
+    contours: int, interpolated: int, angles: int, quantile: float, keep_mm: float, least_mm: float
+) -> None:
+    whole("the number of contours that are fitted", contours, 2, MOST_FITTED, PathwayError)
+    whole("the number of interpolated contours", interpolated, 2, MOST_CONTOURS, PathwayError)
+    if whole("the number of radii of a contour", angles, 1, MOST_ANGLES, PathwayError) == 2:
+        raise PathwayError("a contour has 1 radius, or at least 3 around its centre; not 2")
+    within("the quantile", quantile, 0.0, 1.0, PathwayError)
     if not (np.isfinite(keep_mm) and np.isfinite(least_mm) and keep_mm >= 0.0 and least_mm > 0.0):
         raise PathwayError(f"keep_mm must not be negative and least_mm be positive, not {keep_mm} and {least_mm}")
 

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import PathwayError
-from .checks import check_neighbours, checked_control
+from .checks import MOST_CONTOURS, check_neighbours, checked_control
 from .curve import Curve
+from .given import real, real_array, whole
 from .interpolation import Interpolation, spline_maps
 from .packed import PackedPathway, pack
 from .transport import across, double_reflection
@@ -47,7 +48,7 @@ class Pathway:
     Args:
         centre: (C0, 3) centres of the control contours; Kwok 2013's P_k.
         radius: (C0,) or (C0, 1) radii of circles, or (C0, A) with A ≥ 3 radii R_j(ρ̂) at the polar angles 2πa/A.
-        count: contours after interpolation; of 197 every fourth is one of 50 control contours.
+        count: contours after interpolation, up to 5,000; of 197 every fourth is one of 50 control contours.
         tangent: (C0, 3) unit normals of the contours; None: the tangents of the spline through the centres.
         first: (3,) direction that, projected, is the polar angle 0 of the first contour; None: any.
         motion: moves the control contours with time (``tissue_motion``); None: a pathway at rest.
@@ -76,9 +77,12 @@ class Pathway:
 
     def __post_init__(self) -> None:
         centre, radius, tangent = checked_control(self.centre, self.radius, self.tangent)
-        if self.count != int(self.count) or self.count < 2:
-            raise PathwayError(f"a pathway is interpolated to at least 2 contours, not {self.count}")
-        between = Interpolation(_knots(self.knots, centre), int(self.count))
+        count = whole("the number of interpolated contours", self.count, 1, MOST_CONTOURS, PathwayError)
+        if count < 2:
+            raise PathwayError(f"a pathway is interpolated to at least 2 contours, not {count}")
+        if not (self.motion is None or callable(self.motion)):
+            raise PathwayError(f"a motion is a function of arc lengths and time, not {self.motion!r:.60}")
+        between = Interpolation(_knots(self.knots, centre), count)
         at_s, s = between.arc_lengths(centre)
         settled: dict[str, Any] = {
             "centre": centre,
@@ -88,7 +92,7 @@ class Pathway:
             "s": s,
             "_between": between,
         }
-        settled |= {"knots": between.knots, "first": _direction(self.first), "count": int(self.count)}
+        settled |= {"knots": between.knots, "first": _direction(self.first), "count": count}
         for name, value in settled.items():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
@@ -169,8 +173,10 @@ class Pathway:
         """Centres (C0, 3) and radii (C0, A) of the control contours at the time t."""
         if self.motion is None:
             return self.centre, self.radius
-        shift, factor = self.motion(self.at_s, float(t))
-        shift, factor = np.asarray(shift, dtype=np.float64), np.asarray(factor, dtype=np.float64)
+        found: Any = self.motion(self.at_s, real("a time in s", t, PathwayError))
+        if not isinstance(found, tuple) or len(found) != 2:
+            raise PathwayError(f"the tissue's motion gives displacements and factors, not {found!r:.60}")
+        shift, factor = (real_array("the tissue's motion", one, PathwayError) for one in found)
         if shift.shape != self.centre.shape or factor.shape != self.at_s.shape:
             wanted = f"{self.centre.shape} and {self.at_s.shape}"
             raise PathwayError(f"the tissue's motion has the shapes {shift.shape} and {factor.shape}, not {wanted}")
@@ -194,7 +200,7 @@ class Pathway:
 def _knots(given: ArrayLike | None, centre: Array) -> Array:
     if given is None:
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centre, axis=0), axis=1))])
-    knots = np.array(given, dtype=np.float64)
+    knots = real_array("the knots of a pathway", given, PathwayError)
     if knots.shape != (len(centre),) or not np.isfinite(knots).all() or np.diff(knots).min() <= 0.0:
         raise PathwayError(f"the knots of {len(centre)} contours must be as many numbers that increase")
     return knots
@@ -203,7 +209,7 @@ def _knots(given: ArrayLike | None, centre: Array) -> Array:
 def _direction(given: ArrayLike | None) -> Array | None:
     if given is None:
         return None
-    direction = np.array(given, dtype=np.float64)
+    direction = real_array("the direction of the polar angle 0", given, PathwayError)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
         raise PathwayError(f"the direction of the polar angle 0 cannot be {direction}")
     return direction

@@ -12,9 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import PathwayError
+from .given import positive, real, real_array, within
 from .pathway import TissueMotion
 
 Array = NDArray[np.float64]
+
+_MOST_MM = 100.0  # of breathing, more is a slip of the pen
 
 
 def breathing(
@@ -24,7 +27,7 @@ def breathing(
 
     Args:
         direction: (3,) patient frame, of any length; the diaphragm moves the colon along the body's axis.
-        amplitude_mm: the farthest displacement, not negative.
+        amplitude_mm: the farthest displacement, 0 to 100.
         period_s: T.
         falloff_s: arc length in mm over which the motion falls off towards the entry, s = 0, which stays in place:
             times 1 − exp(−s/falloff_s). None: everything moves alike.
@@ -32,14 +35,14 @@ def breathing(
     Raises:
         PathwayError: no direction, or numbers that are not finite, negative or zero where they must not be.
     """
-    along = np.array(direction, dtype=np.float64)
+    along = real_array("the direction of breathing", direction, PathwayError)
     if along.shape != (3,) or not np.isfinite(along).all() or not along.any():
         raise PathwayError(f"breathing needs a direction (3,), not {along}")
     along /= np.linalg.norm(along)
-    _check("breathing's amplitude in mm", amplitude_mm, 0.0)
-    _positive("breathing's period in s", period_s)
+    within("breathing's amplitude in mm", amplitude_mm, 0.0, _MOST_MM, PathwayError)
+    positive("breathing's period in s", period_s, PathwayError)
     if falloff_s is not None:
-        _positive("breathing's fall-off in mm", falloff_s)
+        positive("breathing's fall-off in mm", falloff_s, PathwayError)
 
     def motion(s: Array, t: float) -> tuple[Array, Array]:
         share = 0.5 * amplitude_mm * (1.0 - math.cos(2.0 * math.pi * t / period_s))
@@ -60,10 +63,12 @@ def peristalsis(amplitude: float = 0.15, wavelength_mm: float = 120.0, speed_mm_
     Raises:
         PathwayError: an amplitude outside [0, 1), a wavelength that is not positive, a speed that is not finite.
     """
-    _check("peristalsis's amplitude", amplitude, 0.0, 1.0)
-    _positive("peristalsis's wavelength in mm", wavelength_mm)
-    if not math.isfinite(speed_mm_per_s):
-        raise PathwayError(f"peristalsis's speed must be finite, not {speed_mm_per_s} mm/s")
+    if not 0.0 <= real("peristalsis's amplitude", amplitude, PathwayError) < 1.0:
+        raise PathwayError(
+            f"peristalsis's amplitude must be a share from 0 to below 1 of the radius, not {amplitude:g}"
+        )
+    positive("peristalsis's wavelength in mm", wavelength_mm, PathwayError)
+    real("peristalsis's speed in mm/s", speed_mm_per_s, PathwayError)
 
     def motion(s: Array, t: float) -> tuple[Array, Array]:
         phase = 2.0 * math.pi * (s - speed_mm_per_s * t) / wavelength_mm
@@ -83,14 +88,3 @@ def together(*motions: TissueMotion) -> TissueMotion:
         return shift, factor
 
     return motion
-
-
-def _check(what: str, value: float, low: float, below: float = math.inf) -> None:
-    if not (math.isfinite(value) and low <= value < below):
-        limit = "" if math.isinf(below) else f" and below {below:g}"
-        raise PathwayError(f"{what} must be at least {low:g}{limit}, not {value}")
-
-
-def _positive(what: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise PathwayError(f"{what} must be positive, not {value}")

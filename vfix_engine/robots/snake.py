@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 JOINT_SPEED = math.radians(36.0)  # [rad/s] Kwok 2013, Table II
 JOINT_TORQUE = 0.0756  # [N·m] Kwok 2013, Table II
 MOST_LINKS = 1000  # more is a slip of the pen
+_LEAST_LENGTH_MM, _LEAST_RADIUS_MM = 1.0, 0.05  # a robot that is smaller is one in metres
 _STOP_S = 0.05  # [s] assumed: from top speed to a stop
 _GREY = (170, 175, 180)
 _SHEET = {
@@ -45,8 +46,8 @@ class SnakeModel:
     that the motors of its Table II can hold: five links held out level take 51.5 of their 75.6 mN·m.
 
     Raises:
-        RobotError: no link, a number that is not finite and positive, a joint range of 90° or more, a link not longer
-            than it is thick, or a sphere that the cylinder would stick out of.
+        RobotError: no link, a number that is not finite and positive, a joint range of 90° or more, lengths that must
+            be in metres, a link not longer than it is thick, or a sphere that the cylinder would stick out of.
     """
 
     links: int
@@ -77,6 +78,10 @@ class SnakeModel:
             object.__setattr__(self, name, number)
         if self.q_max >= math.pi / 2:
             raise RobotError(f"joints of ±{math.degrees(self.q_max):g}°: a universal joint stays below 90°")
+        if self.length_mm < _LEAST_LENGTH_MM or self.radius_mm < _LEAST_RADIUS_MM:
+            raise RobotError(
+                f"links {self.length_mm:g} mm long with a radius of {self.radius_mm:g} mm: is that in millimetres?"
+            )
         if not self.radius_mm <= self.sphere_mm < self.length_mm:
             raise RobotError(
                 f"links {self.length_mm:g} mm long with a radius of {self.radius_mm:g} mm and a sphere of "

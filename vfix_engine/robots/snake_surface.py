@@ -41,11 +41,12 @@ def link_vertices(links: int, count: int, length_mm: float, radius_mm: float, sp
     The tip's pole (0, 0, sphere_radius_mm) is a vertex of every link.
 
     Raises:
-        RobotError: fewer vertices than links, or more than ten million.
+        RobotError: no whole number, fewer vertices than links, or more than ten million.
     """
-    if not links <= count <= MOST_VERTICES:
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not links <= count <= MOST_VERTICES:
         raise RobotError(
-            f"{count:,} vertices for {links:,} links; at least one a link, at most {MOST_VERTICES:,} in all"
+            f"{count!r:.20} vertices for {links:,} links; a whole number, at least one a link, "
+            f"at most {MOST_VERTICES:,} in all"
         )
     each, more = divmod(count, links)
     of_link = np.full(links, each, dtype=np.int64)

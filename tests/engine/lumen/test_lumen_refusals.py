@@ -1,0 +1,104 @@
+"""What no lumen, robot or drive can be made of is refused in words, never by an exception of somebody else's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from lumen_shapes import straight
+
+from vfix_engine.errors import InputError, VfixError
+from vfix_engine.lumen.centreline import centreline_between
+from vfix_engine.lumen.drive_state import DriveSettings
+from vfix_engine.lumen.fit import fit_pathway
+from vfix_engine.lumen.pathway import Pathway
+from vfix_engine.lumen.tissue_motion import breathing, peristalsis
+from vfix_engine.robots.snake import SnakeModel
+
+LANE = straight(contours=16)
+RADII = np.full(16, 12.0)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"radius": ["a"] * 16}, {"radius": None}, {"centre": [[0, 0], [1, 2, 3]]}, {"centre": LANE.centre + 1j},
+        {"centre": "abc"}, {"centre": LANE.centre * 1e300}, {"tangent": "z"}, {"first": "x"}, {"knots": ["a"] * 16},
+        {"count": math.nan}, {"count": "61"}, {"count": 61.5}, {"count": True}, {"count": 10**9}, {"motion": 3},
+    ],
+    ids=lambda wrong: " ".join(wrong),
+)  # fmt: skip
+def test_a_pathway_of_other_things_than_numbers_is_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(VfixError):
+        Pathway(**{"centre": LANE.centre, "radius": RADII, "count": 31} | wrong)
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [lambda s, t: None, lambda s, t: ("a", "b"), lambda s, t: 1.0, lambda s, t: ([[1], [1, 2]], np.ones(len(s)))],
+)
+def test_a_motion_that_gives_no_numbers_is_refused(motion: Callable[..., Any]) -> None:
+    with pytest.raises(VfixError, match="motion"):
+        LANE.moved(motion)
+
+
+def test_tissue_is_asked_for_at_finite_times() -> None:
+    lane = LANE.moved(breathing((0.0, 0.0, 1.0)))
+    for t in (math.inf, math.nan, "soon"):
+        with pytest.raises(VfixError, match="time"):
+            lane.packed(t)
+    for wrong in ({"amplitude_mm": 1e9}, {"amplitude_mm": "8"}, {"period_s": None}):
+        with pytest.raises(VfixError, match="breathing"):
+            breathing((0.0, 0.0, 1.0), **wrong)
+    with pytest.raises(VfixError, match="peristalsis"):
+        peristalsis(math.nan)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: Pathway(LANE.centre / 1000.0, RADII / 1000.0),
+        lambda: Pathway(LANE.centre, RADII / 1000.0),
+        lambda: Pathway(LANE.centre / 1000.0, RADII),
+        lambda: SnakeModel(5, length_mm=0.028, radius_mm=0.006),
+        lambda: SnakeModel(5, radius_mm=0.006),
+    ],
+)
+def test_metres_are_no_millimetres(made: Callable[[], object]) -> None:
+    with pytest.raises(VfixError, match="in millimetres"):
+        made()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("reoptimise_below", math.nan), ("reoptimise_below", 1e9), ("reoptimise_below", -1.0), ("r_max", 0.5),
+        ("manipulated", 2.5), ("manipulated", True), ("vertices_per_link", 1.5), ("vertices_per_link", 10**9),
+        ("contours", 0), ("contours", 2.7), ("contours", 100_000), ("interpolated", 0), ("interpolated", 10**9),
+        ("angles", 2), ("angles", 0), ("quantile", 5.0), ("quantile", math.nan), ("waypoint_mm", 1e-9),
+        ("insertion_step_mm", 1e-9), ("step_s", 1e-12), ("bound_mm", "8"), ("step_s", None), ("speed_max", True),
+        ("tip_bound_mm", "4"),
+    ],
+)  # fmt: skip
+def test_every_drive_setting_is_looked_at(name: str, value: object) -> None:
+    """HAZ-02, HAZ-05: one that is not a number may not let a bent tip be inserted."""
+    with pytest.raises(InputError, match=name):
+        DriveSettings(**{name: value})
+
+
+def test_a_fit_has_as_many_contours_as_memory_can_hold() -> None:
+    for wrong in ({"contours": 100_000}, {"interpolated": 0}, {"interpolated": 10**9}, {"angles": 10**6}):
+        with pytest.raises(VfixError, match="number of"):
+            fit_pathway(None, LANE.curve(), **wrong)
+
+
+def test_a_place_that_is_none_and_vertices_that_are_not_counted_are_refused() -> None:
+    for start in ("abc", (1.0, 2.0), (1.0, 2.0, 3j), None):
+        with pytest.raises(InputError, match="start"):
+            centreline_between(None, start, (0.0, 0.0, 0.0))
+    for count in (500.5, "500", True):
+        with pytest.raises(InputError, match="vertices"):
+            SnakeModel(5).vertices(count)
