@@ -79,8 +79,8 @@ class BendProblem:
         bound: (L',) b_i of (17), mm; infinity: not limited.
 
     Raises:
-        InputError: shapes that do not fit, numbers that are not finite, negative bounds, windows beyond the pathway;
-            a rest beyond the joint limits.
+        InputError: shapes that do not fit, numbers that are not finite, negative bounds, a pathway that is none,
+            windows beyond it; a rest beyond the joint limits.
     """
 
     snake: SnakeModel
@@ -97,6 +97,7 @@ class BendProblem:
         query = self.vertices if isinstance(self.vertices, Query) else Query(self.vertices)
         if query.links != links:
             raise InputError(f"vertices of {query.links} links for {links}")
+        query.check(self.packed)
         window = np.array(self.window)
         if not np.issubdtype(window.dtype, np.integer) or window.shape not in ((2,), (links, 2)):
             raise InputError(f"windows are one pair of segment numbers or ({links}, 2), not {window.shape}")

@@ -68,15 +68,26 @@ class PolarHermite:
         return self._polar(r, theta)[3:].T
 
     def cartesian(self, u: float, v: float) -> tuple[Array, Array]:
-        """Q (n,) at (u, v) = r (cos ϑ, sin ϑ) and its partial derivatives (n, 2) with u and v, finite at (0, 0) too."""
+        """Q (n,) at (u, v) = r (cos ϑ, sin ϑ) and its partial derivatives (n, 2) with u and v, finite at (0, 0) too.
+
+        Raises:
+            InputError: numbers that are not finite; of ``value``, ``partials`` and ``second`` too.
+        """
+        _check_place(u, v)
         out = np.empty((3, len(self.q_rest)))
         hermite_cartesian(self.angles, self.coefficients, self.q_rest, float(u), float(v), out)
         return out[0], out[1:].T
 
     def _polar(self, r: float, theta: float) -> Array:
+        _check_place(r, theta)
         out = np.empty((6, len(self.q_rest)))
         hermite_polar(self.angles, self.coefficients, self.q_rest, float(r), float(theta), out)
         return out
+
+
+def _check_place(one: float, two: float) -> None:
+    if not (math.isfinite(one) and math.isfinite(two)):
+        raise InputError(f"a surface of bends has no place ({one}, {two})")
 
 
 def _coefficients(knots: Array, shapes: Array) -> Array:

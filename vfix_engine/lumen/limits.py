@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..robots.snake import SnakeModel
 from .limits_kernel import HIGH, LENGTH, LOW, REACH, SHAPE_SIZE, TOLERANCE, certify_motion, unfit_bound, unfit_window
-from .packed import ROW, SLOPE, PackedPathway
+from .packed import PackedPathway, check_packed
 from .query import Deviations, Query
 
 Array = NDArray[np.float64]
@@ -142,7 +142,7 @@ class HardLimits:
         """Windows and bounds as the kernel reads them, which looks at no shape and no number of a row."""
         links = self.snake.links
         if self._known is not packed:
-            _check_pathway(packed)
+            check_packed(packed)
             self._known = packed
         for pose in (before, after):
             if pose.q.shape != (2 * links,):
@@ -193,20 +193,3 @@ def _copied(name: str, value: ArrayLike) -> Array:
     if given.dtype.kind not in "iuf":
         raise InputError(f"the {name} of a pose is not an array of real numbers: give one of floats")
     return np.array(given, dtype=np.float64, order="C")
-
-
-def _check_pathway(packed: PackedPathway) -> None:
-    """InputError unless rows and polar are as ``pack`` makes them: the kernels follow them without a look."""
-    rows, polar = packed
-    for array in (rows, polar):
-        if not (isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.c_contiguous):
-            raise InputError("a packed pathway is of contiguous arrays of float64: take it from Pathway.packed")
-    if rows.ndim != 2 or rows.shape[1] != ROW or not len(rows) or polar.ndim != 2 or len(polar) != len(rows) + 1:
-        raise InputError(
-            f"a packed pathway is (S, {ROW}) and (S + 1, A), not {rows.shape} and {polar.shape}: "
-            "take it from Pathway.packed"
-        )
-    if polar.shape[1] < 1 or polar.shape[1] == 2:
-        raise InputError(f"contours of {polar.shape[1]} radii: give one for circles, else at least three")
-    if np.isnan(rows[:, SLOPE]).any() or not (np.isfinite(rows[:, :SLOPE]).all() and np.isfinite(polar).all()):
-        raise InputError("a packed pathway holds a value that is not finite: take it from Pathway.packed")

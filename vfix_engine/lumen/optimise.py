@@ -20,6 +20,7 @@ EVALUATIONS = 100  # Kwok 2013, section IV.B
 _FAR = 4.0  # [q_max] first and last joint of a planar bend; Kwok 2013, fig. 4 has 2.7
 _SCALE = 6.0  # α and β at most; Kwok 2013, fig. 4 has 3.35
 _ZOOMS = 2
+_FEWEST = 40  # evaluations of one search
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,8 +194,8 @@ def _between(problem: BendProblem, one: Bend, two: Bend) -> _Side:
 
 
 def _optimised(problem: BendProblem, side: _Side, evaluations: int, lumen: Lumen, feasible: bool) -> Bend:
-    if evaluations < 40:
-        raise InputError(f"a bend takes at least 40 evaluations, not {evaluations}")
+    if not isinstance(evaluations, int | np.integer) or evaluations < _FEWEST:
+        raise InputError(f"a bend takes a whole number of at least {_FEWEST} evaluations, not {evaluations!r:.20}")
     a, b, cost, made = search(lumen, side.family, evaluations - 1, problem.scratch())
     return _bend(problem, side, (a, b, cost), made + 1, feasible)
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from .inner_line import inner_lines
 
 Array = NDArray[np.float64]
@@ -28,6 +29,7 @@ START_COSINE, START_SINE, END_COSINE, END_SINE = 44, 47, 50, 53  # ⊥ e; of a w
 BEHIND, BEYOND = 56, 57  # mm; no part of the wall is farther behind the first contour's plane, beyond the last one's
 ROW = 58
 
+FARTHEST_MM = 1e9  # beyond it is no place, and products of several numbers overflow
 _ROUNDING = 1e-12  # of a length: what ball and core give away to rounding
 
 
@@ -42,6 +44,31 @@ class PackedPathway(NamedTuple):
 
     rows: Array
     polar: Array
+
+
+def check_packed(packed: PackedPathway) -> None:
+    """Whether rows and polar are as ``pack`` makes them: the kernels follow them without a look, and NaN is inside.
+
+    Raises:
+        InputError: arrays of other shapes or kinds, or a number that is none.
+    """
+    if not isinstance(packed, PackedPathway):
+        raise InputError(f"{packed!r:.60} is no packed pathway: take one from Pathway.packed")
+    rows, polar = packed
+    for array in (rows, polar):
+        if not (isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.c_contiguous):
+            raise InputError("a packed pathway is of contiguous arrays of float64: take it from Pathway.packed")
+    if rows.ndim != 2 or rows.shape[1] != ROW or not len(rows) or polar.ndim != 2 or len(polar) != len(rows) + 1:
+        raise InputError(
+            f"a packed pathway is (S, {ROW}) and (S + 1, A), not {rows.shape} and {polar.shape}: "
+            "take it from Pathway.packed"
+        )
+    if polar.shape[1] < 1 or polar.shape[1] == 2:
+        raise InputError(f"contours of {polar.shape[1]} radii: give one for circles, else at least three")
+    # The slope is infinite where a segment has no core.
+    places = np.abs(rows[:, :SLOPE]).max() <= FARTHEST_MM and polar.max() <= FARTHEST_MM
+    if not (places and np.isfinite(rows[:, SLOPE + 1 :]).all() and (polar > 0.0).all()) or np.isnan(rows).any():
+        raise InputError("a packed pathway holds a value that is not finite: take it from Pathway.packed")
 
 
 def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPathway:

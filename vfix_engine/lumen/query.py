@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from .packed import PackedPathway, check_packed
 from .query_blocks import VertexBlocks, vertex_blocks
 from .query_fast import Deviations as Deviations
 from .query_fast import checked_deviations, every_deviation, points_deviation
@@ -16,7 +17,6 @@ from .query_tree import FARTHEST
 
 if TYPE_CHECKING:  # the query is to be had without the robots' libraries
     from ..robots.snake_surface import LinkVertices
-    from .packed import PackedPathway
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -35,20 +35,23 @@ class Query:
         self.blocks: VertexBlocks = vertex_blocks(snake_vertices)
         self.links = len(snake_vertices.start) - 1
         self._work = np.zeros(WORK)
+        self._known: PackedPathway | None = None  # the last pathway that was looked at and cannot be written to
         self._pairs: dict[object, Index] = {}  # windows (L, 2) of pairs, which control asks again and again
 
     def deviations(self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]) -> Deviations:
         """Deviation d_l of each link in mm (Kwok 2013, eq. 9), with the vertex and the segment that cause it.
 
         Args:
-            packed: the pathway, patient frame, mm.
+            packed: the pathway, patient frame, mm; looked at once, or every time where it may be written to.
             frames: [R | p] of the links in the patient frame: (L, 3, 4), (L, 4, 4) or (L + 1, 4, 4) with the base
                 first as ``SnakeModel.frames`` has them, or K such poses.
             windows: the segments first … last - 1 that a link is asked against: one pair for all or (L, 2).
 
         Raises:
-            InputError: frames or windows of another shape, frames that are not finite, empty windows.
+            InputError: frames or windows of another shape, frames that are not finite, empty windows; a pathway that
+                is none.
         """
+        self.check(packed)
         poses, window = self._poses(frames), self._windows(windows)
         count = len(poses) * self.links
         found = Deviations(np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64))
@@ -84,6 +87,7 @@ class Query:
         self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
     ) -> tuple[Array, Index]:
         """Frames as (K, L, 3, 4) and windows as (L, 2), contiguous; InputError as ``deviations``."""
+        self.check(packed)
         poses, window = self._poses(frames), self._windows(windows)
         taken = np.ascontiguousarray(poses[:, -self.links :, :3])
         with np.errstate(over="ignore"):
@@ -92,6 +96,14 @@ class Query:
             raise InputError("frames are not finite")
         _check_windows(window, len(packed.rows))
         return taken, window
+
+    def check(self, packed: PackedPathway) -> None:
+        """InputError unless it is a pathway that kernels can follow."""
+        if packed is self._known:
+            return
+        check_packed(packed)
+        fixed = not (packed.rows.flags.writeable or packed.polar.flags.writeable)
+        self._known = packed if fixed else None
 
     def _poses(self, frames: ArrayLike) -> Array:
         """Frames as (K, L, 3, 4), or with the base, or with four rows."""
@@ -128,8 +140,9 @@ def deviation_of_points(points: ArrayLike, packed: PackedPathway, first: int, la
     Kwok 2013, eq. 1-8, segment by segment: nothing is left out. It is what the fast query is held against.
 
     Raises:
-        InputError: points of another shape or not finite; an empty window.
+        InputError: points of another shape or not finite; an empty window; a pathway that is none.
     """
+    check_packed(packed)
     places = np.array(points, dtype=np.float64)
     if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
         raise InputError(f"points are finite and (n, 3) in mm, not {places.shape}")

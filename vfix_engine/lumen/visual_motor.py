@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..robots.snake import SnakeModel
+from .given import real_array
 from .hermite import PolarHermite
 from .visual_motor_kernel import camera_rows, steer
 
 Array = NDArray[np.float64]
 
 R_LEAST = 1e-3  # ε⁺ of (29)
+_FAR = 1e6  # [mm] a camera that is wanted farther away is wanted there: squares of more overflow
 
 
 class Steering(NamedTuple):
@@ -81,8 +83,10 @@ class VisualMotor:
         fast they may is for the caller.
 
         Raises:
-            InputError: a wanted motion that is not two finite numbers.
+            InputError: a wanted motion that is not two finite numbers, or a place that is none.
         """
+        if not (math.isfinite(state[0]) and math.isfinite(state[1])):
+            raise InputError(f"a surface of bends has no place ({state[0]}, {state[1]})")
         right, down = self._wanted(wanted)
         hermite, snake = self.hermite, self.snake
         u, v = steer(
@@ -118,7 +122,9 @@ class VisualMotor:
 
     @staticmethod
     def _wanted(wanted: ArrayLike) -> tuple[float, float]:
-        given = np.asarray(wanted, dtype=np.float64)
+        given = real_array("a wanted motion of the camera", wanted)
         if given.shape != (2,) or not np.isfinite(given).all():
             raise InputError("a wanted motion of the camera is two finite numbers, mm")
-        return float(given[0]), float(given[1])
+        right, down = float(given[0]), float(given[1])
+        size = max(abs(right), abs(down))
+        return (right, down) if size <= _FAR else (right / size * _FAR, down / size * _FAR)

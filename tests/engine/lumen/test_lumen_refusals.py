@@ -11,11 +11,17 @@ import pytest
 from lumen_shapes import straight
 
 from vfix_engine.errors import InputError, VfixError
+from vfix_engine.lumen.bending import BendProblem
 from vfix_engine.lumen.centreline import centreline_between
 from vfix_engine.lumen.drive_state import DriveSettings
 from vfix_engine.lumen.fit import fit_pathway
+from vfix_engine.lumen.hermite import PolarHermite
+from vfix_engine.lumen.optimise import control_bends
+from vfix_engine.lumen.packed import PackedPathway
 from vfix_engine.lumen.pathway import Pathway
+from vfix_engine.lumen.query import Query, deviation_of_points
 from vfix_engine.lumen.tissue_motion import breathing, peristalsis
+from vfix_engine.lumen.visual_motor import Steering, VisualMotor
 from vfix_engine.robots.snake import SnakeModel
 
 LANE = straight(contours=16)
@@ -102,3 +108,80 @@ def test_a_place_that_is_none_and_vertices_that_are_not_counted_are_refused() ->
     for count in (500.5, "500", True):
         with pytest.raises(InputError, match="vertices"):
             SnakeModel(5).vertices(count)
+
+
+def damaged(kind: str) -> Any:
+    """A sound pathway's arrays with one fault."""
+    rows, polar = (array.copy() for array in LANE.packed())
+    if kind == "a stretch of NaN":
+        rows[8:12, 0] = math.nan
+    elif kind == "all NaN":
+        rows[:] = math.nan
+    elif kind == "beyond all places":
+        rows[8, 3] = 1e200
+    elif kind == "radii of NaN":
+        polar[3] = math.nan
+    elif kind == "too few radii":
+        polar = polar[:3].copy()
+    elif kind == "narrow rows":
+        rows = rows[:, :5].copy()
+    elif kind == "no rows":
+        return LANE
+    return PackedPathway(rows, polar)
+
+
+FAULTS = "a stretch of NaN", "all NaN", "beyond all places", "radii of NaN", "too few radii", "narrow rows", "no rows"
+
+
+@pytest.mark.parametrize("kind", FAULTS)
+def test_a_damaged_pathway_is_never_one_that_all_is_inside_of(kind: str) -> None:
+    """HAZ-05 for the snake: whoever asks, and with which face."""
+    snake, packed = SnakeModel(5), damaged(kind)
+    query = Query(snake.vertices(50))
+    base = np.eye(4)
+    base[:3, 3] = 100.0, 0.0, 60.0
+    frames, window = snake.frames(np.zeros(10), base), (0, 5)
+    for ask in (
+        lambda: query.deviations(packed, frames, window),
+        lambda: query.every_vertex(packed, frames, window),
+        lambda: query.checked(packed, frames, window),  # what a GPU's query asks first
+        lambda: deviation_of_points(frames[:, :3, 3], packed, *window),
+        lambda: BendProblem(snake, query, packed, np.array(window), base, np.zeros(10), np.full(5, 8.0)),
+    ):
+        with pytest.raises(InputError, match="pathway"):
+            ask()
+
+
+def test_a_pathway_that_may_be_written_to_is_looked_at_every_time() -> None:
+    packed, query = PackedPathway(*(array.copy() for array in LANE.packed())), Query(SnakeModel(5).vertices(50))
+    query.check(packed)
+    packed.rows[2, 0] = math.nan
+    with pytest.raises(InputError, match="not finite"):
+        query.check(packed)
+
+
+def test_nan_goes_into_no_control() -> None:
+    snake = SnakeModel(5)
+    surface = PolarHermite(np.zeros(10), [0.0, 2.0, 4.0], 0.1 * np.arange(30.0).reshape(3, 10) / 30.0)
+    motor = VisualMotor(snake, surface, np.eye(4))
+    for wrong in (math.nan, math.inf):
+        for ask in (surface.value, surface.partials, surface.second, surface.cartesian):
+            with pytest.raises(InputError, match="place"):
+                ask(wrong, 0.0)
+            with pytest.raises(InputError, match="place"):
+                ask(0.5, wrong)
+        with pytest.raises(InputError, match="place"):
+            motor.step(Steering(wrong, 0.0), (1.0, 1.0))
+        with pytest.raises(InputError, match="finite"):
+            motor.step(Steering(0.0, 0.0), (wrong, 1.0))
+    far, farther = (motor.step(Steering(0.1, 0.0), (size, 0.0)) for size in (1e5, 1e300))
+    assert math.dist(far, (0.1, 0.0)) > 0.1
+    assert math.dist(far, farther) < 0.05  # as near as can be: in that direction
+    base = np.eye(4)
+    base[2, 3] = 60.0
+    problem = BendProblem(
+        snake, snake.vertices(50), LANE.packed(), np.array((0, 10)), base, np.zeros(10), np.full(5, 8.0)
+    )
+    for evaluations in (math.nan, 99.5, 39, "100"):
+        with pytest.raises(InputError, match="evaluations"):
+            control_bends(problem, 4, evaluations)
