@@ -71,45 +71,34 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if args.gpu:
         lumen_gpu.need_gpu()
     machine = report.machine().to_dict()
-    scene = Scene.made()
-    shares = {1.0, 1.0 - MIXED, *(() if args.no_sweeps else SHARES)}
-    shifts = {share: scene.shift_for(1.0 - share) for share in shares}
+    scene, count = Scene.made(), args.vertices
+    shifts = {share: scene.shift_for(1.0 - share) for share in {1.0, 1.0 - MIXED, *(() if args.no_sweeps else SHARES)}}
+    mixed = shifts[1.0 - MIXED]
     cases = {
-        name: _Case(scene, args.vertices, shifts[share], args.rounds)
-        for name, share in (("inside", 1.0), ("mixed", 1.0 - MIXED))
+        name: _Case(scene, count, shift, args.rounds) for name, shift in (("inside", shifts[1.0]), ("mixed", mixed))
     }
-    cases["narrow"] = _Case(Scene.made(NARROW_MM), args.vertices, 0.0, args.rounds)
+    cases["narrow"] = _Case(Scene.made(NARROW_MM), count, 0.0, args.rounds)
     times = {name: case.times() for name, case in cases.items()}
-    batch = _Batch(scene, shifts[1.0 - MIXED], args.rounds)
-    gpu = lumen_gpu.measure(scene, shifts[1.0 - MIXED], args.rounds)
+    batch = _Batch(scene, mixed, args.rounds)
+    gpu = lumen_gpu.measure(scene, mixed, args.rounds)
     built: dict[str, Any] = {"bends": None, "controls": None}
     if args.controls:
         built = lumen_controls.measure(scene, args.rounds, ATTACK_STEPS)
-    sweeps: dict[str, Any] = {"vertices_sweep": None, "inside_sweep": None}
-    if not args.no_sweeps:
-        few = max(3, args.rounds // 3)
-        mixed = shifts[1.0 - MIXED]
-        sweeps["vertices_sweep"] = [
-            {"vertices": count} | _Case(scene, count, mixed, few).row(threads) for count in COUNTS
-        ]
-        sweeps["inside_sweep"] = [
-            {"inside_percent": 100.0 * share} | _Case(scene, args.vertices, shifts[share], few).row(threads)
-            for share in SHARES
-        ]
-    rows = [row for sweep in sweeps.values() for row in sweep or []]
-    apart = max([case.apart() for case in cases.values()] + [batch.apart] + [row["max_abs_diff"] for row in rows])
+    sweeps = _sweeps(args, scene, shifts, threads)
+    swept = [row["max_abs_diff"] for sweep in sweeps.values() for row in sweep or []]
+    apart = max([batch.apart, *(case.apart() for case in cases.values()), *swept])
     ratios = {name: _ratios(each) for name, each in times.items()}
     least = {name: min(each[name] for each in ratios.values()) for name in ratios["mixed"]}
     correct = apart <= AGREE_MM and (gpu is None or gpu["max_abs_diff"] <= AGREE_MM)
-    count = args.vertices
+    ours = {name: each["ours"] for name, each in times.items()}
     return {
         "machine": machine,
         "vertices": count,
         "segments": SEGMENTS,
         "links": LINKS,
         "rounds": args.rounds,
-        "us": {f"{count}_inside": times["inside"]["ours"], f"{count}_mixed": times["mixed"]["ours"], "500": batch.us},
-        "narrow_us": times["narrow"]["ours"],
+        "us": {f"{count}_inside": ours["inside"], f"{count}_mixed": ours["mixed"], "500": batch.us},
+        "narrow_us": ours["narrow"],
         "outside_percent": {name: case.outside_percent() for name, case in cases.items()} | {"500": batch.outside},
         "every_vertex_us": {name: each["every_vertex"] for name, each in times.items()},
         "literal_us": {name: each["literal"] for name, each in times.items()},
@@ -118,12 +107,28 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "ratios_by_scene": ratios,
         "max_abs_diff": apart,
         "correct": correct,
-        "meets": meets({name: each["ours"] for name, each in times.items()}, batch.us, least, count, correct),
+        "meets": meets(ours, batch.us, least, count, correct),
         "gpu": gpu,
         **built,
         **sweeps,
         "plots": None if args.plots is None else _draw(args.plots, sweeps, count, gpu),
     }
+
+
+def _sweeps(args: argparse.Namespace, scene: Scene, shifts: dict[float, float], threads: list[int]) -> dict[str, Any]:
+    """Fig. 7a, by the number of vertices, and fig. 7b, by the share of them inside; None where they are left out.
+
+    shifts: of the snake in mm, by that share.
+    """
+    if args.no_sweeps:
+        return {"vertices_sweep": None, "inside_sweep": None}
+    few, mixed = max(3, args.rounds // 3), shifts[1.0 - MIXED]
+    by_count = [{"vertices": count} | _Case(scene, count, mixed, few).row(threads) for count in COUNTS]
+    by_share = [
+        {"inside_percent": 100.0 * share} | _Case(scene, args.vertices, shifts[share], few).row(threads)
+        for share in SHARES
+    ]
+    return {"vertices_sweep": by_count, "inside_sweep": by_share}
 
 
 def meets(ours: dict[str, float], small: float, least: dict[str, float], count: int, correct: bool) -> dict[str, Any]:

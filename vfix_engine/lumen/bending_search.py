@@ -16,14 +16,18 @@ from .bending_kernel import Family, Lumen, Scratch, cost_of, judge
 
 Array = NDArray[np.float64]
 
-# Of a search's state: cost, radius and t of the record, and of the last one whose way was walked; evaluations; radii at
-# which ways were found narrow
-RECORD, BEST, AT, SAFE, MADE, NARROW = 0, 1, 2, 3, 6, 7
+# Of a search's state: cost, radius and t of the record, and of the last one whose way was walked; evaluations; t
+# between which directions are tried; radii at which ways were found narrow
+RECORD, BEST, AT, SAFE, MADE, LEAST, MOST, NARROW = 0, 1, 2, 3, 6, 7, 8, 9
 _NARROWS = 3
 STATE = NARROW + _NARROWS
 
 # Directions of a first look, t of ``direction``. In no order of theirs, so that few of them better the record.
-_LOOKS = (3.5, -3.5, 0.0, 4.5, 2.5, -2.5, -4.5, 5.5, 1.5, -1.5, -5.5, 6.5, 0.75, -0.75, -6.5, 7.5, -7.5)
+_LOOKS = (
+    3.5, -3.5, 0.0, 4.5, 2.5, -2.5, -4.5, 5.5, 1.5, -1.5, -5.5, 6.5, 0.75, -0.75, -6.5, 7.5, -7.5,
+    0.25, -0.25, 1.0, -1.0, 2.0, -2.0, 8.5, -8.5, 3.0, -3.0, 4.0, -4.0, 9.5, -9.5, 5.0, -5.0, 6.0, -6.0,
+)  # fmt: skip
+_FIRST_LOOK = 17  # of them; the others where evaluations are left
 UTMOST = 10.0  # |t| at most
 _STEPS = 24  # along a ray, in which its cost is looked at
 _HALVINGS = 7  # of such a step
@@ -166,7 +170,7 @@ def attempt(
     It is asked first at the one place where its cost falls so low, then at the radii where ways were found narrow, then
     by glances at its way.
     """
-    if abs(t) > UTMOST:
+    if not state[LEAST] <= t <= state[MOST]:
         return False
     phi = direction(family, t)
     u, v = math.cos(phi), math.sin(phi)
@@ -197,8 +201,9 @@ def attempt(
 def settle(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -> bool:
     """Walk the way to the record: whether all of it is within the bounds.
 
-    If not, the record is what comes before, or the last one that was walked, whichever is better; and the deepest place
-    of the way is kept, as ways close to this one are as a rule narrow at the same radius.
+    If not, the record is what comes before, or the last one that was walked, whichever is better; in the latter case
+    no direction is tried any more that is nearer to the refused one. The deepest place of the way is kept, as ways
+    close to this one are as a rule narrow at the same radius.
     """
     phi = direction(family, state[AT])
     reached, weak, made = walk(lumen, family, phi, state[BEST], _CHECKS, _REPAIR, scratch)
@@ -212,6 +217,9 @@ def settle(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -> bool
         cost = cost_of(lumen, family, reached * math.cos(phi), reached * math.sin(phi), scratch)
         state[RECORD], state[BEST] = cost, reached
         if not cost < state[SAFE]:
+            if state[SAFE + BEST] > 0.0:
+                end = MOST if state[AT] > state[SAFE + AT] else LEAST
+                state[end] = 0.5 * (state[AT] + state[SAFE + AT])
             for k in range(3):
                 state[k] = state[SAFE + k]
     for k in range(3):
@@ -245,21 +253,25 @@ def refine(
 def search(lumen: Lumen, family: Family, evaluations: int, scratch: Scratch) -> tuple[float, float, float, int]:
     """a and b of the bend of least cost that is within the bounds (L',) in mm; its cost; evaluations made.
 
-    Directions are tried all over, then ever closer to the best. Each is one evaluation as long as it does not better
-    the record. The way to the best is walked now and then; if it leaves the bounds, the search goes on from the best
-    that does not. The rest itself has to be within the bounds.
+    Directions are tried all over, then ever closer to the best; where evaluations are left, the same with others
+    between them. Each is one evaluation as long as it does not better the record. The way to the best is walked now and
+    then; if it leaves the bounds, the search goes on from the best that does not. The rest itself has to be within the
+    bounds.
     """
     state = np.zeros(STATE)
     state[RECORD], state[SAFE] = 1.0, 1.0
     spent = evaluations - _CHECKS - _REPAIR  # kept for the last walk
-    for t in _LOOKS:
-        if state[MADE] <= spent - _ATTEMPT:
-            attempt(lumen, family, t, _COARSE, _GLANCES, spent, state, scratch)
-    finest, better = _CLOSER, True
-    while state[BEST] > 0.0 and better and state[MADE] <= spent:
-        whole = settle(lumen, family, state, scratch)
-        better = refine(lumen, family, finest, spent, state, scratch) or not whole
-        better, finest = better or finest > _CLOSEST, _CLOSEST
+    for first, last in ((0, _FIRST_LOOK), (_FIRST_LOOK, len(_LOOKS))):
+        state[LEAST], state[MOST] = -UTMOST, UTMOST
+        better = False
+        for k in range(first, last):
+            if state[MADE] <= spent - _ATTEMPT:
+                better |= attempt(lumen, family, _LOOKS[k], _COARSE, _GLANCES, spent, state, scratch)
+        finest = _CLOSER
+        while better and state[BEST] > 0.0 and state[MADE] <= spent:
+            whole = settle(lumen, family, state, scratch)
+            better = refine(lumen, family, finest, spent, state, scratch) or not whole
+            better, finest = better or finest > _CLOSEST, _CLOSEST
     phi = direction(family, state[SAFE + AT])
     r = state[SAFE + BEST]
     return r * math.cos(phi), r * math.sin(phi), state[SAFE + RECORD], int(state[MADE])

@@ -11,13 +11,10 @@ from numpy.typing import NDArray
 
 from ..control.qp import solve, stack
 from ..fixtures import Constraint, Objective
-from ..robots.snake import SnakeModel
-from .packed import PackedPathway
-from .query import Query
+from .tip_control import Place
 from .wall_rows import wall_rows
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _ROUNDS = 3  # linearisations
 _NEAR_MM = 3.0
@@ -25,23 +22,12 @@ _KEEP_MM = 0.02  # [mm] rows are true for small steps only
 _SCALE = 0.01  # [rad] of a step of joints, what the program is scaled by
 
 
-def eased(
-    snake: SnakeModel,
-    query: Query,
-    packed: PackedPathway,
-    windows: Index,
-    bound: Array,
-    base: Array,
-    q: Array,
-    wanted: Array,
-    most: float,
-) -> Array | None:
-    """Joints (2L,) nearest to ``wanted`` that keep every link within its bound, or None where none are found.
+def eased(place: Place, q: Array, most: float) -> Array | None:
+    """Joints (2L,) nearest to ``place.rest`` that keep every link within its bound, or None where none are found.
 
-    Args:
-        windows: (L, 2); bound: (L,) mm; base: (4, 4) where the base is to go.
-        q: (2L,) where the joints are; none goes farther from there than ``most`` rad.
+    q: (2L,) where the joints are; none goes farther from there than ``most`` rad.
     """
+    snake, wanted = place.snake, place.rest
     n = snake.dof
     low, high = np.maximum(q - most, -snake.q_max), np.minimum(q + most, snake.q_max)
     low, high = np.minimum(low, q), np.maximum(high, q)
@@ -50,7 +36,7 @@ def eased(
     matrix[n, n] = 1.0  # nothing wants the progress variable
     found = np.clip(wanted, low, high)
     for _ in range(_ROUNDS):
-        rows = wall_rows(snake, query, packed, windows, bound, base, found, _NEAR_MM)
+        rows = wall_rows(place, found, _NEAR_MM)
         target = np.append((wanted - found) / _SCALE, 0.0)
         wall = Constraint("wall", rows.matrix, rows.room - _KEEP_MM, rows.vertex, ("the wall of the pathway",))
         answer = solve(stack([Objective(matrix, target)], [wall], low - found, high - found, _SCALE))

@@ -27,8 +27,8 @@ def deviation_kernel(threads: int) -> Any:
 
 
 def kernel_function(threads: int) -> Any:
-    """The kernel in Python."""
-    section: Any = cuda.jit(device=True)(signed_distance)
+    """The kernel in Python; in one piece but for two, as shared memory and barriers are those of the whole block."""
+    least_of_stage, deepest_of_block = _pieces(threads)
 
     def deviations(points: Any, start: Any, asked: Any, rows: Any, polar: Any, found: Any) -> None:
         stage = cuda.shared.array((STAGED, SECTION), np.float64)
@@ -61,29 +61,48 @@ def kernel_function(threads: int) -> Any:
                     cuda.syncthreads()
                     staged = low
                 if i < end and least > 0.0:
-                    here = polar[low : low + count + 1]
-                    near, nearest = np.inf, 0  # the segment that the vertex is most likely in is asked first
-                    for j in range(count):
-                        u, v, w = x - stage[j, BALL], y - stage[j, BALL + 1], z - stage[j, BALL + 2]
-                        away = u * u + v * v + w * w
-                        if away < near:
-                            near, nearest = away, j
-                    for k in range(-1, count):
-                        j = nearest if k < 0 else k
-                        u, v, w = x - stage[j, BALL], y - stage[j, BALL + 1], z - stage[j, BALL + 2]
-                        reach = least + stage[j, BALL_RADIUS]  # a ball that is farther away holds nothing nearer
-                        if least > 0.0 and k != nearest and u * u + v * v + w * w < reach * reach:
-                            gap = section(x, y, z, stage, here, j)[0]  # eq. 1-7
-                            if gap <= 0.0:
-                                gap = 0.0
-                            if gap < least:  # eq. 8; what is no number is not below
-                                least, at = gap, low + j
+                    least, at = least_of_stage(x, y, z, stage, polar[low : low + count + 1], low, least, at)
             if i < end and least > depth:  # eq. 9, of the thread
                 depth, vertex, segment = least, i, at
         depths[thread], vertices[thread], segments[thread] = depth, vertex, segment
+        deepest_of_block(thread, depths, vertices, segments)
+        if thread == 0:
+            found[pose, block, 0] = depths[0]
+            found[pose, block, 1] = float(vertices[0])
+            found[pose, block, 2] = float(segments[0])
+
+    return deviations
+
+
+def _pieces(threads: int) -> tuple[Any, Any]:
+    """Two functions that the kernel calls: what one thread does with the staged segments, what a block does at last."""
+    section: Any = cuda.jit(device=True)(signed_distance)
+
+    def least_of_stage(x: Any, y: Any, z: Any, stage: Any, polar: Any, low: Any, least: Any, at: Any) -> Any:
+        """Eq. 8 over the staged segments, which are ``low`` and on, after what was found before them."""
+        near, nearest = np.inf, 0  # the segment that the vertex is most likely in is asked first
+        for j in range(polar.shape[0] - 1):
+            u, v, w = x - stage[j, BALL], y - stage[j, BALL + 1], z - stage[j, BALL + 2]
+            away = u * u + v * v + w * w
+            if away < near:
+                near, nearest = away, j
+        for k in range(-1, polar.shape[0] - 1):
+            j = nearest if k < 0 else k
+            u, v, w = x - stage[j, BALL], y - stage[j, BALL + 1], z - stage[j, BALL + 2]
+            reach = least + stage[j, BALL_RADIUS]  # a ball that is farther away holds nothing nearer
+            if least > 0.0 and k != nearest and u * u + v * v + w * w < reach * reach:
+                gap = section(x, y, z, stage, polar, j)[0]  # eq. 1-7
+                if gap <= 0.0:
+                    gap = 0.0
+                if gap < least:  # what is no number is not below
+                    least, at = gap, low + j
+        return least, at
+
+    def deepest_of_block(thread: Any, depths: Any, vertices: Any, segments: Any) -> None:
+        """Eq. 9 over the threads of a block, into the first place; of equals the first vertex."""
         cuda.syncthreads()
         half = threads // 2
-        while half > 0:  # eq. 9, of the block; of equals the first vertex
+        while half > 0:
             if thread < half:
                 far, other = depths[thread + half], vertices[thread + half]
                 if far > depths[thread] or (far == depths[thread] and other < vertices[thread]):
@@ -91,9 +110,5 @@ def kernel_function(threads: int) -> Any:
                     segments[thread] = segments[thread + half]
             cuda.syncthreads()
             half //= 2
-        if thread == 0:
-            found[pose, block, 0] = depths[0]
-            found[pose, block, 1] = float(vertices[0])
-            found[pose, block, 2] = float(segments[0])
 
-    return deviations
+    return cuda.jit(device=True)(least_of_stage), cuda.jit(device=True)(deepest_of_block)

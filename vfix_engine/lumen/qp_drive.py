@@ -104,6 +104,6 @@ class QpControl:
         place, snake = self._place, self._place.snake
         near = NEAR_MM + KEEP_MM
         at = snake.clamp(q + step)
-        rows = wall_rows(snake, place.query, place.packed, place.window, place.bound, place.base, at, near)
+        rows = wall_rows(place, at, near)
         room = np.maximum(rows.room - KEEP_MM + rows.matrix[:, : snake.dof] @ (at - q), 0.0)
         return Constraint("wall", rows.matrix, room, rows.vertex, ("the wall of the pathway",))

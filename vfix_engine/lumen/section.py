@@ -32,7 +32,8 @@ def signed_distance(
 
     Above 0 it is δ_j of eq. 7. At or below 0 the point is inside by eq. 5 and it is minus the distance to v2 v3.
     ``rows`` (S, ROW) and ``polar`` (S + 1, A) are those of ``packed.PackedPathway``; A = 1 means circular contours.
-    A point with a NaN has the distance NaN.
+    A point with a NaN has the distance NaN. It is one formula from top to bottom and one function, as numba-cuda takes
+    it for a GPU as it stands.
     """
     px, py, pz = x - rows[j, 0], y - rows[j, 1], z - rows[j, 2]
     ex, ey, ez = rows[j, 19], rows[j, 20], rows[j, 21]

@@ -304,9 +304,8 @@ class SnakeDrive:
 
     def _eased(self, wanted: Conformed, end: Pose, dt: float) -> tuple[Conformed, Pose]:
         """The nearest shape that keeps the bounds, if there is one; the operator's bend stays as it is."""
-        most = self.settings.speed_max * dt
-        bound, packed = self._bounds(), self._packed
-        q = eased(self.snake, self.query, packed, self._windows, bound, end.base, self.q, end.q, most)
+        place = Place(self.snake, self.query, end.base, end.q, self._packed, self._windows, self._bounds())
+        q = eased(place, self.q, self.settings.speed_max * dt)
         if q is None:
             return wanted, end
         change = q - end.q

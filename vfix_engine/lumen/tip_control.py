@@ -18,9 +18,9 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where the distal links are to be moved about.
+    """Where links are to be moved about: the distal ones as a rule, or all.
 
-    snake: the distal links alone; query: of their vertices.
+    snake: these links alone; query: of their vertices.
     base: (4, 4) of the frame {l} they hang on, patient frame; rest: (2L',) their part of the conforming shape q̃.
     packed, window: the pathway and the segments (L', 2) that the links are measured against; bound: (L',) b_i in mm.
     """

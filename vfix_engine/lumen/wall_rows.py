@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.compiled import compiled
-from ..robots.snake import SnakeModel
 from ..robots.snake_kernel import snake_jacobian
 from .clearance import binding_vertices
-from .packed import PackedPathway
-from .query import Query
+from .tip_control import Place
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -31,23 +29,14 @@ class WallRows(NamedTuple):
     vertex: Index
 
 
-def wall_rows(
-    snake: SnakeModel,
-    query: Query,
-    packed: PackedPathway,
-    windows: Index,
-    bound: Array,
-    base: Array,
-    q: Array,
-    near_mm: float,
-) -> WallRows:
-    """Rows at joints q (2L,) of the vertices that have less than ``near_mm`` left to their link's bound (L,)."""
-    frames = snake.frames(q, base)
-    near = binding_vertices(query, packed, frames, windows, bound, near_mm, PER_LINK)
-    matrix = np.zeros((len(near.link), snake.dof + 1))
+def wall_rows(place: Place, q: Array, near_mm: float) -> WallRows:
+    """Rows at joints q (2L,) of the vertices that have less than ``near_mm`` left to their link's bound."""
+    frames = place.snake.frames(q, place.base)
+    near = binding_vertices(place.query, place.packed, frames, place.window, place.bound, near_mm, PER_LINK)
+    matrix = np.zeros((len(near.link), place.snake.dof + 1))
     poses = np.ascontiguousarray(frames[1:, :3])
     clearance_rows(poses, frames[0].copy(), np.array(q), near.link, near.point, near.gradient, matrix)
-    return WallRows(matrix, bound[near.link] - near.signed, near.vertex)
+    return WallRows(matrix, place.bound[near.link] - near.signed, near.vertex)
 
 
 @compiled

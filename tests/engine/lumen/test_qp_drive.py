@@ -14,7 +14,7 @@ from vfix_engine.lumen.ease import eased
 from vfix_engine.lumen.qp_drive import QpControl
 from vfix_engine.lumen.query import Query
 from vfix_engine.lumen.snake_drive import SnakeDrive
-from vfix_engine.lumen.tip_control import camera_jacobian
+from vfix_engine.lumen.tip_control import Place, camera_jacobian
 from vfix_engine.lumen.wall_rows import wall_rows
 from vfix_engine.robots.snake import SnakeModel
 
@@ -25,16 +25,17 @@ def test_rows_of_the_wall_are_true_for_small_steps() -> None:
     """What a row says of a vertex, against the signed clearance measured again after a step."""
     snake, packed = SnakeModel(5), arc(150.0, 1.4, contours=20).packed()
     query, window = Query(snake.vertices(200)), np.tile([0, len(packed.rows)], (5, 1)).astype(np.int64)
-    rng, base, bound = np.random.default_rng(4), np.eye(4), np.full(5, 4.0)
+    rng, bound = np.random.default_rng(4), np.full(5, 4.0)
     chord = 2.0 * math.asin(14.0 / 150.0)
     rest = np.tile([0.0, chord], 5)
     rest[1] *= 0.5
+    place = Place(snake, query, np.eye(4), rest, packed, window, bound)
     seen = 0
     for _ in range(30):
         q = rest + rng.uniform(-0.12, 0.12, 10)
-        rows = wall_rows(snake, query, packed, window, bound, base, q, 3.0)
+        rows = wall_rows(place, q, 3.0)
         step = rng.normal(size=10) * 1e-5
-        after = wall_rows(snake, query, packed, window, bound, base, q + step, 3.5)
+        after = wall_rows(place, q + step, 3.5)
         for row, room, vertex in zip(rows.matrix, rows.room, rows.vertex, strict=True):
             same = np.flatnonzero(after.vertex == vertex)
             if len(same):
@@ -102,16 +103,17 @@ def test_a_shape_beyond_its_bounds_is_eased_into_them() -> None:
     wanted, bound = np.tile([0.02, 0.05], 5), np.full(5, 2.0)
     deep = query.deviations(packed, snake.frames(wanted, np.eye(4)), window).depth
     assert (deep > 2.0).any()
-    q = eased(snake, query, packed, window, bound, np.eye(4), np.zeros(10), wanted, 0.1)
+    place = Place(snake, query, np.eye(4), wanted, packed, window, bound)
+    q = eased(place, np.zeros(10), 0.1)
     assert q is not None
     depth = query.deviations(packed, snake.frames(q, np.eye(4)), window).depth
     assert (depth <= bound).all()
     assert depth.max() > 1.5
     assert np.linalg.norm(q - wanted) < np.linalg.norm(wanted)
-    far = eased(snake, query, packed, window, bound, np.eye(4), np.zeros(10), wanted, 0.01)
+    far = eased(place, np.zeros(10), 0.01)
     assert far is not None
     np.testing.assert_allclose(far, 0.01, atol=1e-9)  # every joint as far as it may go, which the bounds allow
-    stuck = eased(snake, query, packed, window, bound, np.eye(4), wanted, wanted, 0.01)
+    stuck = eased(place, wanted, 0.01)
     assert stuck is None  # from beyond the bounds they are not reached in so small a step
 
 
