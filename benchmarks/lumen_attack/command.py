@@ -23,7 +23,7 @@ Job = tuple[str, int, int]  # scene, seed, steps
 SUMMED = (
     "steps", "violations", "held", "shrunk", "moved", "inserted", "nan", "remeasured", "replayed",
     "replayed_insertions", "replayed_in_moving_tissue", "replay_hits", "disagreements", "limit_violations",
-    "exceptions", "refused_commands", "refused_starts", "outrun",
+    "exceptions", "refused_commands", "refused_starts", "outrun", "outrun_in_time",
 )  # fmt: skip
 WORST = ("deepest_mm", "way_mm", "outrun_mm", "tissue_mm")
 WRONG = ("violations", "nan", "disagreements", "limit_violations", "exceptions", "replay_hits")

@@ -24,6 +24,7 @@ SAME = 1e-12  # [rad] between where one motion ends and the next one begins
 FINER = 50  # poses of a replay
 NEAR_MM = 0.5  # to a bound: replayed five times as often
 TISSUE_EVERY = 10  # steps in moving tissue after which it is asked how it really lies
+LONG_S, RECOVERS_S = 0.03, 2.0  # [s] a step in which tissue goes unseen, and how long a robot may take to follow
 FAILURES_KEPT = 5
 
 
@@ -45,7 +46,8 @@ class Tally:
     violations: links beyond what is promised at a configuration that a step ended in, on the way to it, or moved there
     by no motion that the certificate took. deepest_mm: beyond that, at configurations; way_mm: beyond b_i on the way,
     where 0.05 is promised. outrun: configurations with a link deeper than b_i that the tissue's own motion brought
-    there, outrun_mm: how much. tissue_mm: beyond b_i against the tissue as it was at the very end of the step.
+    there, outrun_mm: how much; outrun_in_time: without a step of more than 30 ms in the last two seconds.
+    tissue_mm: beyond b_i against the tissue as it was at the very end of the step.
     """
 
     steps: int = 0
@@ -68,6 +70,7 @@ class Tally:
     refused_commands: int = 0
     refused_starts: int = 0
     outrun: int = 0
+    outrun_in_time: int = 0
     outrun_mm: float = 0.0
     tissue_mm: float = 0.0
     least_room_mm: float = np.inf
@@ -122,7 +125,7 @@ class Watch:
         inner._limits = _Witness(inner._limits, drive, 0, self._taken)
         inner._distal_limits = _Witness(inner._distal_limits, drive, self._first, self._taken)
         self._q, self._base, self._tip = drive.q.copy(), drive.state.base.copy(), drive.tip_s
-        self._refused = 0
+        self._refused, self._rushed = 0, -np.inf
 
     def judge(self, state: DriveState, dt: float) -> None:
         """One step that the engine has taken."""
@@ -140,6 +143,7 @@ class Watch:
             tally.fail("not finite", doing=self._doing, q=state.q.tolist())
             return
         self._judge_joints(state, dt)
+        self._rushed = state.t if dt > LONG_S else self._rushed
         poses = self._chain(state, motions)
         moved = not (np.array_equal(self._q, state.q) and np.array_equal(self._base, state.base))
         tally.moved += moved
@@ -208,6 +212,7 @@ class Watch:
             self._promise(over, "configuration")
             return depth
         tally.outrun += 1
+        tally.outrun_in_time += state.t > self._rushed + RECOVERS_S
         tally.outrun_mm = max(tally.outrun_mm, float(over.max()))
         for one, (q, base, q_end, base_end) in zip(motions, poses, strict=True):
             before = self._depth(one.packed, one.windows, one.measured, q, base)
