@@ -20,6 +20,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.mesh_files import read_mesh
 from vfix_engine.lumen.drive import OPERATORS, DriveSettings, Shot, drive_lumen
 from vfix_engine.lumen.drive_state import CONTROLS
+from vfix_engine.lumen.look_plan import view_of
 from vfix_engine.lumen.picture import LumenPictures
 from vfix_engine.lumen.tissue_motion import breathing
 from vfix_engine.robots.snake import SnakeModel
@@ -155,7 +156,7 @@ class Album:
         state, settings = shot.state, self._settings
         inside = state.deviation.depth[state.measured]
         at_limit = int((np.abs(state.q) >= shot.snake.q_max - 1e-9).sum())
-        doing = "looking round" if shot.event == "bent" else "just arrived"
+        doing = f"looking {_turned(shot)} degrees aside" if shot.event == "bent" else "just arrived"
         deepest = f"{inside.max():.1f} mm" if len(inside) else "not measured, no link is inside yet"
         return [
             f"{shot.snake.links} links, the tip {state.tip_s:.0f} mm in, {doing}",
@@ -164,6 +165,12 @@ class Album:
             f"{at_limit} of {shot.snake.dof} joints at their limit",
             NOTICE,
         ]
+
+
+def _turned(shot: Shot) -> int:
+    """How far the view is turned from the straight one, in whole degrees."""
+    straight = shot.snake.camera(shot.state.q_conformed, shot.state.base)
+    return round(math.degrees(view_of(straight, shot.camera[:3, 2]).turned))
 
 
 def _surface(path: Path) -> TriangleMesh:

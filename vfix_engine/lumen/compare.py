@@ -48,7 +48,7 @@ def compare_controls(
     common = settings or DriveSettings()
     watched = _drive(lane, tip_s, common, "parameterised")
     look: list[Order] = []
-    for order in scripted(watched, [Stop("here", tip_s)], tip_s):
+    for order in scripted(watched, [Stop("here", tip_s)], tip_s, with_plan=False):
         look.append(order)
         watched.step(order.command, order.dt)
     still = _drive(lane, tip_s, common, "parameterised")

@@ -34,6 +34,7 @@ _SLIP = 10.0  # [mm] that the tip is asked to make up for in one solution
 _SETTLE = 200  # turns of a solution without one before it
 _FOLLOW = 6  # turns of a solution that follows one
 _ANEW = 20  # turns of a solution that follows one on a curve that has moved
+_ALIGNED = 1e-9  # [rad] of a link that is straight
 _DEFAULT_ROOM = 4.0  # [mm] around the curve where none is given
 
 
@@ -80,7 +81,15 @@ def _across(curve: Curve) -> Array:
 class _Chain:
     """One snake on one curve: what stays the same for every depth."""
 
-    def __init__(self, snake: SnakeModel, curve: Curve, room: ArrayLike | None, roll: float | None, outside: bool):
+    def __init__(
+        self,
+        snake: SnakeModel,
+        curve: Curve,
+        room: ArrayLike | None,
+        roll: float | None,
+        outside: bool,
+        deepest: float | None = None,
+    ):
         self.snake, self.curve, self.outside = snake, curve, outside
         self.points, self.tangents = curve.points, curve.tangents
         self.across = _across(curve)
@@ -88,7 +97,7 @@ class _Chain:
         self.room.setflags(write=False)
         if not outside:
             self._fits()
-        self.roll = self._best_roll() if roll is None else float(roll)
+        self.roll = self._best_roll(curve.length if deepest is None else deepest) if roll is None else float(roll)
 
     def _fits(self) -> None:
         reach, link = self.snake.reach_mm(), self.snake.length_mm
@@ -123,9 +132,9 @@ class _Chain:
         largest = angles_between(joints, base, q)
         return places, joints, base, q, largest
 
-    def _best_roll(self) -> float:
+    def _best_roll(self, deepest: float) -> float:
         """The roll of the base that asks least of the joints beyond their limits over the whole insertion."""
-        depths = np.arange(0.0, self.curve.length, _ROLL_STEP)
+        depths = np.arange(0.0, min(self.curve.length, deepest), _ROLL_STEP)
         rolls = np.arange(_ROLLS) * (0.5 * math.pi / _ROLLS)
         beyond = [self._beyond(depths, roll) for roll in rolls]
         return float(rolls[int(np.argmin(beyond))])
@@ -164,11 +173,20 @@ class _Chain:
             turns = _FOLLOW
         state[-1] = joint_s[0]
         places[0::2], places[1::2] = 0.5 * (joint_s[:-1] + joint_s[1:]), joint_s[1:]
+        out = 0 if near is None else _straight_outside(near, self.snake.length_mm)
+        before = np.arange(-out, 0.0) * self.snake.length_mm  # of the joints that stay out
+        state[-1] = joint_s[out]
+        for feed in (low, high):
+            feed[-1] -= before[0] if out else 0.0
+        state, places, low, high = state[2 * out :], places[2 * out :], low[2 * out :], high[2 * out :]
         line = Line(self.points, self.tangents, self.across, self.room, self.curve.step_mm)
         task = Task(self.snake.length_mm, self.roll, target, _weights(largest <= limit), state.copy())
-        base, frames = np.empty((3, 4)), np.empty((links, 3, 4))
+        base, frames = np.empty((3, 4)), np.empty((links - out, 3, 4))
         settle_chain(line, task, low, high, turns, state, places, base, frames)
-        return self._finished(base, state[:-1].copy(), np.concatenate([state[-1:], places[1::2]]), tip_s, False)
+        q = np.concatenate([np.zeros(2 * out), state[:-1]])
+        if out:  # straight before the curve's start, where all frames are parallel
+            base[:, 3] += before[0] * base[:, 2]
+        return self._finished(base, q, np.concatenate([state[-1] + before, state[-1:], places[1::2]]), tip_s, False)
 
     def _finished(self, base: Array, q: Array, joint_s: Array, tip_s: float, exact: bool) -> Conformed:
         whole = np.eye(4)
@@ -188,6 +206,15 @@ class _Chain:
             if near.exact or change <= FASTEST * abs(moved):
                 return found
         return self.nearest(tip_s, near, moved)
+
+
+def _straight_outside(near: Conformed, length: float) -> int:
+    """How many links, from the base on, lie straight so far outside that the next step leaves them as they are.
+
+    So the shape of what is inside does not depend on how many links are still to come.
+    """
+    far = (near.joint_s[1:] < -length) & (np.abs(near.q.reshape(-1, 2)) < _ALIGNED).all(axis=1)
+    return int(np.append(far[:-1], False).argmin())
 
 
 def _convected(q: Array, share: float) -> Array:
@@ -268,6 +295,7 @@ class Insertion:
     Args:
         snake, curve, room, roll: as for ``conform``.
         tip_s: where the tip begins, mm; the default is the curve's start, with the snake straight before it.
+        deepest: mm, how far in the tip will go at most, which is what the roll is chosen for; None: to the curve's end.
     """
 
     def __init__(
@@ -277,8 +305,9 @@ class Insertion:
         room: ArrayLike | None = None,
         roll: float | None = None,
         tip_s: float = 0.0,
+        deepest: float | None = None,
     ):
-        self._chain = _Chain(snake, curve, room, roll, True)
+        self._chain = _Chain(snake, curve, room, roll, True, deepest)
         self._chain.check(tip_s)
         self._tip_s = float(tip_s)
         state = self._chain.on_curve(self._tip_s)
@@ -303,6 +332,10 @@ class Insertion:
     def links_inside(self) -> int:
         """How many links have their far end beyond the curve's start."""
         return self._state.links_inside
+
+    def correct(self, state: Conformed) -> None:
+        """Go on from another shape along the same curve."""
+        self._state, self._tip_s = state, state.tip_s
 
     def advance(self, ds: float) -> Conformed:
         """The snake with its tip ``ds`` mm farther in, or farther out where that is negative.

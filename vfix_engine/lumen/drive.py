@@ -21,7 +21,7 @@ from .drive_report import DriveReport, Tally, Visit
 from .drive_state import Command, DriveSettings, DriveState
 from .fit import containment, fit_pathway
 from .follow import followable
-from .operators import OPERATORS, Order, Stop, adversarial, scripted
+from .operators import OPERATORS, Order, Retry, Stop, adversarial, scripted
 from .pathway import Pathway, TissueMotion
 from .snake_drive import SnakeDrive
 
@@ -161,11 +161,15 @@ def drive_lumen(
     drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.room)
     tally = Tally(robot.q_max, drive.bound)
     offsets: list[Array] = []
+    retries: list[Retry] = []
     for order in _orders(drive, operator, visits, target, seed):
         before = drive.q.copy()
         drive.step(order.command, order.dt)
         tally.add(before, drive.state, order.dt)
         offsets.append(drive.offset_mm)
+        if order.retry is not None:
+            retries.append(order.retry)
+            say(f"held at {order.retry.at_mm:.0f} mm, {'past it now' if order.retry.passed else 'and again'}")
         visit = _note(order, drive, visits)
         if visit is not None and order.event is not None:
             say(f"{order.event} {visit.name}, {drive.tip_s:.0f} mm in")
@@ -180,6 +184,7 @@ def drive_lumen(
     return DriveReport(
         robot.links, target, drive.tip_s, length, tally, tuple(visits), outside.outside, outside.depth_mm,
         (float(np.median(offset)), float(offset.max())), drive.refused_commands, spent, asdict(settings), stopped,
+        tuple(retries),
     )  # fmt: skip
 
 
@@ -236,6 +241,8 @@ def _note(order: Order, drive: SnakeDrive, visits: list[Visit]) -> Visit | None:
         visit.note = "too near the entrance to look round: the links that bend are not inside yet"
     elif order.event == "gave up":
         visit.note = f"the look-round was not finished: {order.reason}"
+    if order.looked is not None:
+        visit.looked_from_mm, visit.sides = order.looked.s_mm, order.looked.sides
     if state.mode == "looking":
         visit.steps += 1
         visit.turned(state.steering)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .drive_state import DriveState
+from .look_round import Retry, SideSeen
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,8 @@ _REASONS = 8  # most frequent reasons that are told
 class Visit:
     """A landmark: where it lies along the curve, whether the tip came there, and what the look-round needed.
 
-    turn_deg: how far round the bend went; r_max: the largest r. Both are 0 where nothing is steered.
+    looked: whether the view was turned far enough to every side. turn_deg: how far round the hand's bend went; r_max:
+    the largest r. Both are 0 where nothing is steered. looked_from_mm, sides: of the look-round, if there was one.
     """
 
     name: str
@@ -34,6 +36,8 @@ class Visit:
     r_max: float = 0.0
     deviation_max_mm: float = 0.0
     force_max_n: float = 0.0
+    looked_from_mm: float | None = None
+    sides: tuple[SideSeen, ...] = ()
     _theta: float | None = None
 
     def turned(self, steering: tuple[float, float]) -> None:
@@ -50,7 +54,8 @@ class Visit:
     def to_dict(self) -> dict[str, Any]:
         """JSON's types only."""
         told = {key: value for key, value in vars(self).items() if not key.startswith("_")}
-        return {key: value if isinstance(value, str | bool | int) else float(value) for key, value in told.items()}
+        told["sides"] = [asdict(side) for side in self.sides]
+        return told
 
 
 @dataclass
@@ -119,6 +124,7 @@ class DriveReport:
     seconds: dict[str, float]
     settings: dict[str, Any]
     stopped_by: str | None
+    retries: tuple[Retry, ...] = ()
 
     @property
     def reached(self) -> bool:
@@ -166,6 +172,7 @@ class DriveReport:
             "seconds": {key: float(value) for key, value in self.seconds.items()},
             "settings": self.settings,
             "stopped_by": self.stopped_by,
+            "retries": [asdict(retry) for retry in self.retries],
         }
 
 

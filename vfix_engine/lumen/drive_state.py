@@ -37,7 +37,7 @@ class DriveSettings:
 
     step_s: one step while looking round; the paper's loop is faster than 1 kHz.
     insertion_mm_per_s, insertion_step_mm: the operator's speed, and the most that one step inserts.
-    waypoint_mm: of insertion between two conforming shapes; a way that gets caught with one may go on with another.
+    waypoint_mm: of insertion between two conforming shapes; an operator who is held draws back and comes with others.
         This and the step are 0.01 mm at least.
     manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
     bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one; None for the tip: half the others'.
@@ -50,6 +50,9 @@ class DriveSettings:
     vertices_per_link: of the surface that is measured.
     speed_max: rad/s of every joint, Table II.
     tissue_s: so often a pathway that moves is followed.
+    look_aim_deg: so far a look-round turns the view to each side, if the bounds let it; look_least_deg: less than that
+        to any side is no look-round.
+    look_within_mm: so far before or behind a landmark a better place to look round from is looked for.
 
     Raises:
         InputError: a number out of its range.
@@ -58,7 +61,7 @@ class DriveSettings:
     step_s: float = 0.001
     insertion_mm_per_s: float = 20.0
     insertion_step_mm: float = 0.5
-    waypoint_mm: float = 0.5
+    waypoint_mm: float = 1.0
     manipulated: int = 5
     bound_mm: float = 8.0
     tip_bound_mm: float | None = None
@@ -73,6 +76,9 @@ class DriveSettings:
     vertices_per_link: int = 100
     speed_max: float = math.radians(36.0)
     tissue_s: float = 0.02
+    look_aim_deg: float = 45.0
+    look_least_deg: float = 20.0
+    look_within_mm: float = 10.0
 
     def __post_init__(self) -> None:
         for name in ("insertion_mm_per_s", "bound_mm", "speed_max", "tissue_s"):
@@ -92,6 +98,9 @@ class DriveSettings:
             object.__setattr__(self, name, whole(_called(name), getattr(self, name), low, high))
         if self.angles == 2:
             raise InputError("drive setting angles: a contour has 1 radius, or at least 3 around its centre; not 2")
+        within(_called("look_within_mm"), self.look_within_mm, 0.0, math.inf)
+        within(_called("look_aim_deg"), self.look_aim_deg, 1.0, 90.0)
+        within(_called("look_least_deg"), self.look_least_deg, 1.0, self.look_aim_deg)
         if self.control not in CONTROLS:
             raise InputError(f"control is one of {', '.join(CONTROLS)}, not {self.control!r}")
         if self.bends not in (4, 8):
@@ -116,6 +125,8 @@ class Command:
     insert_mm_per_s: forwards, negative backwards.
     camera_mm_per_s: of the camera in its picture's plane, x to the right, y down.
     straighten: bring the manipulated links back to the shape that conforms.
+    bend: (2L',) rad by which the manipulated joints are to stand off the conforming shape, as far as a step goes; it
+        comes before a camera command. None: no such command.
 
     Raises:
         InputError: values that are no real numbers, or a camera command that is not two of them.
@@ -124,6 +135,7 @@ class Command:
     insert_mm_per_s: float = 0.0
     camera_mm_per_s: tuple[float, float] = (0.0, 0.0)
     straighten: bool = False
+    bend: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "insert_mm_per_s", _real("insert_mm_per_s", self.insert_mm_per_s))
@@ -133,11 +145,22 @@ class Command:
         object.__setattr__(self, "camera_mm_per_s", tuple(_real("camera_mm_per_s", value) for value in camera))
         if not isinstance(self.straighten, bool | np.bool_):
             raise InputError(f"straighten is true or false, not {self.straighten!r}")
+        bend: Any = self.bend
+        if bend is not None:
+            if isinstance(bend, str) or not hasattr(bend, "__len__"):
+                raise InputError(f"bend is two numbers for each manipulated link, not {bend!r}")
+            object.__setattr__(self, "bend", tuple(_real("bend", value) for value in bend))
 
     @property
     def finite(self) -> bool:
         """Whether all its numbers are."""
-        return all(math.isfinite(value) for value in (self.insert_mm_per_s, *self.camera_mm_per_s))
+        numbers = (self.insert_mm_per_s, *self.camera_mm_per_s, *(self.bend or ()))
+        return all(math.isfinite(value) for value in numbers)
+
+    @property
+    def bends(self) -> bool:
+        """Whether the manipulated links are to move."""
+        return self.straighten or any(self.camera_mm_per_s) or self.bend is not None
 
     @property
     def camera(self) -> Array:
@@ -197,3 +220,11 @@ def both(tissue: Outcome, command: Outcome) -> Outcome:
     if tissue[0] == "held" and command[0] == "moved":
         return "shrunk", tissue[1]
     return command
+
+
+def refuse_beyond(depth: Array, bound: Array) -> None:
+    """InputError if a link of these (L,) mm is beyond its bound at the start: the limits would let it stay there."""
+    link = int((depth - bound).argmax())
+    if not depth[link] <= bound[link]:
+        start = f"link {link + 1} would start {depth[link]:.2f} mm outside of the pathway"
+        raise InputError(f"{start}; its bound is {bound[link]:g} mm: start less deep, or allow it")

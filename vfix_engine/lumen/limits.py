@@ -82,7 +82,7 @@ class HardLimits:
             raise InputError(f"bounds are {snake.links} numbers of at least 0 mm, not {given}")
         if query.links != snake.links:
             raise InputError(f"a query of {query.links} links for a snake of {snake.links}")
-        self.query, self.snake, self.bound, self._first = query, snake, given, first
+        self.query, self.snake, self.bound, self.first = query, snake, given, first
         points = query.vertices.points
         shape = np.zeros(SHAPE_SIZE)
         shape[LENGTH], shape[TOLERANCE] = snake.length_mm, WAY_TOLERANCE_MM
@@ -159,13 +159,13 @@ class HardLimits:
         link = unfit_window(windows, len(packed.rows))
         if link >= 0:
             raise InputError(
-                f"link {self._first + link + 1} has the window {windows[link].tolist()}: "
+                f"link {self.first + link + 1} has the window {windows[link].tolist()}: "
                 f"give 0 ≤ first < last ≤ {len(packed.rows)}, the segments of the pathway"
             )
         link = unfit_bound(bound)
         if link >= 0:
             raise InputError(
-                f"link {self._first + link + 1} has a bound of {bound[link]} mm: give at least 0, or infinity for none"
+                f"link {self.first + link + 1} has a bound of {bound[link]} mm: give at least 0, or infinity for none"
             )
         return windows, bound
 
@@ -181,7 +181,7 @@ class HardLimits:
         link = int(beyond.argmax())
         if not beyond[link] > 0.0:
             return "the motion is too wild to be followed in parts"
-        name, deep, most = self._first + link + 1, found.depth[link], bound[link]
+        name, deep, most = self.first + link + 1, found.depth[link], bound[link]
         return f"link {name} would be {deep:.2f} mm outside of the pathway; its bound is {most:g} mm"
 
 

@@ -16,19 +16,19 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..robots.snake import SnakeModel
-from .conformance import Conformed, Insertion, conform
+from .conformance import Conformed
 from .conforming import blended, driven_curve
+from .controls import make_control
 from .curve import Curve
-from .drive_state import Command, DriveSettings, DriveState, Outcome, both
+from .drive_state import Command, DriveSettings, DriveState, Outcome, both, refuse_beyond
 from .ease import eased
 from .hand_forces import HandForces
 from .haptics import Forces
 from .limits import HardLimits, Pose
-from .parameterised import ParameterisedControl
 from .pathway import Pathway
-from .qp_drive import QpControl
 from .query import Deviations, Query
-from .tip_control import Place, TipControl
+from .tip_control import Place
+from .waypoints import Waypoints, moved_off
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -83,33 +83,31 @@ class SnakeDrive:
         self._distal_limits = HardLimits(self._distal_query, self.distal, self.bound[self._first :], self._first)
         self.control = make_control(self.settings)
         self.hand = HandForces(self.distal)
-        self._curve = driven_curve(pathway, curve)
-        self._room = room if curve is not None and pathway.motion is None else None
-        self.t, self.refused_commands, self._steps = 0.0, 0, 0
-        self._tissue_at, self._settled, self._query_s = 0.0, False, 0.0
+        self.t, self.refused_commands, self._steps, self._tissue_at = 0.0, 0, 0, 0.0
+        self._settled, self._by_joints, self._query_s = False, False, 0.0  # by commands to its joints it may be bent
         self._goal: Conformed | None = None  # the shape that the tissue's motion asks for, while it is not reached
         self._why: str | None = None
-        self._ahead: tuple[float, Conformed] | None
+        self._packed = pathway.packed(0.0)
+        self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
+        still = pathway.motion is None
+        around, line = room if curve is not None and still else None, driven_curve(pathway, curve)
         self._windows: Index
         self._measured: NDArray[np.bool_]
         self._deviation: Deviations
-        self._packed = pathway.packed(0.0)
-        self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
-        self._insertion = Insertion(snake, self._curve, self._room, None, tip_s)
-        self._conformed, self.tip_s = self._insertion.state, float(tip_s)
-        self._plan, self._ahead = self._conformed, None
+        self._way = Waypoints(snake, line, around, tip_s, still, self.settings.waypoint_mm)
+        self._conformed, self.tip_s = self._way.first, float(tip_s)
         self.q = np.array(self._conformed.q)
         self._began = self.q.copy()
         self._look(self._conformed.joint_s)
         self._measure()
         if not beyond_allowed:
-            self._refuse_beyond()
+            refuse_beyond(self._deviation.depth, self.bound)
         self.state = self._state("inserting", ("rest", None), None, 0.0)
 
     @property
     def length_mm(self) -> float:
         """Of the curve that the robot conforms to."""
-        return self._curve.length
+        return self._way.curve.length
 
     @property
     def can_look(self) -> bool:
@@ -120,6 +118,17 @@ class SnakeDrive:
     def straight(self) -> bool:
         """Whether the distal links lie as the conforming shape has them."""
         return bool(np.abs(self.q - self._conformed.q).max() < _STRAIGHT)
+
+    @property
+    def distal_limits(self) -> HardLimits:
+        """That certify motion of the distal links."""
+        return self._distal_limits
+
+    @property
+    def bend(self) -> Array:
+        """(2L',) rad by which the distal joints stand off the conforming shape."""
+        bend: Array = self.q[2 * self._first :] - self._conformed.q[2 * self._first :]
+        return bend
 
     @property
     def offset_mm(self) -> Array:
@@ -143,18 +152,21 @@ class SnakeDrive:
         dt = self.settings.step_s if dt is None else dt
         if not (np.isfinite(dt) and dt > 0.0):
             raise InputError(f"a step takes a finite, positive time, not {dt}")
+        if command.bend is not None and len(command.bend) != self.distal.dof:
+            raise InputError(f"a bend of {len(command.bend)} joints: give {self.distal.dof}")
         if not command.finite:
             command, self.refused_commands = Command(), self.refused_commands + 1
         self.t += dt
         self._began = self.q.copy()
         before = self.q[2 * self._first :].copy()
         outcome: Outcome = ("rest", None) if self.pathway.motion is None else self._follow_tissue(dt)
-        bends = command.straighten or any(command.camera_mm_per_s)
-        looking = bends and command.insert_mm_per_s == 0.0
-        if bends or command.insert_mm_per_s != 0.0:
+        looking = command.bends and command.insert_mm_per_s == 0.0
+        if command.bends or command.insert_mm_per_s != 0.0:
             outcome = both(outcome, self._command(command, dt))
         if self._steps % _TIMED == 0:
-            self._time_a_query()
+            frames, asked = self.snake.frames(self.q, self._conformed.base), perf_counter()
+            self.query.deviations(self._packed, frames, self._windows)
+            self._query_s = perf_counter() - asked
         self._steps += 1
         after = self.q[2 * self._first :]
         forces = None
@@ -188,21 +200,22 @@ class SnakeDrive:
         if command.insert_mm_per_s == 0.0:
             return self._bend(command, dt, left)
         outcome = self._insert(command.insert_mm_per_s * dt, left)
-        if outcome[0] == "moved" and (command.straighten or any(command.camera_mm_per_s)):
+        if outcome[0] == "moved" and command.bends:
             return "shrunk", "insertion comes first: the tip was not bent"
         return outcome
 
     def _insert(self, wanted_mm: float, dt: float) -> Outcome:
         """Forwards or backwards along the curve."""
-        first = 2 * self._first
-        if self.control.bent(self.q[first:], self._conformed.q[first:]) > self.settings.reoptimise_below:
+        rest = self._conformed.q[2 * self._first :]
+        if self._by_joints or self.control.bent(self.q[2 * self._first :], rest) > self.settings.reoptimise_below:
             return "held", "the tip is bent: straighten it before it is inserted or drawn back"
         most = self.settings.insertion_step_mm
         wanted_mm = min(max(wanted_mm, -most), most)
-        ahead_s, ahead = self._waypoint(1.0 if wanted_mm > 0.0 else -1.0)
+        try:
+            ahead_s, ahead = self._waypoint(1.0 if wanted_mm > 0.0 else -1.0)
+        except LookupError as end:
+            return "held", str(end)
         way = ahead_s - self.tip_s
-        if way == 0.0:
-            return "held", "the end of the path" if wanted_mm > 0.0 else "the robot is out"
         ratio = self._fastest(ahead, dt)
         within = min(1.0, wanted_mm / way, 1.0 / ratio if ratio > 0.0 else 1.0)
         for share in SHARES:
@@ -210,28 +223,41 @@ class SnakeDrive:
             if self._certified(blended(self._conformed, ahead, part), dt):
                 self.tip_s, self._goal = self._conformed.tip_s, None  # what conforms here lies elsewhere than the goal
                 if part >= 1.0:
-                    self._plan, self._ahead = ahead, None
+                    self._way.passed()
                 self._settled = False
                 return ("moved", None) if share == 1.0 else ("shrunk", self._why)
         return "held", self._why
 
     def _waypoint(self, sign: float) -> tuple[float, Conformed]:
-        """Where the insertion goes next: shapes a waypoint apart, the same however fast it goes."""
-        if self._ahead is None or (self._ahead[0] - self.tip_s) * sign <= 0.0:
-            place = min(max(self.tip_s + sign * self.settings.waypoint_mm, 0.0), self._curve.length)
-            if place == self.tip_s:
-                return place, self._conformed
-            self._ahead = (place, self._conform_next(place))
-        return self._ahead
+        """Where the insertion goes next, moved off the wall where that is needed.
+
+        Raises:
+            LookupError: there is nowhere to go.
+        """
+        place, shape, new = self._way.ahead(self.tip_s, sign)
+        if not new:
+            return place, shape
+        known = self._windows, self._measured
+        self._look(shape.joint_s)
+        better = moved_off(shape, self.snake, self.query, self._packed, self._windows, self._bounds())
+        self._windows, self._measured = known
+        if better is not None:
+            self._way.correct(better)
+        return place, better or shape
+
+    def plan_anew(self, waypoint_mm: float) -> None:
+        """Forget what was planned ahead; from here on in shapes ``waypoint_mm`` apart."""
+        self._way.spacing_mm = waypoint_mm
+        self._way.restart(self._conformed)
 
     def _follow_tissue(self, dt: float) -> Outcome:
         """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
         if self.t >= self._tissue_at:
             self._tissue_at = self.t + self.settings.tissue_s
-            self._packed, self._curve = self.pathway.packed(self.t), self.pathway.curve(self.t)
-            self.tip_s = min(self.tip_s, self._curve.length)
-            self._goal = self._conform(self.tip_s, self._conformed)
-            self._plan, self._ahead = self._goal, None
+            self._packed, self._way.curve = self.pathway.packed(self.t), self.pathway.curve(self.t)
+            self.tip_s = min(self.tip_s, self._way.curve.length)
+            self._goal = self._way.at(self.tip_s, self._conformed)
+            self._way.restart(self._goal)
             self._measure()
         was, outcome = self._conformed, self._to_goal(dt)
         left = self._left(dt)
@@ -251,17 +277,9 @@ class SnakeDrive:
             if self._certified(blended(self._conformed, goal, share), dt):
                 self._goal = None if whole else goal
                 return ("moved", None) if share == 1.0 else ("shrunk", self._why)
-        self._goal, self._plan, self._ahead = None, self._conformed, None  # until the tissue has moved on
+        self._goal = None  # until the tissue has moved on
+        self._way.restart(self._conformed)
         return "held", self._why
-
-    def _conform_next(self, tip_s: float) -> Conformed:
-        """The next shape of the insertion, which knows those before it; on a curve that moves, from where it is."""
-        if self.pathway.motion is None:
-            return self._insertion.advance(tip_s - self._insertion.tip_s)
-        return self._conform(tip_s, self._plan)
-
-    def _conform(self, tip_s: float, near: Conformed) -> Conformed:
-        return conform(self.snake, self._curve, tip_s, near, self._room, self._insertion.roll)
 
     def _bent(self, conformed: Conformed) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""
@@ -308,17 +326,22 @@ class SnakeDrive:
         q = eased(place, self.q, self.settings.speed_max * dt)
         if q is None:
             return wanted, end
-        change = q - end.q
-        return replace(wanted, q=self.snake.clamp(wanted.q + change), exact=False), Pose(end.base, q)
+        return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Pose(end.base, q)
 
     def _bend(self, command: Command, dt: float, left: float) -> Outcome:
         """The distal links, by the camera command or back to the conforming shape, with ``left`` s of joint travel."""
         first = 2 * self._first
-        q = self.q[first:].copy()
-        self.ready_to_look()
+        q, rest = self.q[first:].copy(), self._conformed.q[first:]
         most = self.settings.speed_max * left
+        by_joints = self._by_joints or (command.bend is not None and not command.straighten)
+        if not by_joints:
+            self.ready_to_look()
         if command.straighten:
-            target = self.control.straightened(q)
+            target = rest if by_joints else self.control.straightened(q)
+        elif command.bend is not None:
+            target = self.distal.clamp(rest + command.bend)
+        elif by_joints:
+            return "held", "the tip is bent by its joints: straighten it before the camera is steered"
         else:
             target = self.control.wanted(q, command.camera * dt, most)
         fastest = float(np.abs(target - q).max()) / most
@@ -333,7 +356,10 @@ class SnakeDrive:
             )
             if verdict.taken:
                 self.q[first:] = end
-                self.control.accept(within * share)
+                if by_joints:
+                    self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
+                else:
+                    self.control.accept(within * share)
                 self._keep(verdict.deviation, self._first)
                 return ("moved", None) if share == 1.0 else ("shrunk", self._why)
             self._why = verdict.held_by
@@ -353,14 +379,6 @@ class SnakeDrive:
         reserve = 0.0 if self.pathway.motion is None else TISSUE_RESERVE_MM
         return np.where(self._measured, np.maximum(self.bound - reserve, 0.0), np.inf)
 
-    def _refuse_beyond(self) -> None:
-        """InputError if a link is beyond its bound: the limits would let it stay there."""
-        depth = self._deviation.depth
-        link = int((depth - self.bound).argmax())
-        if not depth[link] <= self.bound[link]:
-            start = f"link {link + 1} would start {depth[link]:.2f} mm outside of the pathway"
-            raise InputError(f"{start}; its bound is {self.bound[link]:g} mm: start less deep, or allow it")
-
     def _measure(self) -> None:
         frames = self.snake.frames(self.q, self._conformed.base)
         self._keep(self.query.deviations(self._packed, frames, self._windows))
@@ -376,12 +394,6 @@ class SnakeDrive:
             found = Deviations(depth, vertex, np.concatenate([was.segment[:first], found.segment]))
         self._deviation = Deviations(depth, vertex, found.segment.copy())
 
-    def _time_a_query(self) -> None:
-        frames = self.snake.frames(self.q, self._conformed.base)
-        began = perf_counter()
-        self.query.deviations(self._packed, frames, self._windows)
-        self._query_s = perf_counter() - began
-
     def _state(
         self, mode: Literal["inserting", "looking"], outcome: Outcome, forces: Forces | None, spent: float
     ) -> DriveState:
@@ -390,10 +402,3 @@ class SnakeDrive:
             self._conformed.joint_s, self.control.steering, self._packed, self._windows, self._measured,
             self._deviation, forces, outcome[0], outcome[1], self._query_s, spent,
         )  # fmt: skip
-
-
-def make_control(settings: DriveSettings) -> TipControl:
-    """The control of the distal links that the settings name."""
-    if settings.control == "qp":
-        return QpControl()
-    return ParameterisedControl(settings.bends, settings.r_max)

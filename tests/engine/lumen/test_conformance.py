@@ -142,6 +142,34 @@ def test_exact_again_when_the_bend_is_behind():
     assert insertion.state.offset_mm.max() < 1e-9
 
 
+def test_links_that_are_still_outside_change_nothing():
+    """What lies inside is the same whatever is still to come: two robots, one three times as long."""
+    curve = hairpin()
+    room = np.full(len(curve.points), 5.0)
+    short, long = (Insertion(SnakeModel(links), curve, room, roll=0.3) for links in (6, 18))
+    bound = 0
+    while short.tip_s + 1.0 <= 6.0 * LINK:
+        one, two = short.advance(1.0), long.advance(1.0)
+        np.testing.assert_allclose(two.q[-12:], one.q, atol=1e-4)
+        np.testing.assert_allclose(two.joint_s[-7:], one.joint_s, atol=1e-2)
+        np.testing.assert_allclose(
+            joint_centres(SnakeModel(18), two)[-7:], joint_centres(SnakeModel(6), one), atol=1e-2
+        )
+        bound += int(one.at_limit.any())
+    assert bound > 10
+    np.testing.assert_array_equal(two.q[: 2 * 10], 0.0)
+
+
+def test_the_roll_is_chosen_for_where_the_robot_goes():
+    """A bend behind its reach does not change the roll of a robot that never comes there."""
+    curve, snake = hairpin(), SnakeModel(4)
+    turned = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    other = Curve(curve.points @ turned.T, curve.step_mm)
+    chosen = {Insertion(snake, line, deepest=100.0).roll for line in (curve, other)}
+    assert chosen == {0.0}  # straight as far as that, so any does
+    assert any(Insertion(snake, line).roll != 0.0 for line in (curve, other))
+
+
 def test_a_moved_curve_begins_where_the_snake_is():
     snake, curve = SnakeModel(6), hairpin()
     one = conform(snake, curve, 200.0)

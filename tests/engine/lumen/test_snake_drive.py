@@ -12,14 +12,17 @@ from lumen_shapes import arc, helix, straight
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.lumen.conformance import conform
 from vfix_engine.lumen.drive import Shot, drive_lumen
 from vfix_engine.lumen.drive_report import Tally
 from vfix_engine.lumen.drive_state import Command, DriveSettings, DriveState
 from vfix_engine.lumen.limits import WAY_TOLERANCE_MM
 from vfix_engine.lumen.operators import Stop, adversarial, scripted
+from vfix_engine.lumen.pathway import Pathway
 from vfix_engine.lumen.query import deviation_of_points
 from vfix_engine.lumen.snake_drive import SnakeDrive
 from vfix_engine.lumen.tissue_motion import breathing, peristalsis
+from vfix_engine.lumen.waypoints import moved_off
 from vfix_engine.robots.snake import SnakeModel
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
@@ -163,10 +166,12 @@ def test_a_look_round_counts_what_the_camera_did(control, bound) -> None:
         last = order if order.event else last
     if bound > 1.0:
         assert (last.event, last.reason) == ("looked", None)
-        assert turned > 2.0
+        assert turned > 20.0
+        assert last.looked.count(20.0) == 8
     else:
         assert last.event == "gave up"
         assert "0 of 8 sides" in last.reason
+        assert max(side.turned_deg for side in last.looked.sides) <= turned + 1e-9
 
 
 def test_a_start_beyond_the_bounds_is_refused() -> None:
@@ -181,7 +186,8 @@ def test_a_start_beyond_the_bounds_is_refused() -> None:
 @pytest.mark.parametrize(
     "wrong",
     [{"camera_mm_per_s": (1.0, 2.0, 3.0)}, {"camera_mm_per_s": "12"}, {"camera_mm_per_s": 1.0},
-     {"insert_mm_per_s": "1"}, {"camera_mm_per_s": ("1", 2.0)}, {"insert_mm_per_s": 1j}, {"straighten": "no"}],
+     {"insert_mm_per_s": "1"}, {"camera_mm_per_s": ("1", 2.0)}, {"insert_mm_per_s": 1j}, {"straighten": "no"},
+     {"bend": "1234567890"}, {"bend": (1.0, "2")}],
 )  # fmt: skip
 def test_a_command_that_is_none_is_refused(wrong) -> None:
     with pytest.raises(InputError):
@@ -213,6 +219,60 @@ def test_a_bent_tip_is_not_inserted() -> None:
     assert drive.step(Command(insert_mm_per_s=-1e300), 0.1).outcome == "moved"
 
 
+def test_a_bend_by_its_joints_is_gone_to_and_straightened() -> None:
+    drive = SnakeDrive(SnakeModel(6), straight(300.0, 20.0), QUICK, tip_s=170.0)
+    bend = tuple(np.radians([0.0, 5.0, 0.0, 3.0, 0.0, 0.0, 0.0, -4.0, 0.0, 2.0]))
+    for _ in range(60):
+        state = drive.step(Command(bend=bend))
+        assert state.mode == "looking"
+    np.testing.assert_allclose(drive.bend, bend, atol=1e-12)
+    held = drive.step(Command(camera_mm_per_s=(30.0, 0.0)))
+    assert (held.outcome, "straighten" in str(held.held_by)) == ("held", True)
+    held = drive.step(Command(insert_mm_per_s=20.0), 0.02)
+    assert (held.outcome, "straighten" in str(held.held_by)) == ("held", True)
+    for _ in range(60):
+        drive.step(Command(straighten=True))
+    assert drive.straight
+    assert drive.step(Command(camera_mm_per_s=(30.0, 0.0))).outcome == "moved"
+    with pytest.raises(InputError, match="bend of 3 joints"):
+        drive.step(Command(bend=(0.0, 0.0, 0.0)))
+    assert drive.step(Command(bend=(math.nan,) * 10)).outcome == "rest"
+    assert drive.refused_commands == 1
+
+
+def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
+    """At a waist that the bound does not let through: four more attempts from ever farther back, all told."""
+    at = np.linspace(0.0, 300.0, 31)
+    radius = np.where(np.abs(at - 150.0) < 15.0, 4.0, 14.0)
+    waist = Pathway(np.column_stack([np.zeros((31, 2)), at]), radius, 61)
+    drive = SnakeDrive(SnakeModel(3), waist, DriveSettings(vertices_per_link=30, bends=4, bound_mm=1.0), tip_s=125.0)
+    told = []
+    for order in scripted(drive, [], 300.0):
+        drive.step(order.command, order.dt)
+        told += [order.retry] if order.retry else []
+    assert drive.tip_s < 150.0
+    assert [retry.passed for retry in told] == [False] * 4
+    np.testing.assert_allclose([retry.drawn_back_mm for retry in told], [5.0, 10.0, 20.0, 40.0], atol=0.5)
+    assert len({retry.waypoint_mm for retry in told}) > 2
+    assert all(retry.held_by for retry in told)
+
+
+def test_a_planned_shape_is_moved_off_the_wall() -> None:
+    """Before the robot is there, and with a reserve; one that is well inside stays as it is."""
+    drive = SnakeDrive(SnakeModel(6), straight(300.0, 9.0), QUICK, tip_s=170.0)
+    state, shape = drive.state, conform(drive.snake, drive.pathway.curve(0.0), 170.0)
+    rest = drive.snake, drive.query, state.packed, state.windows, drive.bound
+    assert moved_off(shape, *rest) is None
+    leaning = replace(shape, q=shape.q + 0.055 * (np.arange(12) == 6))
+    depth = drive.query.deviations(state.packed, drive.snake.frames(leaning.q, leaning.base), state.windows).depth
+    tight = np.full(6, 0.8 * depth.max())
+    found = moved_off(leaning, *rest[:4], tight)
+    assert found is not None
+    frames = drive.snake.frames(found.q, found.base)
+    assert (drive.query.deviations(state.packed, frames, state.windows).depth <= tight).all()
+    assert 0.0 < np.abs(found.q - leaning.q).max() <= 0.1
+
+
 def test_the_ends_of_the_path_hold() -> None:
     drive = SnakeDrive(SnakeModel(3), straight(100.0, contours=11), QUICK, tip_s=99.9)
     assert drive.step(Command(insert_mm_per_s=20.0), 0.02).outcome == "moved"
@@ -237,7 +297,7 @@ def test_the_same_seed_makes_the_same_drive() -> None:
 def test_settings_out_of_range_are_refused() -> None:
     for wrong in (
         {"step_s": 0.0}, {"bound_mm": -1.0}, {"tip_bound_mm": math.nan}, {"control": "magic"}, {"bends": 5},
-        {"manipulated": 0}, {"insertion_mm_per_s": math.inf},
+        {"manipulated": 0}, {"insertion_mm_per_s": math.inf}, {"look_least_deg": 50.0}, {"look_within_mm": -1.0},
     ):  # fmt: skip
         with pytest.raises(InputError):
             DriveSettings(**wrong)
@@ -289,6 +349,10 @@ def test_from_a_surface_to_a_driven_snake() -> None:
     by_name = {mark["name"]: mark for mark in told["landmarks"]}
     assert by_name["middle"]["looked"]
     assert by_name["middle"]["turn_deg"] > 340.0
+    assert by_name["middle"]["looked_from_mm"] == pytest.approx(by_name["middle"]["s_mm"])
+    assert [side["toward_deg"] for side in by_name["middle"]["sides"]] == [45.0 * k for k in range(8)]
+    assert all(side["turned_deg"] >= 20.0 for side in by_name["middle"]["sides"])
+    assert told["retries"] == []
     assert not by_name["behind the end"]["reached"]
     assert "from the path" in by_name["behind the end"]["note"]
     assert "too near the entrance" in by_name["entrance"]["note"]
