@@ -85,13 +85,13 @@ def check_neighbours(centre: Array, tangent: Array, first: Array, radius: Array,
     """
     along = centre[1:] - centre[:-1]
     length = np.linalg.norm(along, axis=1)
-    if length.min() <= _SAME:
+    if not length.min() > _SAME:  # or not a number
         raise PathwayError(
             f"{name(int(length.argmin()))} have the same centre {_point(centre[int(length.argmin())])} mm"
         )
     ahead = np.einsum("ij,ij->i", tangent[:-1], along), np.einsum("ij,ij->i", tangent[1:], along)
     facing = np.minimum(*ahead) / length
-    if facing.min() <= FACING:
+    if not facing.min() > FACING:
         worst = int(facing.argmin())
         angle = np.degrees(np.arccos(np.clip(facing[worst], -1.0, 1.0)))
         raise PathwayError(
@@ -99,7 +99,7 @@ def check_neighbours(centre: Array, tangent: Array, first: Array, radius: Array,
             f"at most {np.degrees(np.arccos(FACING)):.0f}° are possible"
         )
     margin = clear_of_neighbours(ahead, tangent, first, radius)
-    if margin.min() <= 0.0:
+    if not margin.min() > 0.0:
         worst = int(margin.argmin())
         raise PathwayError(
             f"{name(worst)} cross: a rim of radius {radius[worst : worst + 2].max():.3g} mm reaches "

@@ -21,6 +21,8 @@ from .drive_report import DriveReport, Tally, Visit
 from .drive_state import Command, DriveSettings, DriveState
 from .fit import containment, fit_pathway
 from .follow import followable
+from .given import point as checked_point
+from .given import whole
 from .operators import OPERATORS, Order, Retry, Stop, adversarial, scripted
 from .pathway import Pathway, TissueMotion
 from .snake_drive import SnakeDrive
@@ -142,12 +144,15 @@ def drive_lumen(
 
     Raises:
         PathwayError: clicks or a surface that no path can be made of.
-        InputError: an unknown operator, a landmark that is no point.
+        InputError: an unknown operator, a landmark that is no point, more links than it takes to the end.
         RobotError: a number of links that no snake has.
     """
     settings, say = settings or DriveSettings(), progress or _silent
     if operator not in OPERATORS:
         raise InputError(f"the operator is one of {', '.join(OPERATORS)}, not {operator!r}")
+    if not (landmarks is None or isinstance(landmarks, Mapping)):
+        raise InputError(f"landmarks are places by name, not {landmarks!r:.60}")
+    seed = whole("the seed", seed, 0)
     began = perf_counter()
     say("centreline, followable curve and pathway")
     model = snake or SnakeModel(1)
@@ -179,7 +184,7 @@ def drive_lumen(
     outside = containment(mesh, lumen.pathway if tissue is None else lumen.pathway.moved(None))
     offset = np.concatenate(offsets) if offsets else np.zeros(1)
     target = min(target, drive.length_mm)  # a path that moves may have become shorter
-    stopped = None if drive.tip_s >= target - 1e-6 else drive.state.held_by
+    stopped = drive.lost or (None if drive.tip_s >= target - 1e-6 else drive.state.held_by)
     spent = {"lumen": ready - began, "drive": perf_counter() - ready}
     return DriveReport(
         robot.links, target, drive.tip_s, length, tally, tuple(visits), outside.outside, outside.depth_mm,
@@ -204,9 +209,7 @@ def _visits(
     """Landmarks in the order of their places along the curve; those out of reach stay unreached."""
     found, places = [], {}
     for name, given in (landmarks or {}).items():
-        point = np.array(given, dtype=np.float64)
-        if point.shape != (3,) or not np.isfinite(point).all():
-            raise InputError(f"landmark {name!r} is no point (3,) in mm")
+        point = checked_point(f"the landmark {name!r}", given)
         s = curve.closest(point)
         away = float(np.linalg.norm(curve.position(s) - point))
         visit, places[name] = Visit(name, s), point
@@ -245,7 +248,10 @@ def _note(order: Order, drive: SnakeDrive, visits: list[Visit]) -> Visit | None:
         visit.looked_from_mm, visit.sides = order.looked.s_mm, order.looked.sides
     if state.mode == "looking":
         visit.steps += 1
-        visit.turned(state.steering)
+        rest, view = drive.snake.camera(state.q_conformed, state.base), drive.snake.camera(state.q, state.base)
+        x, y, _ = rest[:3, :3].T @ view[:3, 2]
+        steered = drive.settings.control == "parameterised"
+        visit.turned(state.steering if steered else None, (float(x), float(y)))
         visit.deviation_max_mm = max(visit.deviation_max_mm, float(state.deviation.depth.max()))
         if state.forces is not None:
             visit.force_max_n = max(visit.force_max_n, float(np.linalg.norm(state.forces.total)))

@@ -15,6 +15,7 @@ from .look_round import Retry, SideSeen
 Array = NDArray[np.float64]
 
 _STEERED = 0.05  # r below which ϑ means nothing
+_TURNED = math.sin(math.radians(2.0))  # and of a view
 _REASONS = 8  # most frequent reasons that are told
 
 
@@ -22,8 +23,9 @@ _REASONS = 8  # most frequent reasons that are told
 class Visit:
     """A landmark: where it lies along the curve, whether the tip came there, and what the look-round needed.
 
-    looked: whether the view was turned far enough to every side. turn_deg: how far round the hand's bend went; r_max:
-    the largest r. Both are 0 where nothing is steered. looked_from_mm, sides: of the look-round, if there was one.
+    looked: whether the view was turned far enough to every side. turn_deg: how far round the hand's bend went, or the
+    view where nothing is steered, as under the quadratic program; r_max: the largest r, None there. looked_from_mm,
+    sides: of the look-round, if there was one.
     """
 
     name: str
@@ -33,18 +35,22 @@ class Visit:
     note: str = ""
     steps: int = 0
     turn_deg: float = 0.0
-    r_max: float = 0.0
+    r_max: float | None = 0.0
     deviation_max_mm: float = 0.0
     force_max_n: float = 0.0
     looked_from_mm: float | None = None
     sides: tuple[SideSeen, ...] = ()
     _theta: float | None = None
 
-    def turned(self, steering: tuple[float, float]) -> None:
-        """One more step of the look-round."""
-        r, theta = math.hypot(*steering), math.atan2(steering[1], steering[0])
-        self.r_max = max(self.r_max, r)
-        if r < _STEERED:
+    def turned(self, steering: tuple[float, float] | None, view: tuple[float, float]) -> None:
+        """One more step of the look-round: (u, v), None where nothing is steered, and where the camera looks to.
+
+        view: (x, y) of the optical axis in the picture of the shape that conforms.
+        """
+        u, v = view if steering is None else steering
+        size, theta = math.hypot(u, v), math.atan2(v, u)
+        self.r_max = None if steering is None else max(self.r_max or 0.0, size)
+        if size < (_TURNED if steering is None else _STEERED):
             self._theta = None
             return
         if self._theta is not None:

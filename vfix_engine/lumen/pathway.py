@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 # (arc lengths (C,) of control contours in mm, time in s) → displacements (C, 3) in mm, factors (C,) of the radii
 TissueMotion = Callable[[Array, float], tuple[Array, Array]]
 
+_BACK = -1.0 + 1e-9  # cosine of a turn that has no axis
 _CURVE_SPACING = 2.0  # [mm] about that far apart, points of the spline make the curve
 
 
@@ -226,6 +227,8 @@ def _unit(vectors: Array) -> Array:
 def _turned(vectors: Array, before: Array, after: Array) -> Array:
     """Vectors (C, 3), each turned by the smallest turn from one unit vector to another."""
     axis, cosine = np.cross(before, after), np.einsum("ij,ij->i", before, after)
+    if not cosine.min() > _BACK:
+        raise PathwayError(f"the pathway turns back at its contour {int(cosine.argmin()) + 1}")
     once = np.cross(axis, vectors)
     return _unit(vectors + once + np.cross(axis, once) / (1.0 + cosine)[:, None])
 

@@ -18,13 +18,15 @@ from ..errors import InputError
 from ..robots.snake import SnakeModel
 from .conformance import Conformed
 from .conforming import blended, driven_curve
-from .controls import make_control
 from .curve import Curve
-from .drive_state import Command, DriveSettings, DriveState, Outcome, both, refuse_beyond
+from .drive_start import checked_room, checked_tip, make_control, refuse_beyond
+from .drive_state import Command, DriveSettings, DriveState, Outcome, both
 from .ease import eased
+from .given import positive
 from .hand_forces import HandForces
 from .haptics import Forces
 from .limits import HardLimits, Pose
+from .live_pathway import LivePathway
 from .pathway import Pathway
 from .query import Deviations, Query
 from .tip_control import Place
@@ -51,9 +53,11 @@ class SnakeDrive:
         room: (N,) mm at the curve's points, how far the robot may leave the curve there.
         tip_s: how far in it starts, mm; at 0 it lies straight before the entrance.
         beyond_allowed: it may start with links beyond their bounds, which then go no deeper than they are.
+        longer_allowed: it may have more links than it takes to the path's end, some of which never come in.
 
     Raises:
-        InputError: a link that starts beyond its bound; a pathway with closed ends, which has no entrance.
+        InputError: a link that starts beyond its bound; a robot longer than the path; a room without a curve or of
+            another shape; a pathway with closed ends, which has no entrance.
     """
 
     def __init__(
@@ -66,6 +70,7 @@ class SnakeDrive:
         tip_s: float = 0.0,
         *,
         beyond_allowed: bool = False,
+        longer_allowed: bool = False,
     ) -> None:
         if pathway.closed_ends:  # its first segment is a piece of the lumen, not the straight one before the entrance
             raise InputError("a snake is not driven in a pathway with closed ends: leave its ends open")
@@ -83,19 +88,21 @@ class SnakeDrive:
         self._distal_limits = HardLimits(self._distal_query, self.distal, self.bound[self._first :], self._first)
         self.control = make_control(self.settings)
         self.hand = HandForces(self.distal)
-        self.t, self.refused_commands, self._steps, self._tissue_at = 0.0, 0, 0, 0.0
+        line = driven_curve(pathway, curve)
+        room, tip_s = checked_room(room, curve), checked_tip(snake, line.length, tip_s, longer_allowed)
+        self._live = LivePathway(pathway, self.settings.tissue_s)
+        self.t, self.refused_commands, self._steps = 0.0, 0, 0
         self._settled, self._by_joints, self._query_s = False, False, 0.0  # by commands to its joints it may be bent
         self._goal: Conformed | None = None  # the shape that the tissue's motion asks for, while it is not reached
         self._why: str | None = None
         self._packed = pathway.packed(0.0)
         self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
         still = pathway.motion is None
-        around, line = room if curve is not None and still else None, driven_curve(pathway, curve)
         self._windows: Index
         self._measured: NDArray[np.bool_]
         self._deviation: Deviations
-        self._way = Waypoints(snake, line, around, tip_s, still, self.settings.waypoint_mm)
-        self._conformed, self.tip_s = self._way.first, float(tip_s)
+        self._way = Waypoints(snake, line, room if still else None, tip_s, still, self.settings.waypoint_mm)
+        self._conformed, self.tip_s = self._way.first, tip_s
         self.q = np.array(self._conformed.q)
         self._began = self.q.copy()
         self._look(self._conformed.joint_s)
@@ -113,6 +120,11 @@ class SnakeDrive:
     def can_look(self) -> bool:
         """Whether all the links that the camera command moves are inside."""
         return bool(self._measured[self._first :].all())
+
+    @property
+    def lost(self) -> str | None:
+        """In words, why the tissue leaves no pathway now; nothing moves until it does."""
+        return self._live.lost
 
     @property
     def straight(self) -> bool:
@@ -146,12 +158,12 @@ class SnakeDrive:
         """One step of ``dt`` s (None: the settings' step).
 
         Raises:
-            InputError: a step that is not finite and positive.
+            InputError: a step that is not finite and positive, or no ``Command``.
         """
         began = perf_counter()
-        dt = self.settings.step_s if dt is None else dt
-        if not (np.isfinite(dt) and dt > 0.0):
-            raise InputError(f"a step takes a finite, positive time, not {dt}")
+        dt = self.settings.step_s if dt is None else positive("a step's time in s", dt)
+        if not isinstance(command, Command):
+            raise InputError(f"{command!r:.60} is no Command")
         if command.bend is not None and len(command.bend) != self.distal.dof:
             raise InputError(f"a bend of {len(command.bend)} joints: give {self.distal.dof}")
         if not command.finite:
@@ -161,7 +173,7 @@ class SnakeDrive:
         before = self.q[2 * self._first :].copy()
         outcome: Outcome = ("rest", None) if self.pathway.motion is None else self._follow_tissue(dt)
         looking = command.bends and command.insert_mm_per_s == 0.0
-        if command.bends or command.insert_mm_per_s != 0.0:
+        if self.lost is None and (command.bends or command.insert_mm_per_s != 0.0):
             outcome = both(outcome, self._command(command, dt))
         if self._steps % _TIMED == 0:
             frames, asked = self.snake.frames(self.q, self._conformed.base), perf_counter()
@@ -252,9 +264,11 @@ class SnakeDrive:
 
     def _follow_tissue(self, dt: float) -> Outcome:
         """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
-        if self.t >= self._tissue_at:
-            self._tissue_at = self.t + self.settings.tissue_s
-            self._packed, self._way.curve = self.pathway.packed(self.t), self.pathway.curve(self.t)
+        now = self._live.look(self.t)
+        if self.lost is not None:
+            return "held", self.lost
+        if now is not None:
+            self._packed, self._way.curve = now
             self.tip_s = min(self.tip_s, self._way.curve.length)
             self._goal = self._way.at(self.tip_s, self._conformed)
             self._way.restart(self._goal)

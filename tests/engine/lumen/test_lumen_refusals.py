@@ -13,13 +13,16 @@ from lumen_shapes import straight
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.lumen.bending import BendProblem
 from vfix_engine.lumen.centreline import centreline_between
-from vfix_engine.lumen.drive_state import DriveSettings
+from vfix_engine.lumen.drive import drive_lumen
+from vfix_engine.lumen.drive_report import Visit
+from vfix_engine.lumen.drive_state import Command, DriveSettings
 from vfix_engine.lumen.fit import fit_pathway
 from vfix_engine.lumen.hermite import PolarHermite
 from vfix_engine.lumen.optimise import control_bends
 from vfix_engine.lumen.packed import PackedPathway
 from vfix_engine.lumen.pathway import Pathway
 from vfix_engine.lumen.query import Query, deviation_of_points
+from vfix_engine.lumen.snake_drive import SnakeDrive
 from vfix_engine.lumen.tissue_motion import breathing, peristalsis
 from vfix_engine.lumen.visual_motor import Steering, VisualMotor
 from vfix_engine.robots.snake import SnakeModel
@@ -185,3 +188,74 @@ def test_nan_goes_into_no_control() -> None:
     for evaluations in (math.nan, 99.5, 39, "100"):
         with pytest.raises(InputError, match="evaluations"):
             control_bends(problem, 4, evaluations)
+
+
+@pytest.fixture(scope="module")
+def drive() -> SnakeDrive:
+    return SnakeDrive(SnakeModel(5), LANE, DriveSettings(vertices_per_link=20, bends=4), tip_s=170.0)
+
+
+def test_a_drive_starts_with_what_fits_together(drive: SnakeDrive) -> None:
+    for wrong, words in (
+        ({"snake": SnakeModel(30)}, "11 links reach its end"),
+        ({"tip_s": -1e9}, "tip starts"),
+        ({"tip_s": math.nan}, "tip starts"),
+        ({"tip_s": "in"}, "tip starts"),
+        ({"room": np.ones(3)}, "give the curve"),
+        ({"room": np.ones(3), "curve": LANE.curve()}, "room"),
+        ({"room": "wide", "curve": LANE.curve()}, "room"),
+    ):
+        with pytest.raises(InputError, match=words):
+            SnakeDrive(**{"snake": drive.snake, "pathway": LANE, "settings": drive.settings, "tip_s": 170.0} | wrong)
+    assert SnakeDrive(SnakeModel(12), LANE, drive.settings, longer_allowed=True).state.outcome == "rest"
+    for command, dt in (((1, 2), 0.001), (Command(), "a"), (Command(), math.nan)):
+        with pytest.raises(InputError):
+            drive.step(command, dt)
+
+
+def test_a_job_that_is_none_is_refused_before_it_begins() -> None:
+    ends = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+    for wrong in ({"seed": -1}, {"seed": 1.5}, {"landmarks": [ends[0]]}, {"operator": "evil"}):
+        with pytest.raises(InputError):
+            drive_lumen(**{"mesh": None, "start": ends[0], "end": ends[1], "links": 5} | wrong)
+
+
+def test_tissue_that_leaves_no_pathway_holds_the_robot_until_there_is_one() -> None:
+    """HAZ-01, HAZ-05: what was seen last is older than it may be, and nothing moves by it."""
+
+    def folds(s: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+        shift = np.zeros((len(s), 3))
+        shift[8, 2] = 45.0 if 0.05 < t < 0.15 else 0.0
+        return shift, np.ones(len(s))
+
+    drive = SnakeDrive(
+        SnakeModel(6), straight(300.0, 20.0, contours=16).moved(folds), DriveSettings(vertices_per_link=20, bends=4),
+        tip_s=170.0,
+    )  # fmt: skip
+    held, reasons, q = 0, set(), drive.q.copy()
+    for _ in range(200):
+        lost = drive.lost
+        state = drive.step(Command(camera_mm_per_s=(30.0, 0.0)), 0.001)
+        if drive.lost is not None:
+            held += 1
+            reasons.add(state.held_by)
+            assert state.outcome == "held"
+            if lost is not None:
+                np.testing.assert_array_equal(state.q, q)
+        q = state.q
+    assert 60 <= held <= 110
+    assert len(reasons) == 1
+    assert "leaves no pathway" in str(reasons)
+    assert (drive.lost, state.outcome) == (None, "moved")
+
+
+def test_where_nothing_is_steered_the_turn_is_the_views() -> None:
+    steered, watched = Visit("here", 0.0), Visit("here", 0.0)
+    for angle in np.linspace(0.0, 2.0 * math.pi, 41):
+        where = (math.cos(angle), math.sin(angle))
+        steered.turned(where, (0.0, 0.0))
+        watched.turned(None, (0.1 * where[0], 0.1 * where[1]))
+    assert steered.to_dict()["turn_deg"] == pytest.approx(360.0)
+    assert steered.to_dict()["r_max"] == pytest.approx(1.0)
+    assert watched.to_dict()["turn_deg"] == pytest.approx(360.0)
+    assert watched.to_dict()["r_max"] is None
