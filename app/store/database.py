@@ -9,8 +9,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from alembic import command
-from alembic.config import Config
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
@@ -18,8 +16,8 @@ from sqlalchemy.orm import Session
 from app.settings import Settings
 from app.store.files import FileStore, StorageError
 from app.store.private import private_file, private_folder, private_if_there
+from app.store.schema import bring_up
 
-_MIGRATIONS = Path(__file__).parent / "migrations"
 _BUSY_SECONDS = 30  # how long a writer waits for another process of the same home
 
 
@@ -31,7 +29,7 @@ class Store:
         _keep_private(settings.database_path)
         self.files = FileStore(settings.files_dir)
         self._engine = _open(settings.database_path)
-        _migrate(self._engine)
+        bring_up(self._engine)
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
@@ -86,12 +84,3 @@ def _open(path: Path) -> Engine:
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 
     return engine
-
-
-def _migrate(engine: Engine) -> None:
-    config = Config()
-    config.set_main_option("script_location", str(_MIGRATIONS).replace("%", "%%"))
-    config.set_main_option("path_separator", "os")
-    with engine.connect().execution_options(vfix_writes=True) as connection, connection.begin():
-        config.attributes["connection"] = connection
-        command.upgrade(config, "head")

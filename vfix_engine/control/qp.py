@@ -12,11 +12,8 @@ from typing import Any, NamedTuple
 
 import daqp
 import numpy as np
-import qpsolvers
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix
 
-from ..errors import ControlError
 from ..fixtures import Constraint, Objective
 from ..fixtures.moment_kernel import PAIR
 from .dual_kernel import solve_dual
@@ -26,12 +23,10 @@ Array = NDArray[np.float64]
 
 _FLOAT = np.dtype(np.float64)
 DUAL = "dual"  # our own solver, a part of the compiled step
+DAQP = "daqp"  # called natively
 PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
 DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
 RETREAT = 100.0  # what a missing mm² of a retreat costs where not all of it can be had, against one of the wanted step
-LARGEST = 1e15  # of a number in a problem that goes to a solver by name
-# What a solver is asked for so that its answer stands the check: by default a first-order one stops too early.
-_ACCURACY: dict[str, dict[str, Any]] = {"osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20_000}}
 
 
 class Solution(NamedTuple):
@@ -222,9 +217,10 @@ def stack(
 
 def check_solver(solver: str) -> None:
     """ControlError unless ``solve`` knows that name."""
-    if solver not in (DUAL, "daqp", *qpsolvers.available_solvers):
-        known = ", ".join(sorted({DUAL, "daqp", *qpsolvers.available_solvers}))
-        raise ControlError(f"QP solver '{solver}' is not installed; available are: {known}")
+    if solver not in (DUAL, DAQP):
+        from .named_solvers import check_name  # brings every solver that is installed: half a second
+
+        check_name(solver, (DUAL, DAQP))
 
 
 def solve(problem: Problem, solver: str = DUAL) -> Solution | None:
@@ -239,7 +235,12 @@ def solve(problem: Problem, solver: str = DUAL) -> Solution | None:
     if solver == DUAL:
         # Where rounding got the upper hand over our own, another one is asked before the step is given up.
         return _settled(problem, _solve_here(problem)) or _settled(problem, _solve_natively(problem))
-    return _settled(problem, _solve_natively(problem) if solver == "daqp" else _solve_by_name(problem, solver))
+    if solver == DAQP:
+        return _settled(problem, _solve_natively(problem))
+    from .named_solvers import solve_by_name
+
+    check_solver(solver)
+    return _settled(problem, solve_by_name(problem, solver))
 
 
 def _settled(problem: Problem, answer: tuple[Array, Array] | None) -> Solution | None:
@@ -262,29 +263,6 @@ def _solve_natively(problem: Problem) -> tuple[Array, Array] | None:
     sense = np.zeros(len(problem.upper), dtype=np.int32)
     x, _, flag, info = daqp.solve(problem.hessian, problem.gradient, problem.rows, problem.upper, problem.lower, sense)
     return (x, info["lam"]) if flag == 1 else None
-
-
-def _solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array] | None:
-    check_solver(solver)
-    convert = csc_matrix if solver in qpsolvers.sparse_solvers else np.asarray
-    stated = qpsolvers.Problem(
-        convert(problem.hessian),
-        problem.gradient,
-        convert(problem.rows),
-        problem.bound,
-        lb=problem.low,
-        ub=problem.high,
-    )
-    parts = (problem.hessian, problem.gradient, problem.rows, np.minimum(problem.bound, 0.0))
-    if not all(np.abs(part).max(initial=0.0) < LARGEST for part in parts):
-        return None  # beyond what a solver can factor; some print about it, some raise
-    try:
-        solution = qpsolvers.solve_problem(stated, solver=solver, **_ACCURACY.get(solver, {}))
-    except Exception:  # whatever a solver of somebody else raises: it has no answer (HAZ-03)
-        return None
-    if not solution.found or solution.x is None or solution.z is None or solution.z_box is None:
-        return None
-    return np.array(solution.x, dtype=float), np.concatenate([solution.z_box, solution.z]).astype(float)
 
 
 def _slack_count(constraint: Constraint) -> int:

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 import fast_simplification
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from skimage.measure import marching_cubes
 
 from vfix_engine.errors import ImageError, MeshError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -44,6 +41,8 @@ def extract_surface(
 
     Raises ImageError when there is no bone in it.
     """
+    from skimage.measure import marching_cubes  # slow to import, and a start needs none of it
+
     first, hu = _cropped(volume, region)
     if not hu.min() < threshold_hu < hu.max():
         raise ImageError(f"no bone surface at {threshold_hu:g} HU: the values run from {hu.min()} to {hu.max()}.")
@@ -63,6 +62,9 @@ def clean(mesh: TriangleMesh, min_body_triangles: int) -> TriangleMesh:
 
     Raises MeshError when nothing is left.
     """
+    from scipy.sparse import coo_matrix  # as above
+    from scipy.sparse.csgraph import connected_components
+
     faces = mesh.faces[(np.linalg.norm(mesh.face_normals, axis=1) > 0.0)]
     count = len(mesh.vertices)
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ..control import ControlSettings
 from ..errors import StartRefused
@@ -93,6 +92,8 @@ class _Orientation:
 
 def _orientations(path: SplinePath, tool: Tool) -> Iterator[_Orientation]:
     """Shafts (+y) near the path's chord, the bend turned about each; a straight tool looks the same from all sides."""
+    from scipy.spatial.transform import Rotation  # not needed to start, and slow to import
+
     bent = any(part.bend > 0.0 for part in tool.parts)
     rolls = (np.arange(_ROLLS) + 0.5) * 2 * np.pi / _ROLLS - np.pi if bent else np.zeros(1)
     entry = path.position(0.0)
