@@ -21,6 +21,7 @@ from ..robots import PlacedRobot, Tool
 from . import qp
 from .bind_kernel import binding, largest_moves
 from .dual_kernel import solve_dual
+from .judge_kernel import judge, look
 from .measure_kernel import covered, measure, place
 from .problem_kernel import prepare, settle
 from .settings import ControlSettings
@@ -33,7 +34,7 @@ Array = NDArray[np.float64]
 
 
 def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """Distances to triangles and shapes, kinematics and sweep, and the choice of pairs."""
+    """Distances to triangles and shapes, kinematics and sweep, the choice of pairs, and the certificate over them."""
     around = _surroundings(robot, tool, settings)
     around.gather(around.world.start, around.world.end)
     world = unpack_world(*around.packed)
@@ -51,6 +52,8 @@ def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Non
     move, pairs = np.empty(count), np.empty((MAX_ROWS, PAIR))
     largest_moves(world, q, velocity, position, jacobian, start, end, move)
     binding(world, move, rows, labels, body, 1, pairs)
+    look(*around.arrays, moment, rows, labels, body)
+    judge(*around.arrays, moment, np.zeros(n), moment.copy(), rows, labels, body)
 
 
 def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import compiled
+from ..geometry.compiled import compiled, inlined
 
 Array = NDArray[np.float64]
 Limits = NDArray[np.int64]
@@ -23,7 +23,7 @@ _VIOLATED = 1e-9  # in units of the step's length: what is left of a limit by ro
 _DEPENDENT = 1e-20  # squared share of a normal outside of the active ones that is rounding
 
 
-@compiled
+@inlined
 def _inverse_factor(hessian: Array, inverse: Array) -> bool:
     """L⁻ᵀ of H = L Lᵀ as an upper triangle; False where H is not positive definite."""
     size = len(hessian)
@@ -48,7 +48,7 @@ def _inverse_factor(hessian: Array, inverse: Array) -> bool:
     return True
 
 
-@compiled
+@inlined
 def _excess(rows: Array, upper: Array, lower: Array, x: Array, limit: int) -> float:
     """How far x is beyond a limit: the unknowns' upper ones come first, then their lower ones, then the rows'."""
     size = len(x)
@@ -64,7 +64,7 @@ def _excess(rows: Array, upper: Array, lower: Array, x: Array, limit: int) -> fl
     return excess
 
 
-@compiled
+@inlined
 def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: Marks) -> tuple[int, float]:
     """The inactive limit that x is furthest beyond, and how far; −1 where there is none."""
     size = len(x)
@@ -84,7 +84,7 @@ def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: Ma
     return worst, most
 
 
-@compiled
+@inlined
 def _against(rows: Array, basis: Array, limit: int, d: Array) -> None:
     """d = −Jᵀ a, a the normal of a limit: the way off it."""
     size = len(basis)
@@ -107,7 +107,7 @@ def _turn(basis: Array, one: int, two: int, c: float, s: float) -> None:
         basis[i, one], basis[i, two] = c * a + s * b, c * b - s * a
 
 
-@compiled
+@inlined
 def _add(basis: Array, triangle: Array, d: Array, count: int) -> None:
     """Make d the column ``count`` of R by rotations that empty its numbers beyond that."""
     for k in range(len(d) - 1, count, -1):
@@ -120,7 +120,7 @@ def _add(basis: Array, triangle: Array, d: Array, count: int) -> None:
         triangle[k, count] = d[k]
 
 
-@compiled
+@inlined
 def _drop(basis: Array, triangle: Array, members: Limits, weights: Array, count: int, place: int) -> None:
     """Take column ``place`` out of R and make it a triangle again."""
     for j in range(place, count - 1):
@@ -209,7 +209,7 @@ def solve_dual(
     return False
 
 
-@compiled
+@inlined
 def _tell(members: Limits, weights: Array, count: int, size: int, multiplier: Array) -> None:
     """The multipliers of all limits from those of the active ones."""
     multiplier[:] = 0.0

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixtures.moment_kernel import moment_pairs, moment_parts, set_pair_count
-from ..geometry.compiled import compiled
+from ..geometry.compiled import compiled, inlined
 from ..geometry.pairs import MAX_ROWS
 from .bind_kernel import binding, largest_moves
 from .measure_kernel import covered, measure, place
@@ -56,7 +56,7 @@ def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Arra
     return True
 
 
-@compiled
+@inlined
 def _clear_in_halves(
     world: World, cover: Cover, q: Array, step: Array, start: Array, end: Array, distance: Array,
     last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
@@ -147,19 +147,10 @@ def judge(
     boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
     before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """``judge_motion`` among a ``PackedWorld`` (numbers, counts) and a packed cover (boxes … poses)."""
-    world = unpack_world(numbers, counts)
-    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    return judge_motion(world, cover, before, step, after, rows, labels, body)
-
-
-@compiled
-def judge_motion(
-    world: World, cover: Cover, before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index
-) -> tuple[int, int, float]:
     """Judge the motion from the moment ``before`` by ``step`` (n,), and write the moment that it ends in.
 
     Args:
+        numbers, counts: a ``PackedWorld``; boxes … poses: a packed cover.
         after: out, a moment (see ``moment_kernel``); its pose is written whatever the verdict.
         rows, labels, body: (R, …) room for the pairs within the threshold.
 
@@ -168,6 +159,8 @@ def judge_motion(
         (so many rows are needed); how many rows are needed; how far from its place at the end any point of the tool
         is on the way, mm.
     """
+    world = unpack_world(numbers, counts)
+    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
     n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
     q, _, _, _, _, start, end, distance = moment_parts(before, n, count, bodies)
     new_q, velocity, position, rotation, jacobian, new_start, new_end, new_distance = moment_parts(

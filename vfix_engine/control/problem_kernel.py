@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..fixtures.boundary import approach, room_to_step
 from ..fixtures.joint_limits import step_box
 from ..fixtures.moment_kernel import BODY, moment_pairs, moment_parts
-from ..geometry.compiled import compiled
+from ..geometry.compiled import compiled, inlined
 from .world import Counts, World, unpack_world
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ UNBOUNDED = 1e30
 REGULARISATION = 1e-9  # keeps H positive definite where an objective says nothing, e.g. about λ
 
 
-@compiled
+@inlined
 def add_objective(matrix: Array, target: Array, weight: Array, scale: float, hessian: Array, gradient: Array) -> None:
     """Add ½ w (A x − b)² of every row of ``matrix`` (m, n + 1) to H and f; ``weight``: (m,)."""
     size = matrix.shape[1]

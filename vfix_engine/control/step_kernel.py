@@ -12,9 +12,9 @@ from ..fixtures.moment_kernel import pair_count
 from ..geometry.compiled import compiled, shared
 from ..geometry.views import view
 from .dual_kernel import solve_dual
-from .judge_kernel import judge_motion
+from .judge_kernel import judge
 from .problem_kernel import assemble, settle
-from .world import Counts, Single, unpack_cover, unpack_world
+from .world import Counts, Single, unpack_world
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -59,14 +59,14 @@ def attempt(
     """One step of a program without slacks.
 
     Args:
-        numbers … poses: packed world and cover; rows, labels, body: see ``judge_motion``; before: a measured moment.
+        numbers … poses: packed world and cover; rows, labels, body: see ``judge``; before: a measured moment.
         matrix … bound: rows of the program, see ``problem_kernel.fill``; scale: length of the wanted step in mm.
         along: (n,) part of the wanted motion that each joint's motion makes.
         primal, dual: tolerances of the check, see ``settle``; room: for MAX_ROWS pairs, see ``room_parts``.
-        after: out, see ``judge_motion``.
+        after: out, see ``judge``.
 
     Returns:
-        The verdict of ``judge_motion``, its rows and its way, or UNSOLVED; the part of the wanted motion that is made;
+        The verdict of ``judge``, its rows and its way, or UNSOLVED; the part of the wanted motion that is made;
         how many rows the program has; how many joints cannot keep their acceleration.
     """
     world = unpack_world(numbers, counts)
@@ -83,6 +83,7 @@ def attempt(
     for j in range(n):
         step[j] = x[j] * scale
         share += along[j] * step[j]
-    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    verdict, needed, way = judge_motion(world, cover, before, step, after, rows, labels, body)
+    verdict, needed, way = judge(
+        numbers, counts, boxes, corners, label, first, poses, before, step, after, rows, labels, body
+    )
     return verdict, needed, way, share, m, broken

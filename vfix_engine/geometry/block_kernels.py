@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import borrowing, vectorised
+from .compiled import borrowing, inlined, vectorised
 from .triangle_kernels import segment_triangle
 
 Array = NDArray[np.float64]
@@ -188,7 +188,7 @@ def _ends(corners: Array, query: Array, work: Array) -> None:
         work[64 + j] = qz if outside else work[64 + j]
 
 
-@borrowing
+@inlined
 def _crossed(corners: Array, query: Array, work: Array) -> None:
     """Lanes whose triangle the line may cross: the scalar kernel's pair of points."""
     for j in range(LANES):

@@ -8,7 +8,7 @@ case near a degeneracy can then cost a proposal, never yield a distance that no 
 
 from __future__ import annotations
 
-from .compiled import compiled
+from .compiled import compiled, inlined
 
 # Squared sine of a corner under which a triangle's normal is too inaccurate to reject proposals by.
 _THIN = 1e-6
@@ -41,7 +41,7 @@ def edge_pair(
     return gx * gx + gy * gy + gz * gz, t, s
 
 
-@compiled
+@inlined
 def face_point(
     rx: float, ry: float, rz: float, ux: float, uy: float, uz: float, vx: float, vy: float, vz: float,
     nx: float, ny: float, nz: float, nn: float,

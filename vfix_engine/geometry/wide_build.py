@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .block_kernels import CORNERS, LANES
 from .box_lanes import FACETS, FARTHEST, HEADER, NODE, SHELL, Words, unpacked
 from .candidate_kernels import box_of_block, empty_boxes, put_box
-from .compiled import borrowing, compiled
+from .compiled import borrowing, compiled, inlined
 from .shell_kernels import axes_of, extents, moments, put_shell
 from .wide_search import HEAD, cut
 
@@ -180,7 +180,7 @@ def fill_boxes(corners: Array, frame: Array, level: Index, boxes: Single) -> Non
                 _box_of_node(child, frame, lane, node)
 
 
-@compiled
+@inlined
 def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
     for k in range(3):
         low, high = np.inf, -np.inf

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
 from .box_lanes import FACETS, NODE, PROBE, Words, box_gaps, facet_bounds
 from .candidate_kernels import append_block, nearest_of_block
-from .compiled import borrowing, compiled
+from .compiled import borrowing, compiled, inlined
 from .wide_search import (
     KEPT,
     LEFT,
@@ -183,7 +183,7 @@ def _closest(store: Array, tool: Array, made: Array, room: Array) -> tuple[int, 
     return s, label[place]
 
 
-@borrowing
+@inlined
 def _kept_row(start: Array, end: Array, radius: float, numbers: Array, row: Array) -> bool:
     """The row of the points that were kept; False where they meet and the triangle has to give the normal."""
     t, size = numbers[KEPT], 0.0
@@ -200,7 +200,7 @@ def _kept_row(start: Array, end: Array, radius: float, numbers: Array, row: Arra
     return True
 
 
-@borrowing
+@inlined
 def _one_row(
     corners: Array, label: Index, place: int, start: Array, end: Array, radius: float, frame: Array,
     rows: Array, labels: Index, numbers: Array, singles: Single, places: Index, lanes: Lanes,

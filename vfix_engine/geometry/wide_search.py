@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
 from .box_lanes import FACETS, NODE, PROBE, SHELL, Words, describe_single, facet_gaps
-from .compiled import borrowing
+from .compiled import borrowing, inlined
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -99,7 +99,7 @@ def children(node: int, level: Index) -> tuple[int, int]:
     return first, min(first + LANES, level[deep])
 
 
-@borrowing
+@inlined
 def keep_near(first: int, last: int, gaps: Single, limit: float, places: Index, top: int) -> int:
     """Those of the children first … last − 1 that may be within ``limit``, from places[top] on; the place behind."""
     for child in range(first, last):

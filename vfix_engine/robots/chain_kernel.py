@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import borrowing
+from ..geometry.compiled import inlined
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Chain(NamedTuple):
         return cls(kinds, *copies)
 
 
-@borrowing
+@inlined
 def _lever_arms(chain: Chain, position: Array, jacobian: Array) -> None:
     """Columns of revolute joints: from the joint's place to ω × (tip − place)."""
     for j in range(jacobian.shape[1]):
@@ -57,7 +57,7 @@ def _lever_arms(chain: Chain, position: Array, jacobian: Array) -> None:
             jacobian[0, j], jacobian[1, j], jacobian[2, j] = y * rz - z * ry, z * rx - x * rz, x * ry - y * rx
 
 
-@borrowing
+@inlined
 def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, jacobian_out: Array) -> None:
     """Tip pose and Jacobian in the patient frame at joints q (n,), written into the last three arguments.
 
