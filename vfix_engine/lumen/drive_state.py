@@ -220,11 +220,3 @@ def both(tissue: Outcome, command: Outcome) -> Outcome:
     if tissue[0] == "held" and command[0] == "moved":
         return "shrunk", tissue[1]
     return command
-
-
-def refuse_beyond(depth: Array, bound: Array) -> None:
-    """InputError if a link of these (L,) mm is beyond its bound at the start: the limits would let it stay there."""
-    link = int((depth - bound).argmax())
-    if not depth[link] <= bound[link]:
-        start = f"link {link + 1} would start {depth[link]:.2f} mm outside of the pathway"
-        raise InputError(f"{start}; its bound is {bound[link]:g} mm: start less deep, or allow it")
