@@ -21,8 +21,9 @@ from vfix_engine.imaging.mesh_files import read_mesh
 from vfix_engine.lumen.drive import OPERATORS, DriveSettings, Shot, drive_lumen
 from vfix_engine.lumen.drive_state import CONTROLS
 from vfix_engine.lumen.look_plan import view_of
+from vfix_engine.lumen.pathway import TissueMotion
 from vfix_engine.lumen.picture import LumenPictures
-from vfix_engine.lumen.tissue_motion import breathing
+from vfix_engine.lumen.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 
 Array = NDArray[np.float64]
@@ -56,6 +57,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     drive.add_argument("--tip-bound", type=float, metavar="MM", help="how far the last link may")
     drive.add_argument("--waypoint", type=float, metavar="MM", help="of insertion between two conforming shapes")
     drive.add_argument("--breathing", type=float, metavar="MM", help="the pathway moves to and fro by so much")
+    drive.add_argument("--peristalsis", type=float, metavar="SHARE", help="waves narrow the pathway by that share")
     drive.add_argument("--pictures", type=Path, metavar="FOLDER", help="a picture for each landmark")
     drive.add_argument("--seed", type=natural, default=0, help="of the adversarial hand")
     drive.add_argument("--json", action="store_true", help="one JSON object on stdout")
@@ -107,8 +109,8 @@ def run(args: argparse.Namespace) -> int:
     album = None if args.pictures is None else Album(args.pictures, mesh, landmarks, settings)
     report = drive_lumen(
         mesh, args.start, args.end, args.links, landmarks, args.operator, settings, album, snake=snake,
-        tissue=None if args.breathing is None else breathing(_TO_THE_HEAD, args.breathing, falloff_s=_ENTRY_MM),
-        seed=args.seed, progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
+        tissue=_tissue(args.breathing, args.peristalsis), seed=args.seed,
+        progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
     )  # fmt: skip
     result = {"surface": args.surface.name, "landmarks_from": file, "operator": args.operator} | report.to_dict()
     result |= {"robot_assumed": list(snake.assumed), "pictures": [] if album is None else album.files}
@@ -118,6 +120,16 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print_for_people(result)
     return 0 if report.reached and report.within_bounds else 1
+
+
+def _tissue(breathing_mm: float | None, peristalsis_share: float | None) -> TissueMotion | None:
+    """How the pathway moves; None: not at all."""
+    motions: list[TissueMotion] = []
+    if breathing_mm is not None:
+        motions.append(breathing(_TO_THE_HEAD, breathing_mm, falloff_s=_ENTRY_MM))
+    if peristalsis_share is not None:
+        motions.append(peristalsis(peristalsis_share))
+    return together(*motions) if motions else None
 
 
 class Album:

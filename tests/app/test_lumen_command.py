@@ -77,6 +77,11 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
         (["--landmarks", "/no/such.json"], "such.json cannot be read"),
         (["--waypoint", "0"], "waypoint_mm"),
         (["--breathing", "-3"], "breathing"),
+        (["--breathing", "1e9"], "breathing"),
+        (["--peristalsis", "1"], "peristalsis"),
+        (["--interpolated", "0"], "interpolated"),
+        (["--contours", "100000"], "contours"),
+        (["--waypoint", "1e-9"], "waypoint_mm"),
     ],
 )
 def test_what_cannot_be_done_is_said(

@@ -210,9 +210,11 @@ def _there_and_back(
 
 def _to(drive: SnakeDrive, bend: Array, stop: Stop | None = None) -> Iterator[Order]:
     held, command = 0, Command(bend=tuple(float(value) for value in bend))
-    while held < STUCK and np.abs(drive.bend - bend).max() > _REACHED:
+    least = left = float(np.abs(drive.bend - bend).max())
+    while held < STUCK and left > _REACHED:
         yield Order(command, max(drive.settings.step_s, _STEP_S), None, stop)
-        held = held + 1 if drive.state.outcome == "held" else 0
+        left = float(np.abs(drive.bend - bend).max())
+        held, least = (0, left) if left < least - _REACHED else (held + 1, least)
 
 
 def _back(drive: SnakeDrive, trail: list[Array]) -> Iterator[Order]:
@@ -225,7 +227,8 @@ def _back(drive: SnakeDrive, trail: list[Array]) -> Iterator[Order]:
 
 
 def _straighten(drive: SnakeDrive) -> Iterator[Order]:
-    dt, held = max(drive.settings.step_s, _STEP_S), 0
+    dt, held, least = max(drive.settings.step_s, _STEP_S), 0, math.inf
     while held < STUCK and not drive.straight:
         yield Order(Command(straighten=True), dt)
-        held = held + 1 if drive.state.outcome == "held" else 0
+        left = float(np.abs(drive.bend).max())
+        held, least = (0, left) if left < least - _REACHED else (held + 1, least)

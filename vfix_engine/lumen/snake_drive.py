@@ -232,6 +232,8 @@ class SnakeDrive:
         within = min(1.0, wanted_mm / way, 1.0 / ratio if ratio > 0.0 else 1.0)
         for share in SHARES:
             part = share * within
+            if self.tip_s + part * way == self.tip_s:  # eased, the robot would move without coming any nearer
+                return "held", self._why
             if self._certified(blended(self._conformed, ahead, part), dt):
                 self.tip_s, self._goal = self._conformed.tip_s, None  # what conforms here lies elsewhere than the goal
                 if part >= 1.0:

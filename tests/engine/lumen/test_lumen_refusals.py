@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from vfix_engine.lumen.drive_report import Visit
 from vfix_engine.lumen.drive_state import Command, DriveSettings
 from vfix_engine.lumen.fit import fit_pathway
 from vfix_engine.lumen.hermite import PolarHermite
+from vfix_engine.lumen.look_round import look_round
+from vfix_engine.lumen.operators import Stop, scripted
 from vfix_engine.lumen.optimise import control_bends
 from vfix_engine.lumen.packed import PackedPathway
 from vfix_engine.lumen.pathway import Pathway
@@ -259,3 +262,16 @@ def test_where_nothing_is_steered_the_turn_is_the_views() -> None:
     assert steered.to_dict()["r_max"] == pytest.approx(1.0)
     assert watched.to_dict()["turn_deg"] == pytest.approx(360.0)
     assert watched.to_dict()["r_max"] is None
+
+
+def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every order is 'shrunk', none brings the robot anywhere: that is no reason to go on for ever."""
+    stuck = SimpleNamespace(
+        tip_s=100.0, length_mm=300.0, settings=DriveSettings(), can_look=True, straight=False, bend=np.full(10, 0.2),
+        state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside"), plan_anew=lambda _: None,
+    )  # fmt: skip
+    assert sum(1 for _ in scripted(stuck, [], 200.0)) < 1000
+    monkeypatch.setattr("vfix_engine.lumen.look_round._by_hand", lambda *_: iter(()))
+    orders = list(look_round(stuck, Stop("here", 100.0)))
+    assert len(orders) < 200
+    assert orders[-1].event == "gave up"
