@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from xml.etree import ElementTree
 
+import cv2
 import numpy as np
 import pytest
 
-from benchmarks import lumen_bends
+from benchmarks import lumen_bends, lumen_figure_7c
 from tests.engine.lumen.lumen_shapes import arc, straight
 from vfix_engine.errors import InputError
 from vfix_engine.lumen.bending import DIRECTIONS, BendProblem, bend_angles, primary_displacement, tip_displacement
@@ -126,6 +128,15 @@ def test_the_gap_to_a_search_everywhere_is_small(case: BendProblem, way: str) ->
     assert bend.gap <= 0.02
 
 
+@pytest.mark.parametrize(("k", "grown", "any_"), [(2, 0.02, 0.25), (3, 0.02, 0.05)], ids=["90°", "135°"])
+def test_the_gap_in_the_cavity_is_what_is_told(k: int, grown: float, any_: float, eight: dict) -> None:
+    """The worst of a planar bend and of one between two; also to bends that cannot be grown into."""
+    case, bends = eight["figure 8"]
+    found = search_globally(case, "o+" if k == 2 else (bends[2], bends[4]), grid=61)
+    assert -0.01 <= bends[k].cost - found.reachable.cost <= grown
+    assert bends[k].cost - found.anywhere.cost <= any_
+
+
 def test_more_room_is_bent_farther_and_none_is_not_left() -> None:
     costs = [optimise_primary(tube(radius), "e+").cost for radius in (10.0, 14.0, 20.0, 30.0)]
     assert (np.diff(costs) < 0.0).all()
@@ -185,15 +196,36 @@ def test_the_map_of_costs_is_what_is_searched() -> None:
     assert bend.cost <= survey.reachable.cost + 0.02
 
 
-def test_the_figures_are_drawn() -> None:
-    """A cell for every cost, a line for every bend; the same bends as everywhere."""
-    seven = ElementTree.fromstring(lumen_bends.figure_7c(lumen_bends.in_a_tube(SNAKE, QUERY)))
-    assert len(seven.findall("{*}rect")) > 5000
-    case = lumen_bends.in_a_cavity(SNAKE, QUERY)
-    bends = control_bends(case, 4)
-    eight = ElementTree.fromstring(lumen_bends.figure_8(case, bends))
-    assert len(eight.findall("{*}circle")) == 2 * len(bends)
-    np.testing.assert_array_equal(bends[0].delta, optimise_primary(figure_8(), "e+").delta)
+def test_the_map_has_the_bend_in_what_it_can_grow_into() -> None:
+    """Figure 7(c): the bend lies in the region as it is drawn, whose corners are where a bound is met first."""
+    case = lumen_bends.in_a_tube(SNAKE, QUERY)
+    bend = optimise_primary(case, "e+")
+    corners = lumen_figure_7c.growable(case, bend)
+    excess = [[lumen_figure_7c.ask(case, *share * corner)[1] for corner in corners] for share in (0.5, 0.999, 1.01)]
+    assert max(excess[0]) <= 0.0
+    assert max(excess[1]) <= 0.0
+    towards = np.array([lumen_figure_7c.ask(case, *1.01 * corner)[2] for corner in corners])
+    assert ((np.array(excess[2]) > 0.0) | (towards <= 0.0)).all()
+    picture = ElementTree.fromstring(lumen_bends.figure_7c(case, 21))
+    (ring,) = [one for one in picture.findall(".//{*}circle") if one.get("class") == "found"]
+    (region,) = [one for one in picture.findall(".//{*}path") if one.get("class") == "grown band"]
+    drawn = [float(v) for v in re.findall(r"[-0-9.]+", region.get("d", ""))]
+    place = (float(ring.get("cx", "nan")), float(ring.get("cy", "nan")))
+    assert cv2.pointPolygonTest(np.array(drawn, dtype=np.float32).reshape(-1, 1, 2), place, True) > -0.5  # px
+    assert len(picture.findall(".//{*}use")) > 20
+
+
+def test_every_bend_is_drawn_from_two_sides() -> None:
+    """Figure 8: the same bends as everywhere, a tip for each in both pictures of its row."""
+    case, upright = lumen_bends.in_a_cavity(SNAKE, QUERY), lumen_bends.in_a_cavity(SNAKE, QUERY, inclined=0.0)
+    four, eight = control_bends(case, 4), control_bends(upright, 8)
+    for bend in eight:
+        assert (judged(upright, bend) <= upright.bound + 1e-9).all()
+    picture = ElementTree.fromstring(lumen_bends.figure_8((case, four), (upright, eight)))
+    assert len([one for one in picture.findall(".//{*}circle") if one.get("class") == "tip"]) == 2 * (4 + 8)
+    words = [one.text for one in picture.findall(".//{*}text")]
+    assert {f"{angle}°" for angle in range(0, 360, 45)} <= set(words)
+    np.testing.assert_array_equal(four[0].delta, optimise_primary(figure_8(), "e+").delta)
 
 
 def test_what_cannot_be_asked_is_refused() -> None:
