@@ -12,7 +12,7 @@ from ..geometry.mesh import TriangleMesh
 from ..robots.snake import SnakeModel
 from .camera_view import FIELD_DEG, Picture, Seen, Surface, View, endoscope_view
 from .packed import PackedPathway
-from .picture_marks import INK, MARK, PAPER, RIM, Box, draw_compass, draw_line, draw_mark, draw_scale, rims, write
+from .picture_marks import INK, MARK, PAPER, RIM, draw_compass, draw_line, draw_marks, draw_scale, rims, write
 from .robot_shape import robot_shape
 
 Array = NDArray[np.float64]
@@ -79,9 +79,7 @@ class LumenPictures:
         picture = _through_walls(self._whole_layers, seen, robot[1])
         centre, _ = _contours(packed)
         draw_line(picture, view, centre, RIM, hidden_by=seen.distance)
-        taken: list[Box] = []
-        for other in sorted(self._landmarks, key=lambda one: one != name):
-            draw_mark(picture, view, self._landmarks[other], _readable(other), taken, large=other == name)
+        draw_marks(picture, view, self._landmarks, {one: _readable(one) for one in self._landmarks}, name)
         draw_compass(picture, view)
         draw_scale(picture, view, float(np.linalg.norm(self._mesh.bounds.mean(axis=0) - view.eye)), 100.0)
         return picture
@@ -105,7 +103,7 @@ class LumenPictures:
             draw_line(picture, view, [eye, corner], MARK)
         draw_line(picture, view, [*corners, corners[0]], MARK)
         if name in self._landmarks:
-            draw_mark(picture, view, self._landmarks[name], _readable(name), [], large=True)
+            draw_marks(picture, view, {name: self._landmarks[name]}, {name: _readable(name)}, name)
         draw_compass(picture, view)
         draw_scale(picture, view, float(np.linalg.norm(joints.mean(axis=0) - view.eye)), 20.0)
         return picture

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +25,8 @@ _ROUND = 48  # corners of a drawn circle
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _FINE = 4  # OpenCV draws between pixels with this many binary places
 _LINE = 15  # [px] height of a name
-_TRIES = 12  # steps of 6 px that a name moves down to be read
+_DOT = (4, 9)  # [px] radius of a dot, and of the ring
+_TRIES = 12  # steps of 6 px that a name moves up or down to be read
 _FAR = 20_000  # [px] ends of lines beyond that are left away
 
 
@@ -61,25 +64,54 @@ def draw_line(
         cv2.line(picture, ends[0], ends[1], colour, width, cv2.LINE_AA, _FINE)
 
 
-def draw_mark(picture: Picture, view: View, place: ArrayLike, name: str, taken: list[Box], large: bool = False) -> None:
-    """A ring about a place (3,) and its name beside it, inside the picture and on none of the names before it."""
-    pixels, _ = view.project(np.asarray(place, dtype=np.float64)[None])
-    if not np.isfinite(pixels).all() or (np.abs(pixels) > _FAR).any():
-        return
-    x, y = (round(float(v)) for v in pixels[0])
-    radius = 9 if large else 4
-    cv2.circle(picture, (x, y), radius, PAPER, 4, cv2.LINE_AA)
-    cv2.circle(picture, (x, y), radius, MARK, 2 if large else -1, cv2.LINE_AA)
-    scale = 0.6 if large else 0.45
-    wide = text_width(name, scale, large)
-    left = x + radius + 6 if x + radius + 6 + wide < view.width else x - radius - 6 - wide
-    left, foot = max(left, 4), min(max(y + 5, _LINE), view.height - 6)
-    for _ in range(_TRIES):
-        if not any(left < b[2] and b[0] < left + wide and foot - _LINE < b[3] and b[1] < foot for b in taken):
-            break
-        foot += 6
-    taken.append((left, foot - _LINE, left + wide, foot))
-    write(picture, name, (left, foot), scale, MARK, bold=large, halo=True)
+def draw_marks(
+    picture: Picture, view: View, places: Mapping[str, ArrayLike], names: Mapping[str, str], ringed: str
+) -> None:
+    """A dot at each place (3,) and its name beside it, on no other dot or name; ``ringed`` is large, and named first.
+
+    A name that has to stand farther away is tied to its dot by a line.
+    """
+    spots: dict[str, tuple[int, int]] = {}
+    for key in sorted(places, key=lambda one: one != ringed):
+        pixels, _ = view.project(np.asarray(places[key], dtype=np.float64)[None])
+        if np.isfinite(pixels).all() and (np.abs(pixels) < _FAR).all():
+            spots[key] = round(float(pixels[0, 0])), round(float(pixels[0, 1]))
+    dots: dict[str, Box] = {}
+    for key, (x, y) in spots.items():
+        half = _DOT[key == ringed] + 2
+        dots[key] = (x - half, y - half, x + half, y + half)
+    taken: list[Box] = []
+    for key, (x, y) in spots.items():
+        large = key == ringed
+        radius, scale = _DOT[large], 0.6 if large else 0.45
+        others = [*taken, *(box for other, box in dots.items() if other != key)]
+        box = _free(view, (x, y), radius, text_width(names[key], scale, large), others)
+        taken.append(box)
+        if not y - _LINE < 0.5 * (box[1] + box[3]) < y + _LINE:
+            end = (box[0] - 4 if box[0] > x else box[2] + 4, round(0.5 * (box[1] + box[3])))
+            cv2.line(picture, (x, y), end, MARK, 1, cv2.LINE_AA)
+        write(picture, names[key], (box[0], box[3]), scale, MARK, bold=large, halo=True)
+    for key, (x, y) in spots.items():
+        cv2.circle(picture, (x, y), _DOT[key == ringed], PAPER, 4, cv2.LINE_AA)
+        cv2.circle(picture, (x, y), _DOT[key == ringed], MARK, 2 if key == ringed else -1, cv2.LINE_AA)
+
+
+def _free(view: View, at: tuple[int, int], radius: int, wide: int, others: list[Box]) -> Box:
+    """The box of a name that lies on none of the others, as near to its dot as that goes: right or left, then lower."""
+    x, y = at
+    boxes = []
+    for drop in sorted(range(-6 * _TRIES, 6 * _TRIES + 1, 3), key=lambda one: (abs(one), -one)):
+        aside = 6 + min(abs(drop) // 2, 14)
+        for left in (x + radius + aside, x - radius - aside - wide):
+            foot = min(max(y + 5 + drop, _LINE), view.height - 6)
+            if left >= 4 and left + wide < view.width:
+                boxes.append((left, foot - _LINE, left + wide, foot))
+    free = [b for b in boxes if not any(_meet(b, other) for other in others)]
+    return (free or boxes or [(4, y + 5 - _LINE, 4 + wide, y + 5)])[0]
+
+
+def _meet(one: Box, two: Box) -> bool:
+    return one[0] - 3 < two[2] and two[0] < one[2] + 3 and one[1] < two[3] + 3 and two[1] < one[3] + 3
 
 
 def text_width(text: str, scale: float, bold: bool = False) -> int:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.lumen import picture_marks
 from vfix_engine.lumen.camera_view import Surface, View, endoscope_view
 from vfix_engine.lumen.fit import fit_pathway
 from vfix_engine.lumen.picture import HEIGHT, WIDTH, LumenPictures
@@ -122,3 +123,30 @@ def test_a_picture_shows_robot_pathway_and_lumen(made_up_course: SyntheticCourse
     assert (eye[..., 0] >= eye[..., 2]).mean() > 0.99  # tissue
     assert (picture[:head] < 100).any()
     assert (seen[580:640] < 100).any()  # the words
+
+
+def test_names_of_landmarks_lie_on_no_dot_and_on_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three places a few pixels apart, as the valve and the appendix are on a real colon, and one that is ringed."""
+    written: list[tuple[str, picture_marks.Box]] = []
+
+    def keep(
+        picture: Array, words: str, at: tuple[int, int], scale: float, *_: object, bold: bool, **more: bool
+    ) -> None:
+        wide = picture_marks.text_width(words, scale, bold)
+        written.append((words, (at[0], at[1] - 15, at[0] + wide, at[1])))
+
+    monkeypatch.setattr(picture_marks, "write", keep)
+    view = View(np.eye(4), 400, 300, 100.0)  # so that a millimetre is a pixel, 100 mm ahead
+    places = {"valve": (5, 0, 100), "orifice": (-12, 8, 100), "tip": (-16, 22, 100), "end": (60, 60, 100)}
+    picture = np.full((300, 400, 3), 255, dtype=np.uint8)
+    picture_marks.draw_marks(picture, view, places, {name: f"the {name}" for name in places}, "end")
+    assert [words for words, _ in written] == ["the end", "the valve", "the orifice", "the tip"]
+    middle = {f"the {name}": view.project(np.array([at], dtype=np.float64))[0][0] for name, at in places.items()}
+    for k, (words, box) in enumerate(written):
+        for other, at in middle.items():
+            assert not (box[0] - 4 < at[0] < box[2] + 4 and box[1] - 4 < at[1] < box[3] + 4), (words, other)
+        for _, two in written[:k]:
+            assert box[2] < two[0] or two[2] < box[0] or box[3] < two[1] or two[3] < box[1]
+    for name in ("valve", "orifice", "tip"):
+        u, v = np.rint(middle[f"the {name}"]).astype(int)
+        assert tuple(picture[v, u]) == picture_marks.MARK
