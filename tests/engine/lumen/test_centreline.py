@@ -60,6 +60,19 @@ def test_its_radii_are_distances_to_the_surface(colon: TriangleMesh, colon_centr
     np.testing.assert_allclose(colon_centreline.radius_at([-5.0, 0.0]), radius[0])
 
 
+def test_its_radii_are_those_of_the_authors(colon_centreline: Centreline, trial_data: Path) -> None:
+    """At the place of ours nearest to each of theirs; where a line lies off the middle its radius is smaller."""
+    file = trial_data / "colon" / "colon_centreline_published_lps_mm.csv"
+    table = np.genfromtxt(file, delimiter=",", skip_header=1)
+    nearest = cKDTree(colon_centreline.curve.points).query(table[:, 1:4])[1]
+    off = np.abs(colon_centreline.radius[nearest] - table[:, 4])
+    assert np.median(off) <= 1.0
+    assert np.percentile(off, 95) <= 3.5
+    first = off[table[:, 0] < 720.0]
+    assert np.median(first) <= 0.75
+    assert np.percentile(first, 95) <= 2.25
+
+
 def test_voxels_have_the_volume_of_the_mask(colon: TriangleMesh, colon_info: dict[str, Array]) -> None:
     """3.61 litre in the image that the surface was made of."""
     assert voxels_of(colon, 2.0).volume_mm3 == pytest.approx(3.6103e6, rel=0.02)
