@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control import ControlSettings, compile_ahead
+from ..geometry.compiled import compare_options_quickly
 from ..geometry.fit import nearest_place
 from ..geometry.kernel_cache import cache_folder, count_kernels
 from ..geometry.mesh import TriangleMesh
@@ -140,6 +141,7 @@ def _compile(parts: Sequence[str]) -> None:
     go = threading.Event()
     threading.Thread(target=_listen, args=(go,), daemon=True).start()
     gc.disable()  # compilers make many objects and little garbage; looking for it took a tenth of the time
+    compare_options_quickly()
     for place, compile_part in enumerate([_PARTS[part] for part in parts]):
         if place > 0:
             print(flush=True)

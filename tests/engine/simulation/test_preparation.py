@@ -11,7 +11,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from numba.core.compiler import Flags
+from numba.core.targetconfig import TargetConfig
 
+from vfix_engine.geometry.compiled import compare_options_quickly
 from vfix_engine.simulation import preparation
 
 
@@ -106,3 +109,22 @@ def test_a_part_ends_with_the_planner() -> None:
     done = subprocess.run(command, stdin=subprocess.DEVNULL, cwd=root, capture_output=True, timeout=60, check=False)
     assert done.returncode == 1
     assert not done.stderr
+
+
+def test_options_of_a_compilation_are_the_same_or_not_as_numba_has_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def flags(**options: object) -> Flags:
+        made = Flags()  # type: ignore[no-untyped-call]
+        for name, value in options.items():
+            setattr(made, name, value)
+        return made
+
+    some = [flags(), flags(nrt=True), flags(nrt=False), flags(fastmath={"nsz"}), flags(fastmath={"nsz", "contract"})]
+    before = [one == other for one in some for other in some]
+    monkeypatch.setattr(TargetConfig, "__eq__", TargetConfig.__eq__)  # both as they are again afterwards
+    monkeypatch.setattr(TargetConfig, "__hash__", TargetConfig.__hash__)
+    compare_options_quickly()
+    assert [one == other for one in some for other in some] == before
+    assert any(before)
+    assert not all(before)
+    assert flags() != "flags"
+    assert all(hash(one) == hash(other) for one in some for other in some if one == other)
