@@ -37,7 +37,7 @@ Index = NDArray[np.int64]
 
 SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
-TISSUE_RESERVE_MM = 0.5  # [mm] twice what breathing by 8 mm in 4 s moves in 20 ms
+TISSUE_RESERVE_MM = 0.5  # [mm] four times what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
 _LEAST = 0.01  # of a step: with less of its joint travel left nothing more is tried
 _TIMED = 10  # every so many steps one query of all links is timed
