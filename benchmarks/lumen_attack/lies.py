@@ -39,16 +39,20 @@ def control(drive: SnakeDrive, random: Random) -> None:
 def conformance(drive: SnakeDrive, random: Random) -> None:
     """The shape that is to conform lies anywhere."""
     part: Any = drive
-    honest = part._conform_next
+    ahead, anew = part._waypoint, part._way.at
 
-    def lying(tip_s: float) -> Conformed:
-        found: Conformed = honest(tip_s)
+    def wrong(found: Conformed) -> Conformed:
         base = found.base.copy()
         base[:3, 3] += random.normal(size=3) * 10.0 ** random.uniform(-3.0, 1.0)
         q = np.clip(_wild(random, found.q, drive.snake.q_max), -drive.snake.q_max, drive.snake.q_max)
         return replace(found, q=np.where(np.isfinite(q), q, 0.0), base=base, exact=False)
 
-    part._conform_next = lying
+    def lying_ahead(sign: float) -> tuple[float, Conformed]:
+        place, shape = ahead(sign)
+        return place, wrong(shape)
+
+    part._waypoint = lying_ahead
+    part._way.at = lambda tip_s, near: wrong(anew(tip_s, near))
 
 
 def easing(drive: SnakeDrive, random: Random) -> None:

@@ -178,13 +178,13 @@ def test_the_winding_of_the_triangles_does_not_matter() -> None:
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"contours": 1}, "at least 2 contours"),
+        ({"contours": 1}, "whole number from 2 to 1,000, not 1"),
         ({"angles": 2}, "at least 3 around its centre; not 2"),
         ({"quantile": 1.5}, "quantile"),
         ({"quantile": float("nan")}, "quantile"),
         ({"keep_mm": -1.0}, "keep_mm"),
         ({"least_mm": 0.0}, "least_mm"),
-        ({"interpolated": 1}, "at least 2 contours, not 1"),
+        ({"interpolated": 1}, "whole number from 2 to 5,000, not 1"),
     ],
 )
 def test_numbers_that_cannot_be_used_are_refused(given: dict, says: str) -> None:
