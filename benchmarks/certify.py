@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import os
-import sys
 import time
-import warnings
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from typing import Any
 
 from benchmarks.attack.arenas import BUILDERS
 from benchmarks.attack.campaign import Campaign
+from benchmarks.in_processes import each_scene
 from benchmarks.report import BenchmarkRefused, machine, need_coal
 
 SUMMARY = "attack the certificate: adversarial steps, every accepted motion measured again"
@@ -55,7 +51,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     share, more = divmod(args.steps, len(names))
     replays = max(2, -(-COAL_REPLAYS * args.steps // (1_000_000 * len(names))))
     jobs = [(name, args.seed, share + (i < more), replays) for i, name in enumerate(names)]
-    scenes = [_attack(job) for job in jobs] if args.jobs == 1 else _in_processes(jobs, args.jobs)
+    scenes = each_scene(_attack, jobs, args.jobs)
     return summary(scenes, time.perf_counter() - begin) | {"seed": args.seed, "machine": machine().to_dict()}
 
 
@@ -85,20 +81,3 @@ def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
 def _attack(job: Job) -> dict[str, Any]:
     name, seed, steps, replays = job
     return Campaign(name, seed, steps, need_coal(), COAL_SHARE, replays).run()
-
-
-def _in_processes(jobs: list[Job], count: int) -> list[dict[str, Any]]:
-    """Each scene in one of ``count`` processes; the order of the results is that of the jobs."""
-    done = []
-    with ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_quiet) as pool:
-        for scene in pool.map(_attack, jobs):
-            done.append(scene)
-            found = scene.get("skipped") or f"{scene['steps']:,} steps, {scene['violations']} violations"
-            print(f"vfix: {len(done)} of {len(jobs)}, {scene['name']}: {found}", file=sys.stderr, flush=True)
-    return done
-
-
-def _quiet() -> None:
-    """What a solver's library prints goes to stderr: stdout is the result's alone; that it gave up is its answer."""
-    os.dup2(2, 1)
-    warnings.filterwarnings("ignore", module="qpsolvers")
