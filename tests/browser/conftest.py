@@ -11,14 +11,14 @@ from playwright.sync_api import Browser, Playwright, sync_playwright
 from workstation import NO_ANTIALIASING, ROOT, TOKEN, VIEWPORT, Planner, Rest, Workstation, launch
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def planner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Planner]:
     started = Planner(tmp_path_factory.mktemp("home"))
     yield started
     started.stop()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def rest(planner: Planner) -> Iterator[Rest]:
     face = Rest(planner.base, TOKEN)
     yield face
@@ -33,13 +33,13 @@ def artefacts() -> Path:
     return folder
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def playwright() -> Iterator[Playwright]:
     with sync_playwright() as running:
         yield running
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser(playwright: Playwright) -> Iterator[Browser]:
     started = launch(playwright)
     yield started
