@@ -35,7 +35,7 @@ from .rehearsal import Command, Rehearsal
 from .scene import Scene
 
 # Of two processes; the second parts put kernels of both first ones into theirs.
-HALVES = (("surface", "distances"), ("parts", "steps"))
+HALVES = (("surface", "distances"), ("parts", "control"))
 HALF_SECONDS = 600.0  # a process that takes longer hangs
 _DONE = "prepared"
 _GO = b"."
@@ -202,10 +202,14 @@ def _follow(path: SplinePath) -> None:
 
 
 def _distances() -> None:
+    """What is asked about clearances and single places; what a page never asks is compiled by who does."""
     tree, segments = ProximityTree(_tube()), Tool.load("bent_30").segments(np.eye(3), np.zeros(3))
     tree.clearance(segments, 3.0)
-    tree.closest(segments)
-    tree.pairs_within(segments, 5.0)
+    nearest_place(tree, np.array([2.5, 5.0, 0.0]), 1.8, inside_bone=None)
+    grey = np.zeros((4, 5, 6), dtype=np.int16)
+    sample_points(grey, np.ones((2, 3)), -1024.0)
+    axis = np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
+    sample_plane(grey, np.ones(3), *axis, (4, 4), -1024.0)
 
 
 def _control() -> None:
@@ -219,22 +223,8 @@ def _control() -> None:
     dry_run(scene, settings)
 
 
-def _steps() -> None:
-    """Whole steps, then what is asked about single places."""
-    _control()
-    _places()
-
-
-def _places() -> None:
-    nearest_place(ProximityTree(_tube()), np.array([2.5, 5.0, 0.0]), 1.8, inside_bone=None)
-    grey = np.zeros((4, 5, 6), dtype=np.int16)
-    sample_points(grey, np.ones((2, 3)), -1024.0)
-    axis = np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
-    sample_plane(grey, np.ones(3), *axis, (4, 4), -1024.0)
-
-
 _PARTS: dict[str, Callable[[], None]] = {
-    "surface": _surface, "parts": _parts, "distances": _distances, "steps": _steps,
+    "surface": _surface, "parts": _parts, "distances": _distances, "control": _control,
 }  # fmt: skip
 
 if __name__ == "__main__":

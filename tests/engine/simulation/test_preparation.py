@@ -104,7 +104,7 @@ def test_both_halves_run_and_meet(folder: Path) -> None:
 
 def test_a_part_ends_with_the_planner() -> None:
     """Its stdin is held by the planner: when that ends, compiling for nobody ends."""
-    command = [sys.executable, "-m", "vfix_engine.simulation.preparation", "steps"]
+    command = [sys.executable, "-m", "vfix_engine.simulation.preparation", "control"]
     root = Path(__file__).resolve().parents[3]
     done = subprocess.run(command, stdin=subprocess.DEVNULL, cwd=root, capture_output=True, timeout=60, check=False)
     assert done.returncode == 1
