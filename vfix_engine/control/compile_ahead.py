@@ -28,32 +28,38 @@ from .settings import ControlSettings
 from .step_kernel import room_parts, room_size
 from .surroundings import Surroundings
 from .sweep_kernel import bend, chords
-from .world import unpack_cover, unpack_world
+from .world import World, unpack_cover, unpack_world
 
 Array = NDArray[np.float64]
 
 
 def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """Distances to triangles and shapes, kinematics and sweep, the choice of pairs, and the certificate over them."""
+    """Distances to triangles and shapes, kinematics, and the certificate over them and over ``call_motion``."""
     around = _surroundings(robot, tool, settings)
     around.gather(around.world.start, around.world.end)
     world = unpack_world(*around.packed)
-    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
-    moment = np.zeros(moment_places(n, count, bodies)[-1])
-    q, velocity, position, rotation, jacobian, start, end, distance = moment_parts(moment, n, count, bodies)
+    moment, parts = _moment(world)
+    q, _, position, rotation, jacobian, start, end, distance = parts
     # Distances first: the process with the tree will be asking for their kernels.
-    cover = unpack_cover(count, *around.arrays[2:])
-    rows, labels, body = np.ones((1, 10)), np.zeros((1, 2), np.int32), np.zeros(1, np.int32)
+    cover = unpack_cover(len(world.radius), *around.arrays[2:])
+    rows, labels, body = _room()
     measure(world, cover, start, end, world.threshold, distance, rows, labels, body)
     covered(world, cover, start, end)
     place(world, q, position, rotation, jacobian, start, end)
-    chords(start, end, start, end, np.empty(count))
+    look(*around.arrays, moment, rows, labels, body)
+    judge(*around.arrays, moment, np.zeros(len(q)), moment.copy(), rows, labels, body)
+
+
+def call_motion(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
+    """How far the tool can move, between two poses and in a step, and which pairs can bind."""
+    world = unpack_world(*_surroundings(robot, tool, settings).packed)
+    _, (q, velocity, position, _, jacobian, start, end, _) = _moment(world)
+    rows, labels, body = _room()
+    move, pairs = np.empty(len(world.radius)), np.empty((MAX_ROWS, PAIR))
+    chords(start, end, start, end, move)
     bend(world.chain, world.links, world.reach, q, velocity)
-    move, pairs = np.empty(count), np.empty((MAX_ROWS, PAIR))
     largest_moves(world, q, velocity, position, jacobian, start, end, move)
     binding(world, move, rows, labels, body, 1, pairs)
-    look(*around.arrays, moment, rows, labels, body)
-    judge(*around.arrays, moment, np.zeros(n), moment.copy(), rows, labels, body)
 
 
 def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
@@ -70,6 +76,18 @@ def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> No
     )  # fmt: skip
     solve_dual(hessian, gradient, rows, upper, lower, x, multiplier)
     settle(hessian, gradient, rows, upper, lower, x, multiplier, qp.PRIMAL_TOLERANCE, qp.DUAL_TOLERANCE)
+
+
+def _moment(world: World) -> tuple[Array, tuple[Array, ...]]:
+    """An empty moment and its parts."""
+    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
+    moment = np.zeros(moment_places(n, count, bodies)[-1])
+    return moment, moment_parts(moment, n, count, bodies)
+
+
+def _room() -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
+    """For one pair."""
+    return np.ones((1, 10)), np.zeros((1, 2), np.int32), np.zeros(1, np.int32)
 
 
 def _surroundings(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Surroundings:

@@ -172,6 +172,7 @@ def _tube() -> TriangleMesh:
 
 
 def _surface() -> None:
+    compile_ahead.call_motion(*_robot(), ControlSettings())  # first: the other process puts it into the certificate
     tree, (robot, tool) = ProximityTree(_tube()), _robot()
     tree.candidates(tool.segments(np.eye(3), np.zeros(3)), 3.0)
     path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0.5], [0, 20, 0]]))
@@ -196,20 +197,11 @@ def _base(tool: Tool) -> NDArray[np.float64]:
     return base
 
 
-def _follow(path: SplinePath) -> None:
-    path.position(np.linspace(0.0, path.length, 5))
-    path.closest(np.array([0.1, 5.0, 0.2]))
-
-
 def _distances() -> None:
-    """What is asked about clearances and single places; what a page never asks is compiled by who does."""
+    """What a page asks a tree; what it never asks is compiled by who does."""
     tree, segments = ProximityTree(_tube()), Tool.load("bent_30").segments(np.eye(3), np.zeros(3))
     tree.clearance(segments, 3.0)
     nearest_place(tree, np.array([2.5, 5.0, 0.0]), 1.8, inside_bone=None)
-    grey = np.zeros((4, 5, 6), dtype=np.int16)
-    sample_points(grey, np.ones((2, 3)), -1024.0)
-    axis = np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
-    sample_plane(grey, np.ones(3), *axis, (4, 4), -1024.0)
 
 
 def _control() -> None:
@@ -221,6 +213,14 @@ def _control() -> None:
     scene = replace(scene, path=path, targets=np.array([[0.0, 18.0, 1.0]]), target_names=("ahead",))
     warm_up(Rehearsal(scene, settings))
     dry_run(scene, settings)
+    _slices()
+
+
+def _slices() -> None:
+    grey = np.zeros((4, 5, 6), dtype=np.int16)
+    sample_points(grey, np.ones((2, 3)), -1024.0)
+    axis = np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
+    sample_plane(grey, np.ones(3), *axis, (4, 4), -1024.0)
 
 
 _PARTS: dict[str, Callable[[], None]] = {

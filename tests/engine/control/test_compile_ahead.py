@@ -18,6 +18,7 @@ robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
 base = np.eye(4)
 base[:3, 3] = -tool.tip_in_flange
 placed = robot.placed(base, tool)
+compile_ahead.call_motion(placed, tool, ControlSettings())
 compile_ahead.call_parts(placed, tool, ControlSettings())
 compile_ahead.call_solver(placed, tool, ControlSettings())
 before = signatures()
