@@ -60,7 +60,8 @@ def progress() -> float:
 def prepare() -> None:
     """Compile everything, two halves at once; returns when it is done.
 
-    Raises subprocess.SubprocessError when a half fails; the kernels are then compiled where they are first called.
+    Raises subprocess.SubprocessError when a half fails, OSError when it cannot even begin; the kernels are then
+    compiled where they are first called.
     """
     folder = cache_folder()
     if is_prepared() or folder is None:
@@ -97,8 +98,9 @@ def _run_halves() -> None:
     def run(parts: Sequence[str]) -> None:
         try:
             _run_half(parts, meeting)
-        except (OSError, subprocess.SubprocessError) as failure:
+        except Exception as failure:  # whatever it is, the other half does not wait for this one
             failures.append(failure)
+            meeting.abort()
 
     threads = [threading.Thread(target=run, args=(half,), daemon=True) for half in HALVES]
     for thread in threads:

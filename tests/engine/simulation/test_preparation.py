@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 from numba.core.compiler import Flags
@@ -45,6 +46,24 @@ def test_a_half_that_fails_is_told_and_keeps_nobody_waiting(
     with pytest.raises(subprocess.SubprocessError):
         preparation.prepare()
     assert not preparation.is_prepared()  # it is tried again next time
+
+
+def test_a_half_that_cannot_begin_keeps_the_other_from_waiting(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No memory for a second process: the first one stands where both are to meet, and is ended."""
+    begin, at_the_meeting = subprocess.Popen, threading.Event()
+
+    def one_only(command: list[str], **options: Any) -> Any:
+        if "parts" in command:
+            at_the_meeting.wait(10)
+            raise OSError("cannot allocate memory")
+        process = begin([sys.executable, "-c", "print(flush=True); input()"], **options)
+        at_the_meeting.set()
+        return process
+
+    monkeypatch.setattr(subprocess, "Popen", one_only)
+    with ThreadPoolExecutor(1) as background, pytest.raises(OSError, match="memory"):
+        background.submit(preparation.prepare).result(20)
+    assert not preparation.is_prepared()
 
 
 def test_a_half_that_hangs_is_ended(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
