@@ -8,7 +8,6 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config, types
-from numba.core.targetconfig import TargetConfig
 from numba.extending import register_jitable
 
 from .kernel_cache import KernelCache, cache_folder
@@ -92,17 +91,3 @@ def _keep_garbage(dispatcher: Any) -> None:
                 gc.enable()
 
     dispatcher.compile = compile_in_peace
-
-
-def compare_options_quickly() -> None:
-    """Give numba another comparison of its options with the same outcome; for a process that only compiles.
-
-    Its own makes two dictionaries of all of them, a hundred thousand times: a twentieth of the compilation.
-    """
-    options = cast(Any, TargetConfig)
-    compare = options.__eq__
-
-    def equal(one: Any, other: Any) -> Any:
-        return (type(one) is type(other) and one._values == other._values) or compare(one, other)
-
-    options.__eq__, options.__hash__ = equal, lambda one: hash(len(one.options))  # its own is of their names alone

@@ -30,8 +30,6 @@ from numba.core.codegen import ll as llvm  # type: ignore[attr-defined]
 KEPT_S = 14 * 86_400  # a folder of other kernels that was not used for so long is removed
 _PACKAGE = Path(__file__).resolve().parents[1]
 _KERNELS = re.compile(rb"^from [\w.]*compiled import", re.MULTILINE)
-_KERNEL = re.compile(rb"^@(?:compiled|vectorised|borrowing)\b", re.MULTILINE)
-_BESIDE_THE_PAGE = ("lumen/", "robots/snake_")
 _IMPORTS = re.compile(rb"^from (\.+[\w.]*|vfix_engine[\w.]*) import ([^\n]*)", re.MULTILINE)
 
 
@@ -69,16 +67,6 @@ def fingerprint() -> str:
     for name, content in sorted(kernel_sources(_PACKAGE).items()):
         digest.update(name.encode() + b"\0" + hashlib.sha256(content).digest())
     return digest.hexdigest()[:20]
-
-
-@cache
-def count_kernels() -> int:
-    """How many kernels the sources hold that a page may need: not the snake's and its lumen's, which none shows.
-
-    Kernels that are only put into others are not counted.
-    """
-    sources = kernel_sources(_PACKAGE)
-    return sum(len(_KERNEL.findall(sources[name])) for name in sources if not name.startswith(_BESIDE_THE_PAGE))
 
 
 def kernel_sources(package: Path) -> dict[str, bytes]:

@@ -1,7 +1,8 @@
 """Compiling every kernel that a page and a rehearsal need, once for each installation, in processes beside the planner.
 
 A kernel is compiled where it is first called, and most of that time the interpreter waits; in processes of their own
-two halves are compiled at once and the planner answers meanwhile. They leave what they compiled in the folder of
+two halves are compiled at once and the planner answers meanwhile, and numba can be told that nothing else is wanted of
+it (geometry/compile_only.py). They leave what they compiled in the folder of
 geometry/kernel_cache.py, from where every later process reads it. `python -m vfix_engine.simulation.preparation
 PART ...` is one of these processes.
 """
@@ -22,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control import ControlSettings, compile_ahead
-from ..geometry.compiled import compare_options_quickly
+from ..geometry.compile_only import compile_only
 from ..geometry.fit import nearest_place
-from ..geometry.kernel_cache import cache_folder, count_kernels
+from ..geometry.kernel_cache import cache_folder
 from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
 from ..geometry.proximity import ProximityTree
@@ -41,7 +42,7 @@ _DONE = "prepared"
 _GO = b"."
 _idle = threading.Event()
 _idle.set()
-_NEEDED_SHARE = 0.8  # of all kernels; the rest belongs to zones and to the papers' tree, which a page does not use
+KEPT_KERNELS = 34  # those that Python calls; all others are parts of theirs (geometry/compile_only.py)
 
 
 def is_prepared() -> bool:
@@ -51,10 +52,10 @@ def is_prepared() -> bool:
 
 
 def progress() -> float:
-    """Share of the kernels that are needed here which are compiled and kept, below 1 as long as it goes on."""
+    """Share of the kernels that are compiled and kept already, below 1 as long as it goes on."""
     folder = cache_folder()
     kept = 0 if folder is None else sum(1 for _ in folder.glob("*.nbi"))
-    return min(kept / max(_NEEDED_SHARE * count_kernels(), 1.0), 0.99)
+    return min(kept / KEPT_KERNELS, 0.99)
 
 
 def prepare() -> None:
@@ -143,7 +144,7 @@ def _compile(parts: Sequence[str]) -> None:
     go = threading.Event()
     threading.Thread(target=_listen, args=(go,), daemon=True).start()
     gc.disable()  # compilers make many objects and little garbage; looking for it took a tenth of the time
-    compare_options_quickly()
+    compile_only()
     for place, compile_part in enumerate([_PARTS[part] for part in parts]):
         if place > 0:
             print(flush=True)
@@ -174,17 +175,18 @@ def _tube() -> TriangleMesh:
 
 
 def _surface() -> None:
-    compile_ahead.call_motion(*_robot(), ControlSettings())  # first: the other process puts it into the certificate
     tree, (robot, tool) = ProximityTree(_tube()), _robot()
+    # When the tree stands, what this needs is there from the other process, which will put it into the certificate.
+    compile_ahead.call_motion(robot, tool, ControlSettings())
     tree.candidates(tool.segments(np.eye(3), np.zeros(3)), 3.0)
-    path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0.5], [0, 20, 0]]))
-    path.position(np.linspace(0.0, path.length, 5))
-    path.closest(np.array([0.1, 5.0, 0.2]))
     compile_ahead.call_solver(robot, tool, ControlSettings())
 
 
 def _parts() -> None:
     compile_ahead.call_parts(*_robot(), ControlSettings())
+    path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0.5], [0, 20, 0]]))
+    path.position(np.linspace(0.0, path.length, 5))
+    path.closest(np.array([0.1, 5.0, 0.2]))
 
 
 def _robot() -> tuple[PlacedRobot, Tool]:
@@ -204,6 +206,14 @@ def _distances() -> None:
     tree, segments = ProximityTree(_tube()), Tool.load("bent_30").segments(np.eye(3), np.zeros(3))
     tree.clearance(segments, 3.0)
     nearest_place(tree, np.array([2.5, 5.0, 0.0]), 1.8, inside_bone=None)
+    _slices()
+
+
+def _slices() -> None:
+    grey = np.zeros((4, 5, 6), dtype=np.int16)
+    sample_points(grey, np.ones((2, 3)), -1024.0)
+    axis = np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
+    sample_plane(grey, np.ones(3), *axis, (4, 4), -1024.0)
 
 
 def _control() -> None:
@@ -215,14 +225,6 @@ def _control() -> None:
     scene = replace(scene, path=path, targets=np.array([[0.0, 18.0, 1.0]]), target_names=("ahead",))
     warm_up(Rehearsal(scene, settings))
     dry_run(scene, settings)
-    _slices()
-
-
-def _slices() -> None:
-    grey = np.zeros((4, 5, 6), dtype=np.int16)
-    sample_points(grey, np.ones((2, 3)), -1024.0)
-    axis = np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
-    sample_plane(grey, np.ones(3), *axis, (4, 4), -1024.0)
 
 
 _PARTS: dict[str, Callable[[], None]] = {
