@@ -5,7 +5,7 @@ import { LET_GO, letGoOfEverything } from "./keys.js";
 
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
 const CUTS = [["whole", "Whole head"], ["left", "Left half cut away"], ["right", "Right half cut away"]];
-const SLICES = [["none", "No CT here"], ["sagittal", "Sagittal CT"], ["coronal", "Coronal CT"], ["axial", "Axial CT"], ["all", "All three"]];
+const SLICES = [["none", "No slices"], ["sagittal", "Sagittal CT"], ["coronal", "Coronal CT"], ["axial", "Axial CT"], ["all", "All three"]];
 const SOFTWARE_RESOLUTION = 0.6;
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 

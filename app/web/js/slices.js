@@ -24,6 +24,7 @@ export class Slices {
       h("label", { class: "field" }, h("span", { class: "field-label" }, "Zoom", this.zoomWords), this.zoomInput), this.window);
     this.empty = h("p", { class: "slices-empty" }, "This head came as a surface, without a CT. Slices need a CT volume.");
     root.append(...this.stages.map((stage) => stage.element), this.foot, this.empty);
+    this.update({}); // nothing is known of the head yet
   }
 
   update(state) {
