@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from time import perf_counter
 
@@ -180,11 +180,11 @@ def drive_lumen(
             say(f"{order.event} {visit.name}, {drive.tip_s:.0f} mm in")
             if picture is not None and order.event in ("arrived", "bent"):
                 picture(Shot(visit.name, order.event, places[visit.name], robot, drive.state, lumen))
-    _close(visits, drive)
+    target = min(target, drive.length_mm)  # a path that moves may have become shorter
+    stopped = _why_it_ended(drive, target, retries)
+    _close(visits, drive, stopped)
     outside = containment(mesh, lumen.pathway if tissue is None else lumen.pathway.moved(None))
     offset = np.concatenate(offsets) if offsets else np.zeros(1)
-    target = min(target, drive.length_mm)  # a path that moves may have become shorter
-    stopped = drive.lost or (None if drive.tip_s >= target - 1e-6 else drive.state.held_by)
     spent = {"lumen": ready - began, "drive": perf_counter() - ready}
     return DriveReport(
         robot.links, target, drive.tip_s, length, tally, tuple(visits), outside.outside, outside.depth_mm,
@@ -258,7 +258,18 @@ def _note(order: Order, drive: SnakeDrive, visits: list[Visit]) -> Visit | None:
     return visit
 
 
-def _close(visits: list[Visit], drive: SnakeDrive) -> None:
+def _why_it_ended(drive: SnakeDrive, target: float, retries: Sequence[Retry]) -> str | None:
+    """What ended the drive before its target, in words; None where it is there."""
+    if drive.lost or drive.tip_s >= target - 1e-6:
+        return drive.lost
+    if drive.state.held_by or not retries:  # the robot may have drawn back since it was held
+        return drive.state.held_by or "steps that hardly move it"
+    last = retries[-1]
+    attempts = sum(one.at_mm == last.at_mm for one in retries)
+    return f"{last.held_by}, at {last.at_mm:.0f} mm and in {attempts} more attempts to get past it"
+
+
+def _close(visits: list[Visit], drive: SnakeDrive, stopped: str | None) -> None:
     for visit in visits:
         if not visit.reached and not visit.note:
-            visit.note = f"not reached: held at {drive.tip_s:.0f} mm, {drive.state.held_by}"
+            visit.note = f"not reached: the tip ended at {drive.tip_s:.0f} mm" + (f", {stopped}" if stopped else "")

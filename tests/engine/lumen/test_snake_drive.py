@@ -13,7 +13,7 @@ from lumen_shapes import arc, helix, straight
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.lumen.conformance import conform
-from vfix_engine.lumen.drive import Shot, drive_lumen
+from vfix_engine.lumen.drive import Shot, _why_it_ended, drive_lumen
 from vfix_engine.lumen.drive_report import Tally
 from vfix_engine.lumen.drive_state import Command, DriveSettings, DriveState
 from vfix_engine.lumen.limits import WAY_TOLERANCE_MM
@@ -255,6 +255,12 @@ def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
     np.testing.assert_allclose([retry.drawn_back_mm for retry in told], [5.0, 10.0, 20.0, 40.0], atol=0.5)
     assert len({retry.waypoint_mm for retry in told}) > 2
     assert all(retry.held_by for retry in told)
+    assert drive.state.held_by is None  # it has drawn back since
+    stopped = _why_it_ended(drive, 300.0, told)
+    assert stopped is not None
+    assert stopped.startswith(told[-1].held_by)
+    assert stopped.endswith("mm and in 4 more attempts to get past it")
+    assert _why_it_ended(drive, drive.tip_s, told) is None
 
 
 def test_a_planned_shape_is_moved_off_the_wall() -> None:
