@@ -20,6 +20,8 @@ CHECKS = (
     ("format", ("-m", "ruff", "format", "--check", ".")),
     ("types", ("-m", "mypy")),
 )
+# The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself.
+PREPARATION = ("-c", "from vfix_engine.simulation.preparation import prepare; prepare()")
 
 
 def main(arguments: "list[str]") -> int:
@@ -38,6 +40,7 @@ def main(arguments: "list[str]") -> int:
     if "--setup-only" in arguments:
         return 0
     statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
+    run_in_environment(python, *PREPARATION)
     statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
     for name, status in statuses.items():
         print(f"{name}: {'ok' if status == 0 else f'FAILED ({status})'}")

@@ -13,7 +13,6 @@ from typing import Any
 
 import pytest
 
-from vfix_engine.geometry import kernel_cache
 from vfix_engine.simulation import preparation
 
 
@@ -112,16 +111,9 @@ def test_there_is_nothing_to_do_where_nothing_is_kept_or_numba_keeps_it(
     preparation.prepare()
 
 
-def test_both_halves_run_and_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """From nothing, as the first start after an installation."""
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    monkeypatch.setenv("VFIX_CACHE", str(tmp_path))
-    here = tmp_path / "kernels" / kernel_cache.fingerprint()
-    monkeypatch.setattr(preparation, "cache_folder", lambda: here)
-    here.mkdir(mode=0o700, parents=True)
+def test_both_halves_run_and_meet(folder: Path) -> None:
     preparation.prepare()
     assert preparation.is_prepared()
-    assert len(list(here.glob("*.nbi"))) == preparation.KEPT_KERNELS
 
 
 def test_a_part_ends_with_the_planner() -> None:

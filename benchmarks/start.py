@@ -1,0 +1,111 @@
+"""`vfix serve` from its first start after an installation, with nothing compiled, to its later ones."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from benchmarks import report
+
+SUMMARY = "the first start, which compiles the kernels, and later ones"
+FIRST_S, LATER_S = 30.0, 2.0  # what they may take
+GIVE_UP_S = 600.0
+LOOK_S = 0.05
+_ROOT = Path(__file__).resolve().parents[1]
+_SAYS = "vfix is at "
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """How often it is started again."""
+    parser.add_argument("--starts", type=int, default=5, help="later starts (default 5)")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Seconds from the command to its address, to an answer there, and to the last kernel, with folders of its own."""
+    if not 1 <= args.starts <= 100:
+        raise report.BenchmarkRefused(f"--starts {args.starts} is not between 1 and 100")
+    machine = report.machine().to_dict()
+    with tempfile.TemporaryDirectory(prefix="vfix-start-") as folder:
+        before = _seconds_of_children()
+        first = _start(Path(folder), until_compiled=True)
+        worked = None if before is None else (_seconds_of_children() or 0.0) - before
+        kept = _kept(Path(folder))
+        later = [_start(Path(folder)) for _ in range(args.starts)]
+        compiled_again = _kept(Path(folder)) - kept
+    slowest = max(one["address_s"] for one in later)
+    return {
+        "machine": machine,
+        "first": {**first, "cpu_s": worked, "kernels": kept},
+        "later": {
+            "address_s": statistics.median([one["address_s"] for one in later]),
+            "slowest_address_s": slowest,
+            "answer_s": statistics.median([one["answer_s"] for one in later]),
+        },
+        "correct": kept > 0 and compiled_again == 0,
+        "meets": {"first_within_30_s": first["compiled_s"] <= FIRST_S, "later_within_2_s": slowest <= LATER_S},
+    }
+
+
+def _start(folder: Path, until_compiled: bool = False) -> dict[str, Any]:
+    """One start and its end."""
+    began = time.perf_counter()
+    with _planner(folder) as address:
+        told = {"address_s": time.perf_counter() - began}
+        _ask(address)
+        told["answer_s"] = time.perf_counter() - began
+        if until_compiled:
+            while not list(folder.glob("cache/kernels/*/prepared")):
+                if time.perf_counter() - began > GIVE_UP_S:
+                    raise report.BenchmarkRefused(f"nothing was compiled after {GIVE_UP_S:.0f} s; see vfix doctor")
+                time.sleep(LOOK_S)
+            told["compiled_s"] = time.perf_counter() - began
+    return told
+
+
+@contextmanager
+def _planner(folder: Path) -> Iterator[str]:
+    """Its address, as soon as it says it; it ends with the block."""
+    own = {"VFIX_HOME": str(folder / "home"), "VFIX_CACHE": str(folder / "cache"), "PYTHONPATH": str(_ROOT)}
+    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | own
+    command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            if not line.startswith(_SAYS):
+                raise report.BenchmarkRefused("the planner does not start here; see vfix doctor")
+            yield line.removeprefix(_SAYS).strip()
+        finally:
+            process.terminate()
+            process.wait(GIVE_UP_S)
+
+
+def _ask(address: str) -> None:
+    """Returns when the page is there; the address hands out a cookie and sends its visitor on."""
+    browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with browser.open(address, timeout=GIVE_UP_S) as answer:
+        answer.read()
+
+
+def _kept(folder: Path) -> int:
+    return len(list(folder.glob("cache/kernels/*/*.nbi")))
+
+
+def _seconds_of_children() -> float | None:
+    """Processor time of all that has been started here and has ended; None where the system does not tell."""
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

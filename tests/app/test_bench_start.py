@@ -1,0 +1,31 @@
+"""`vfix bench start`: from an installation that has compiled nothing to a later start."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+import pytest
+
+from app.cli import main
+from benchmarks import start
+from benchmarks.report import BenchmarkRefused
+from vfix_engine.simulation import preparation
+
+
+def test_a_first_start_keeps_what_a_later_one_needs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "start", "--starts", "1", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    first, later = told["first"], told["later"]
+    assert told["correct"]
+    assert first["kernels"] == preparation.KEPT_KERNELS  # what the page's bar counts to
+    assert 0 < first["address_s"] < first["answer_s"] < first["compiled_s"]
+    assert 0 < later["address_s"] <= later["slowest_address_s"] < first["compiled_s"]
+    assert told["meets"]["first_within_30_s"] == (first["compiled_s"] <= start.FIRST_S)
+    assert told["meets"]["later_within_2_s"] == (later["slowest_address_s"] <= start.LATER_S)
+
+
+@pytest.mark.parametrize("starts", [0, 101])
+def test_too_few_or_many_starts_are_refused(starts: int) -> None:
+    with pytest.raises(BenchmarkRefused, match="--starts"):
+        start.run(argparse.Namespace(starts=starts))
