@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.simulation import preparation
 from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.placing import place_robot
 from vfix_engine.simulation.recorder import CsvRecorder
@@ -76,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
     services = build_services(Settings.from_environment())
     case = resolve_case(services, args.case)
     plan = resolve_plan(services, case, args.plan)
+    prepare_engine()
     scene, settings = build_scene(services, case, plan, args)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
@@ -88,6 +92,14 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print_for_people(report)
     return 0 if report["completed"] else 1
+
+
+def prepare_engine() -> None:
+    """Compile what is not compiled yet on two cores, and say so; where that fails it is done where it is needed."""
+    if not preparation.is_prepared():
+        print("vfix: preparing the geometry engine, on the first start only ...", file=sys.stderr, flush=True)
+        with suppress(subprocess.SubprocessError, OSError):
+            preparation.prepare()
 
 
 def build_scene(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -45,13 +46,18 @@ class HasServices(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ResolvedCase:
-    """A head to work in. id: of the stored case, or None for a file; hash: of its content."""
+    """A head to work in. id: of the stored case, or None for a file; hash: of its content; grow: makes its tree."""
 
     id: str | None
     name: str
     hash: str
     mesh: TriangleMesh
-    tree: ProximityTree
+    grow: Callable[[], ProximityTree]
+
+    @cached_property
+    def tree(self) -> ProximityTree:
+        """Made when it is asked for: the first one of an installation has to be compiled."""
+        return self.grow()
 
 
 def resolve_case(services: HasServices, text: str) -> ResolvedCase:
@@ -62,10 +68,10 @@ def resolve_case(services: HasServices, text: str) -> ResolvedCase:
     path = Path(text)
     if (is_mesh(path) or is_volume(path)) and path.exists():
         mesh = _surface_of(path)
-        return ResolvedCase(None, path.name, mesh.content_hash, mesh, ProximityTree(mesh))
+        return ResolvedCase(None, path.name, mesh.content_hash, mesh, partial(ProximityTree, mesh))
     case = find(services.cases.list(), text, "case")
     mesh = services.cases.case_surface(case.id)
-    return ResolvedCase(case.id, case.name, case.content_hash, mesh, services.cases.tree(case.id))
+    return ResolvedCase(case.id, case.name, case.content_hash, mesh, partial(services.cases.tree, case.id))
 
 
 def _surface_of(path: Path) -> TriangleMesh:

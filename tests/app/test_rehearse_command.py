@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,11 @@ import pytest
 import trimesh
 
 from app.cli import main
+from app.commands.rehearse import prepare_engine
 from tests.engine.scenes import CoalJudge
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.simulation import preparation
 
 
 @pytest.fixture
@@ -27,6 +30,31 @@ def head(trial_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> l
 def rehearse(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, dict]:
     status = main(["rehearse", *arguments, "--json"])
     return status, json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("failure", [None, OSError("no memory"), subprocess.CalledProcessError(1, "half")])
+def test_the_first_one_compiles_the_engine_and_says_so(
+    failure: Exception | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where that fails, kernels are compiled as they are called."""
+    asked: list[bool] = []
+
+    def prepare() -> None:
+        asked.append(True)
+        if failure is not None:
+            raise failure
+
+    monkeypatch.setattr(preparation, "prepare", prepare)
+    monkeypatch.setattr(preparation, "is_prepared", lambda: False)
+    prepare_engine()
+    told = capsys.readouterr()
+    assert asked
+    assert "on the first start only" in told.err
+    assert not told.out
+    monkeypatch.setattr(preparation, "is_prepared", lambda: True)
+    prepare_engine()
+    assert len(asked) == 1
+    assert not capsys.readouterr().err
 
 
 def test_the_corridor_is_driven_and_every_step_is_kept(
