@@ -21,6 +21,7 @@ SUMMARY = "the first start, which compiles the kernels, and later ones"
 FIRST_S, LATER_S = 30.0, 2.0  # what they may take
 GIVE_UP_S = 600.0
 LOOK_S = 0.05
+WARM_S = 5.0
 _ROOT = Path(__file__).resolve().parents[1]
 _SAYS = "vfix is at "
 
@@ -41,40 +42,42 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         worked = None if before is None else (_seconds_of_children() or 0.0) - before
         kept = _kept(Path(folder))
         later = [_start(Path(folder)) for _ in range(args.starts)]
+        _start(Path(folder), linger_s=WARM_S)  # long enough to compile what it would miss
         compiled_again = _kept(Path(folder)) - kept
     slowest = max(one["address_s"] for one in later)
     return {
         "machine": machine,
-        "first": {**first, "cpu_s": worked, "kernels": kept},
+        "first": {**first, "cpu_s": worked, "kernels": len({file.rsplit(".", 2)[0] for file in kept})},
         "later": {
             "address_s": statistics.median([one["address_s"] for one in later]),
             "slowest_address_s": slowest,
             "answer_s": statistics.median([one["answer_s"] for one in later]),
         },
-        "correct": kept > 0 and compiled_again == 0,
+        "correct": len(kept) > 0 and not compiled_again,
         "meets": {"first_within_30_s": first["compiled_s"] <= FIRST_S, "later_within_2_s": slowest <= LATER_S},
     }
 
 
-def _start(folder: Path, until_compiled: bool = False) -> dict[str, Any]:
+def _start(folder: Path, until_compiled: bool = False, linger_s: float = 0.0) -> dict[str, Any]:
     """One start and its end."""
     began = time.perf_counter()
-    with _planner(folder) as address:
+    with _planner(folder) as (address, process):
         told = {"address_s": time.perf_counter() - began}
         _ask(address)
         told["answer_s"] = time.perf_counter() - began
         if until_compiled:
             while not list(folder.glob("cache/kernels/*/prepared")):
-                if time.perf_counter() - began > GIVE_UP_S:
-                    raise report.BenchmarkRefused(f"nothing was compiled after {GIVE_UP_S:.0f} s; see vfix doctor")
+                if process.poll() is not None or time.perf_counter() - began > GIVE_UP_S:
+                    raise report.BenchmarkRefused("the planner did not get its kernels compiled; see vfix doctor")
                 time.sleep(LOOK_S)
             told["compiled_s"] = time.perf_counter() - began
+        time.sleep(linger_s)
     return told
 
 
 @contextmanager
-def _planner(folder: Path) -> Iterator[str]:
-    """Its address, as soon as it says it; it ends with the block."""
+def _planner(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Its address, as soon as it says it, and its process, which ends with the block."""
     own = {"VFIX_HOME": str(folder / "home"), "VFIX_CACHE": str(folder / "cache"), "PYTHONPATH": str(_ROOT)}
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | own
     command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", "--port", "0"]
@@ -84,7 +87,7 @@ def _planner(folder: Path) -> Iterator[str]:
             line = process.stdout.readline()
             if not line.startswith(_SAYS):
                 raise report.BenchmarkRefused("the planner does not start here; see vfix doctor")
-            yield line.removeprefix(_SAYS).strip()
+            yield line.removeprefix(_SAYS).strip(), process
         finally:
             process.terminate()
             process.wait(GIVE_UP_S)
@@ -97,8 +100,9 @@ def _ask(address: str) -> None:
         answer.read()
 
 
-def _kept(folder: Path) -> int:
-    return len(list(folder.glob("cache/kernels/*/*.nbi")))
+def _kept(folder: Path) -> set[str]:
+    """Every kernel for every types it was compiled for, in whichever folder."""
+    return {str(file.relative_to(folder)) for file in folder.glob("cache/kernels/*/*.nbc")}
 
 
 def _seconds_of_children() -> float | None:

@@ -79,7 +79,6 @@ def run(args: argparse.Namespace) -> int:
     services = build_services(Settings.from_environment())
     case = resolve_case(services, args.case)
     plan = resolve_plan(services, case, args.plan)
-    prepare_engine()
     scene, settings = build_scene(services, case, plan, args)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
@@ -121,6 +120,7 @@ def build_scene(
     else:
         targets, names = np.zeros((0, 3)), ()
     zones = ZoneSet() if args.zones is None else resolve_zones(args.zones, case.mesh)
+    prepare_engine()  # everything that was given has been read
     # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones)
     if plan.robot.get("base") is not None and all(other is None for other in others):

@@ -12,10 +12,11 @@ import pytest
 import trimesh
 
 from app.cli import main
-from app.commands.rehearse import prepare_engine
+from app.services import resolve
 from tests.engine.scenes import CoalJudge
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.simulation import preparation
 
 
@@ -34,27 +35,35 @@ def rehearse(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[
 
 @pytest.mark.parametrize("failure", [None, OSError("no memory"), subprocess.CalledProcessError(1, "half")])
 def test_the_first_one_compiles_the_engine_and_says_so(
-    failure: Exception | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    failure: Exception | None, head: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Where that fails, kernels are compiled as they are called."""
-    asked: list[bool] = []
+    """Before the first tree is made; where it fails, kernels are compiled as they are called."""
+    events: list[str] = []
 
     def prepare() -> None:
-        asked.append(True)
+        events.append("prepare")
         if failure is not None:
             raise failure
 
+    def grow(mesh: TriangleMesh) -> ProximityTree:
+        events.append("tree")
+        return ProximityTree(mesh)
+
     monkeypatch.setattr(preparation, "prepare", prepare)
     monkeypatch.setattr(preparation, "is_prepared", lambda: False)
-    prepare_engine()
+    monkeypatch.setattr(resolve, "ProximityTree", grow)
+    assert main(["rehearse", *head, "--tool", "no such tool"]) != 0
+    assert not events
+    assert "on the first start" not in capsys.readouterr().err
+    assert main(["rehearse", *head, "--operator", "pushing", "--steps", "5", "--json"]) in (0, 1)
     told = capsys.readouterr()
-    assert asked
+    assert events == ["prepare", "tree"]
     assert "on the first start only" in told.err
-    assert not told.out
+    json.loads(told.out)
     monkeypatch.setattr(preparation, "is_prepared", lambda: True)
-    prepare_engine()
-    assert len(asked) == 1
-    assert not capsys.readouterr().err
+    main(["rehearse", *head, "--operator", "pushing", "--steps", "5", "--json"])
+    assert events == ["prepare", "tree", "tree"]
+    assert "on the first start" not in capsys.readouterr().err
 
 
 def test_the_corridor_is_driven_and_every_step_is_kept(

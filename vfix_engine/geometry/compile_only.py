@@ -1,10 +1,11 @@
 """numba in a process that does nothing but compile: the same arithmetic for less than two thirds of the work.
 
-What it keeps computes the same to the last bit. Its instructions may stand in another order, since a caller gets its
-pieces here before they have been optimised, and made into machine code, by themselves.
+A caller gets its pieces here before they have been optimised, and made into machine code, by themselves; so its
+instructions may stand in another order. A million steps of the attack (docs/safety.md) were the same to the last bit.
 
-A planner's and a user's process have numba as it is. What is replaced here belongs to numba's inside, so it is done for
-versions that have been tried; with any other one the process compiles as numba has it, and takes longer.
+A planner's and a user's process have numba as it is and do not import this module. What is replaced here belongs to
+numba's inside, so it is done for versions that have been tried; with any other one the process compiles as numba has
+it, and takes longer.
 """
 
 from __future__ import annotations
@@ -16,17 +17,18 @@ from numba.core import analysis, postproc, transforms
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.cpu import CPUContext
 from numba.core.dispatcher import Dispatcher
 from numba.core.targetconfig import ConfigStack, TargetConfig
 from numba.core.types.functions import BaseFunction
 
-TRIED = ("0.68.",)
+TRIED = frozenset({"0.68.1"})
 
 
 def compile_only() -> bool:
     """Let numba do only what is needed here, from now on to the end of this process; whether it could be done."""
-    if not numba.__version__.startswith(TRIED):
+    if numba.__version__ not in TRIED:
         return False
     _compare_options_quickly()
     _remember_types_of_calls()
@@ -39,7 +41,7 @@ def _compare_options_quickly() -> None:
     """numba makes two dictionaries of all options for each comparison, a hundred thousand times.
 
     Here only those are compared that one of both has been given. Its hash is of the names of all, the same for every
-    one; here it is of those that are not as they would be anyway.
+    one; here it is of the names of those that differ from their default.
     """
     options = cast(Any, TargetConfig)
     compare = options.__eq__
@@ -118,6 +120,8 @@ def _leave_out_what_no_caller_needs() -> None:
 
     So it is not optimised by itself beyond each function's own passes, it gets no machine code and no entry for Python,
     and it is not kept. Where Python calls it after all, it is compiled once more with all of that.
+    A piece that prints, or raises an error with a message of its own making, does so only where it is loaded: it has
+    no environment in this process. Pieces that call each other in a circle cannot be compiled here.
     """
     _mark_inner_libraries()
     _leave_out_code()
@@ -193,10 +197,11 @@ def _leave_out_entries() -> None:
             add(self, result)
 
     def compile_for_python(self: Any, *values: Any, **named: Any) -> Any:
-        kinds = tuple(self.typeof_pyval(value) for value in values)
-        if kinds in self.overloads and self.overloads[kinds].library.is_inner:
-            del self.overloads[kinds]
-        return compile_for(self, *values, **named)
+        with cast(Any, global_compiler_lock):  # another thread may be putting it into a caller
+            kinds = tuple(self.typeof_pyval(value) for value in values)
+            if kinds in self.overloads and self.overloads[kinds].library.is_inner:
+                del self.overloads[kinds]
+            return compile_for(self, *values, **named)
 
     context.create_cpython_wrapper = make_outer_entry
     dispatcher.add_overload, dispatcher._compile_for_args = add_without_entry, compile_for_python

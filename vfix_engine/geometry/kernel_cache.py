@@ -28,6 +28,7 @@ from numba.core import caching
 from numba.core.codegen import ll as llvm  # type: ignore[attr-defined]
 
 KEPT_S = 14 * 86_400  # a folder of other kernels that was not used for so long is removed
+_COMPILER = "compile_only.py"  # what it leaves out is not in what is kept
 _PACKAGE = Path(__file__).resolve().parents[1]
 _KERNELS = re.compile(rb"^from [\w.]*compiled import", re.MULTILINE)
 _IMPORTS = re.compile(rb"^from (\.+[\w.]*|vfix_engine[\w.]*) import ([^\n]*)", re.MULTILINE)
@@ -70,9 +71,12 @@ def fingerprint() -> str:
 
 
 def kernel_sources(package: Path) -> dict[str, bytes]:
-    """Content of every module that has kernels, and of all that they import: their constants become part of kernels."""
+    """Content of every module that has kernels or compiles them, and of all that these import.
+
+    The constants of those become part of kernels.
+    """
     contents = {file: file.read_bytes() for file in package.rglob("*.py")}
-    waiting = [file for file, content in contents.items() if _KERNELS.search(content)]
+    waiting = [file for file, content in contents.items() if _KERNELS.search(content) or file.name == _COMPILER]
     found: dict[str, bytes] = {}
     while waiting:
         file = waiting.pop()

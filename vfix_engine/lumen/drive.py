@@ -262,11 +262,11 @@ def _why_it_ended(drive: SnakeDrive, target: float, retries: Sequence[Retry]) ->
     """What ended the drive before its target, in words; None where it is there."""
     if drive.lost or drive.tip_s >= target - 1e-6:
         return drive.lost
-    if drive.state.held_by or not retries:  # the robot may have drawn back since it was held
-        return drive.state.held_by or "steps that hardly move it"
-    last = retries[-1]
-    attempts = sum(one.at_mm == last.at_mm for one in retries)
-    return f"{last.held_by}, at {last.at_mm:.0f} mm and in {attempts} more attempts to get past it"
+    if retries and not retries[-1].passed:  # the robot has drawn back since it was held
+        last = retries[-1]
+        failed = sum(one.at_mm == last.at_mm for one in retries)
+        return f"{last.held_by}; held at {last.at_mm:.0f} mm, where {failed} more attempts failed"
+    return drive.state.held_by or "steps that hardly move it"
 
 
 def _close(visits: list[Visit], drive: SnakeDrive, stopped: str | None) -> None:

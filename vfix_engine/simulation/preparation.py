@@ -1,10 +1,9 @@
 """Compiling every kernel that a page and a rehearsal need, once for each installation, in processes beside the planner.
 
 A kernel is compiled where it is first called, and most of that time the interpreter waits; in processes of their own
-two halves are compiled at once and the planner answers meanwhile, and numba can be told that nothing else is wanted of
-it (geometry/compile_only.py). They leave what they compiled in the folder of
-geometry/kernel_cache.py, from where every later process reads it. `python -m vfix_engine.simulation.preparation
-PART ...` is one of these processes.
+two halves are compiled at once and the planner answers meanwhile, and numba is made to do nothing else there
+(geometry/compile_only.py). They leave what they compiled in the folder of geometry/kernel_cache.py, from where every
+later process reads it. `python -m vfix_engine.simulation.preparation PART ...` is one of these processes.
 """
 
 from __future__ import annotations
@@ -23,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control import ControlSettings, compile_ahead
-from ..geometry.compile_only import compile_only
 from ..geometry.fit import nearest_place
 from ..geometry.kernel_cache import cache_folder
 from ..geometry.mesh import TriangleMesh
@@ -42,20 +40,21 @@ _DONE = "prepared"
 _GO = b"."
 _idle = threading.Event()
 _idle.set()
-KEPT_KERNELS = 34  # those that Python calls; all others are parts of theirs (geometry/compile_only.py)
+KEPT_KERNELS = 34  # those that Python calls here; all others are parts of theirs (geometry/compile_only.py)
 
 
 def is_prepared() -> bool:
     """Whether nothing is to be done: all is compiled already, or what is compiled cannot be kept in our folder."""
     folder = cache_folder()
-    return bool(os.environ.get("NUMBA_CACHE_DIR")) or folder is None or (folder / _DONE).exists()
+    if os.environ.get("NUMBA_CACHE_DIR") or folder is None:
+        return True
+    return (folder / _DONE).exists() or not os.access(folder, os.W_OK)
 
 
 def progress() -> float:
     """Share of the kernels that are compiled and kept already, below 1 as long as it goes on."""
     folder = cache_folder()
-    kept = 0 if folder is None else sum(1 for _ in folder.glob("*.nbi"))
-    return min(kept / KEPT_KERNELS, 0.99)
+    return 0.99 if folder is None else min(_count(folder) / KEPT_KERNELS, 0.99)
 
 
 def prepare() -> None:
@@ -70,10 +69,15 @@ def prepare() -> None:
     _idle.clear()
     try:
         _run_halves()
-        with suppress(OSError):  # the disk is full: the next start looks again
-            (folder / _DONE).touch()
+        if _count(folder) >= KEPT_KERNELS:  # else the disk is full: the next start tries again
+            with suppress(OSError):
+                (folder / _DONE).touch()
     finally:
         _idle.set()
+
+
+def _count(folder: Path) -> int:
+    return sum(1 for _ in folder.glob("*.nbi"))
 
 
 def wait() -> None:
@@ -144,7 +148,10 @@ def _compile(parts: Sequence[str]) -> None:
     go = threading.Event()
     threading.Thread(target=_listen, args=(go,), daemon=True).start()
     gc.disable()  # compilers make many objects and little garbage; looking for it took a tenth of the time
-    compile_only()
+    with suppress(ImportError):  # of a numba that was not tried, and that has its inside elsewhere
+        from ..geometry.compile_only import compile_only
+
+        compile_only()
     for place, compile_part in enumerate([_PARTS[part] for part in parts]):
         if place > 0:
             print(flush=True)

@@ -127,6 +127,10 @@ def imported_names(file: Path) -> set[str]:
     return {alias.name for node in tree if isinstance(node, ast.Import) for alias in node.names}
 
 
+def test_what_compiles_kernels_is_part_of_their_fingerprint() -> None:
+    assert {"geometry/compiled.py", "geometry/compile_only.py"} <= kernel_cache.kernel_sources(PACKAGE).keys()
+
+
 def test_what_was_not_used_for_long_is_removed(tmp_path: Path) -> None:
     for name, age in {"old": 15, "young": 13, "now": 0}.items():
         (tmp_path / name).mkdir()

@@ -259,7 +259,7 @@ def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
     stopped = _why_it_ended(drive, 300.0, told)
     assert stopped is not None
     assert stopped.startswith(told[-1].held_by)
-    assert stopped.endswith("mm and in 4 more attempts to get past it")
+    assert stopped.endswith("mm, where 4 more attempts failed")
     assert _why_it_ended(drive, drive.tip_s, told) is None
 
 

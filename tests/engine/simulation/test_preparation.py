@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import threading
@@ -26,13 +27,27 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_it_is_done_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ran: list[Sequence[str]] = []
-    monkeypatch.setattr(preparation, "_run_half", lambda parts, meeting: ran.append(parts))
+
+    def half(parts: Sequence[str], meeting: threading.Barrier) -> None:
+        ran.append(parts)
+        for number in range(preparation.KEPT_KERNELS):
+            (folder / f"kernel-{number}.nbi").touch()
+
+    monkeypatch.setattr(preparation, "_run_half", half)
     assert not preparation.is_prepared()
     preparation.prepare()
     assert sorted(ran) == sorted(preparation.HALVES)
     assert preparation.is_prepared()
     preparation.prepare()
     assert len(ran) == 2
+
+
+def test_kernels_that_a_full_disk_did_not_take_are_compiled_at_the_next_start(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(preparation, "_run_half", lambda parts, meeting: None)
+    preparation.prepare()
+    assert not preparation.is_prepared()
 
 
 @pytest.mark.parametrize("halves", [(("no such part",), ("nothing",)), (("no such part",), ("surface", "surface"))])
@@ -106,12 +121,17 @@ def test_there_is_nothing_to_do_where_nothing_is_kept_or_numba_keeps_it(
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
     assert preparation.is_prepared()
     monkeypatch.delenv("NUMBA_CACHE_DIR")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "access", lambda path, mode: (path, mode) != (folder, os.W_OK))
+        assert preparation.is_prepared()  # somebody else's, which may be read
+    assert not preparation.is_prepared()
     monkeypatch.setattr(preparation, "cache_folder", lambda: None)
     assert preparation.is_prepared()
     preparation.prepare()
 
 
-def test_both_halves_run_and_meet(folder: Path) -> None:
+def test_both_halves_run_and_meet(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(preparation, "KEPT_KERNELS", 0)  # theirs lie in the folder of all tests
     preparation.prepare()
     assert preparation.is_prepared()
 
