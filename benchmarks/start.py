@@ -21,7 +21,7 @@ SUMMARY = "the first start, which compiles the kernels, and later ones"
 FIRST_S, LATER_S = 30.0, 2.0  # what they may take
 GIVE_UP_S = 600.0
 LOOK_S = 0.05
-WARM_S = 5.0
+WARM_S = 3.0
 _ROOT = Path(__file__).resolve().parents[1]
 _SAYS = "vfix is at "
 

@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from environment import ROOT, SetUpFailed, ensure_environment, run_in_environment, use_new_enough_python
@@ -22,6 +23,8 @@ CHECKS = (
 )
 # The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself.
 PREPARATION = ("-c", "from vfix_engine.simulation.preparation import prepare; prepare()")
+# Two runs that can be made at once, since they only compute; all other tests have the machine for themselves then.
+AT_ONCE = (("lumen",), ("fixtures", "geometry", "imaging", "phantom", "robots"))
 
 
 def main(arguments: "list[str]") -> int:
@@ -41,10 +44,23 @@ def main(arguments: "list[str]") -> int:
         return 0
     statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
     run_in_environment(python, *PREPARATION)
-    statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
+    if arguments:
+        statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
+    else:
+        statuses |= run_every_test(python)
     for name, status in statuses.items():
         print(f"{name}: {'ok' if status == 0 else f'FAILED ({status})'}")
     return next((status for status in statuses.values() if status), 0)
+
+
+def run_every_test(python: Path) -> "dict[str, int]":
+    """Status of each run by its name."""
+    folders = [[f"tests/engine/{name}" for name in names] for names in AT_ONCE]
+    with ThreadPoolExecutor(len(folders)) as threads:
+        runs = [threads.submit(run_in_environment, python, "-m", "pytest", "-q", *names) for names in folders]
+        statuses = {f"tests of {', '.join(names)}": run.result() for names, run in zip(AT_ONCE, runs, strict=True)}
+    others = [f"--ignore={name}" for names in folders for name in names]
+    return {**statuses, "other tests": run_in_environment(python, "-m", "pytest", *others)}
 
 
 def ensure_browser(python: Path) -> str:
