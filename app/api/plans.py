@@ -70,11 +70,11 @@ def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep) 
         raise PlanError(f"change one thing of a plan at a time, not {len(wanted)}.")
     editor = services.plans.editor(plan_id)
     if change.name is not None:
-        services.plans.rename(plan_id, change.name, expected_revision=change.revision)
-    elif change.deleted is not None:
+        return PlanPublic.of(services.plans.rename(plan_id, change.name, expected_revision=change.revision))
+    if change.deleted is not None:
         act = services.plans.delete if change.deleted else services.plans.restore
-        act(plan_id, expected_revision=change.revision)
-    elif change.locked is not None:
+        return PlanPublic.of(act(plan_id, expected_revision=change.revision))
+    if change.locked is not None:
         editor.set_locked(change.locked, expected_revision=change.revision)
     elif change.settings is not None:
         editor.set_settings(change.settings, expected_revision=change.revision)
