@@ -170,9 +170,7 @@ class PlanEditor:
             content = _content(session, row)
             kept = check_stored(replace(content, settings={**content.settings, **settings})).settings
             document = func.json_set(PlanStateRow.document, "$.settings", func.json(json.dumps(dict(kept))))
-            session.execute(
-                update(PlanStateRow).where(PlanStateRow.plan_id == self._plan_id).values(document=document)
-            )
+            session.execute(update(PlanStateRow).where(PlanStateRow.plan_id == self._plan_id).values(document=document))
             touch(row)
 
     def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> None:

@@ -250,9 +250,7 @@ def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: Pl
 
 
 @pytest.mark.parametrize("kind", ["points", "targets"])
-def test_a_plan_has_some_hundreds_of_points_at_most(
-    store: Store, plans: PlanService, case: Case, kind: str
-) -> None:
+def test_a_plan_has_some_hundreds_of_points_at_most(store: Store, plans: PlanService, case: Case, kind: str) -> None:
     """More are refused with the numbers; a plan stored with more can still be read and exported."""
     full = [PlanPoint(f"p-{n}", f"P{n}", (float(n), 0.0, 0.0)) for n in range(MAX_POINTS)]
     plan = plans.create(case.id, "Full", PlanContent(**{kind: tuple(full)}))  # type: ignore[arg-type]
