@@ -202,7 +202,7 @@ class RehearsalRoom:
             elif event.kind == "settings":
                 self._settings_told(process, ControlSettings.from_dict(json.loads(event.text)))
             elif event.kind == "failed":
-                words = event.text
+                words = words or event.text
         if not self._talk.open:
             self._words_for_holder.extend(self._notes)
             self._notes.clear()
