@@ -139,7 +139,7 @@ class PlanService:
             return list_plan(session, row)
 
 
-def _listed(case_id: str | None, include_deleted: bool) -> Select[tuple[PlanRow]]:
+def _listed(case_id: str | None, include_deleted: bool) -> Select[PlanRow]:
     """Rows of plans, oldest first."""
     query = select(PlanRow).order_by(PlanRow.created, PlanRow.id)
     if case_id is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
@@ -271,6 +272,30 @@ def test_a_page_that_is_away_costs_nothing(hub: SessionHub, monkeypatch: pytest.
     assert "Renamed elsewhere" in names(away)
 
 
+def test_slow_heads_keep_no_other_tab_waiting(hub: SessionHub, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reading a head takes minutes for three tabs; a fourth opens its own meanwhile."""
+    cases, done = hub._services.cases, threading.Event()
+    slow, read = _other_head(hub._services), cases.display_meshes
+
+    def display_meshes(case_id: str) -> Any:
+        if case_id == slow.id:
+            done.wait(60)
+        return read(case_id)
+
+    monkeypatch.setattr(cases, "display_meshes", display_meshes)
+    try:
+        for n in range(3):
+            hub.connect(f"tab-slow-{n}", {"case": slow.id})
+        quick = hub.connect("tab-quick-0", {"case": HEAD})
+        deadline = time.monotonic() + 30
+        while quick.head.head is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert quick.head.head is not None
+    finally:
+        done.set()
+        cases.delete(slow.id)
+
+
 def test_the_list_of_plans_does_not_read_what_they_contain(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -346,7 +371,9 @@ def _in_place(desk: RehearsalDesk, plan: Plan) -> _Robot:
     room, robot = desk.room, _Robot()
     assert room is not None
     room._process, room._state, room._plan_key = robot, "ready", plan_key(plan)  # type: ignore[assignment]
-    room._prepared = Prepared(SimpleNamespace(), ControlSettings(), tuple(plan_items(plan)))  # type: ignore[arg-type]
+    curve = np.array([point.position for point in plan.points])
+    spec: Any = SimpleNamespace()
+    room._prepared = Prepared(spec, ControlSettings(), tuple(plan_items(plan)), curve)
     return robot
 
 
@@ -380,6 +407,29 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
     desk.do_plain("rehearsal.reset", editor.plan, HEAD)
     assert not robot.alive
     assert desk.room.is_for(plan_key(editor.plan))
+
+
+def test_the_scene_shows_what_is_driven_while_it_is_driven(hub: SessionHub) -> None:
+    """In Rehearse the robot's own curve and targets, in Plan the plan's."""
+    services = hub._services
+    plan = services.plans.duplicate(SAMPLE)
+    workspace = hub.connect("tab-one-0", {"case": HEAD, "plan": plan.id})
+    _settle(workspace)
+    _in_place(workspace.rehearsal, plan)
+    services.plans.editor(plan.id).delete_point(plan.points[-1].id)
+    workspace.page_back()
+    _settle(workspace)
+    _settle(workspace)
+    picture = workspace._picture()
+    assert len(picture.items) == len(plan.points) + len(plan.targets) - 1
+    workspace._step = "rehearse"
+    picture = workspace._picture()
+    assert picture.items == tuple(plan_items(plan))
+    places, clearance = picture.curve()
+    assert places is not None
+    assert clearance is None
+    assert np.allclose(places[-1], plan.points[-1].position)
+    services.plans.delete(plan.id)
 
 
 def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tuple[RehearsalDesk, Plan]) -> None:

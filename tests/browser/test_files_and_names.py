@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from workstation import Planner, Rest, Workstation
 
@@ -66,6 +67,30 @@ def test_every_export_says_what_the_plan_says_and_comes_back(open_page: Open, re
         assert [point["position"] for point in back["points"]] == _near(positions), name
         assert [point["label"] for point in back["points"]] == labels, name
         station.open_plan(plan_id)
+    assert station.errors == []
+
+
+def test_a_head_that_comes_in_is_offered_and_not_opened(open_page: Open, rest: Rest, tmp_path: Path) -> None:
+    """What is open, and perhaps runs, stays until somebody chooses the new head."""
+    station = open_page().ready()
+    hu = np.full((60, 60, 60), -1000, dtype="<i2")
+    hu[10:50, 10:50, 10:50] = 1000
+    header = (
+        "NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 60 60 60\n"
+        "space directions: (3,0,0) (0,3,0) (0,0,3)\nendian: little\nencoding: raw\nspace origin: (0,0,0)\n\n"
+    )
+    (tmp_path / "Block.nrrd").write_bytes(header.encode() + hu.tobytes())
+    station.page.click("[data-step=patient]")
+    station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
+    before = station.state("case")["id"]
+    station.page.set_input_files("#panel input[type='file']", tmp_path / "Block.nrrd")
+    offer = station.page.get_by_role("button", name="Open it")
+    station.wait_for("the offer", offer.is_visible)
+    station.wait_for("it in the list", lambda: "Block" in station.page.locator("#panel").inner_text())
+    assert station.state("case")["id"] == before
+    offer.click()
+    station.wait_for("the new head", lambda: station.state("case")["name"] == "Block")
+    rest.client.delete(f"/api/cases/{station.state('case')['id']}").raise_for_status()
     assert station.errors == []
 
 
