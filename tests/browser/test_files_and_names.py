@@ -83,7 +83,7 @@ def test_a_head_that_comes_in_is_offered_and_not_opened(open_page: Open, rest: R
     station.page.click("[data-step=patient]")
     station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
     before = station.state("case")["id"]
-    station.page.set_input_files("#panel input[type='file']", tmp_path / "Block.nrrd")
+    station.page.set_input_files("input[type='file'][accept*='.nii']", tmp_path / "Block.nrrd")
     offer = station.page.get_by_role("button", name="Open it")
     station.wait_for("the offer", offer.is_visible)
     station.wait_for("it in the list", lambda: "Block" in station.page.locator("#panel").inner_text())
