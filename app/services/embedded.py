@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 
 from app.services.case_files import ASSET, CaseFiles, surface_info, volume_info
 from app.services.case_model import BONE, HEAD_PHANTOM, Bead, CaseContent, CaseFrame, to_triple
@@ -12,9 +13,12 @@ from app.services.errors import NotFound
 from app.services.plan_model import PlanFile, content_from_json
 from app.services.plans import PlanService
 from app.store import Store
+from app.store.errors import StoreDamaged
+from vfix_engine.errors import InputError
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
 from vfix_engine.resources import assets_dir
 
+_LOG = logging.getLogger(__name__)
 SAMPLE_PLAN = "head-phantom-sample"
 _NAME = "Head phantom"
 _FOLDER = "head_phantom"
@@ -35,7 +39,7 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
     content_hash = _assets_hash()
     try:
         known = cases.get(HEAD_PHANTOM)
-    except NotFound:
+    except (NotFound, StoreDamaged):
         known = None
     if known is None or known.content_hash != content_hash:
         cases.put(HEAD_PHANTOM, _NAME, _content(CaseFiles(store.files)), content_hash)
@@ -45,6 +49,9 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
         if cases.get(HEAD_PHANTOM).deleted_at is None:
             sample = _sample_plan()
             plans.create(HEAD_PHANTOM, sample.name, sample.content, plan_id=SAMPLE_PLAN)
+    except (StoreDamaged, InputError, ValueError, TypeError, KeyError) as error:
+        # A plan that cannot be read must not keep all others from being opened.
+        _LOG.error("the sample plan cannot be read (%s); delete it, or restore a copy", type(error).__name__)
 
 
 def _sample_plan() -> PlanFile:

@@ -193,7 +193,7 @@ def test_surfaces_are_binary(client: Client, phantom_services: Services, form: s
 
 
 def uploaded(services: Services) -> list[str]:
-    return [path.name for path in services.settings.uploads_dir.rglob("*.obj")]
+    return [path.name for path in services.settings.temporary_dir.rglob("*.obj")]
 
 
 def never_end(*_: object) -> None:
@@ -233,10 +233,10 @@ def test_the_planner_ends_at_once_and_keeps_no_upload(tmp_path: Path, monkeypatc
     services.close()
     assert time.monotonic() - start < 5.0
     assert "stopped" in str(services.jobs.get(jobs[0]).error)
-    assert list(services.settings.uploads_dir.iterdir()) == [services.settings.uploads_dir / ".lock"]
+    assert list(services.settings.temporary_dir.iterdir()) == [services.settings.temporary_dir / ".lock"]
     assert client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).is_error
     assert uploaded(services) == []
-    services.uploads.close()
+    services.store.scratch.close()
     client.close()
 
 
