@@ -153,7 +153,7 @@ def _readable(session: Session, case_id: str) -> Case | None:
     try:
         return _case(session, case_id)
     except StoreDamaged as error:
-        _LOG.error("%s", error)
+        _LOG.error("the case %s is left out: %s", case_id, error)
         return None
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import logging
 
 from app.services.case_files import ASSET, CaseFiles, surface_info, volume_info
 from app.services.case_model import BONE, HEAD_PHANTOM, Bead, CaseContent, CaseFrame, to_triple
@@ -14,11 +13,10 @@ from app.services.plan_model import PlanFile, content_from_json
 from app.services.plans import PlanService
 from app.store import Store
 from app.store.errors import StoreDamaged
-from vfix_engine.errors import InputError
+from app.store.models import PlanRow
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
 from vfix_engine.resources import assets_dir
 
-_LOG = logging.getLogger(__name__)
 SAMPLE_PLAN = "head-phantom-sample"
 _NAME = "Head phantom"
 _FOLDER = "head_phantom"
@@ -43,15 +41,11 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
         known = None
     if known is None or known.content_hash != content_hash:
         cases.put(HEAD_PHANTOM, _NAME, _content(CaseFiles(store.files)), content_hash)
-    try:
-        plans.get(SAMPLE_PLAN)
-    except NotFound:
-        if cases.get(HEAD_PHANTOM).deleted_at is None:
-            sample = _sample_plan()
-            plans.create(HEAD_PHANTOM, sample.name, sample.content, plan_id=SAMPLE_PLAN)
-    except (StoreDamaged, InputError, ValueError, TypeError, KeyError) as error:
-        # A plan that cannot be read must not keep all others from being opened.
-        _LOG.error("the sample plan cannot be read (%s); delete it, or restore a copy", type(error).__name__)
+    with store.reading() as session:  # whether it is there: what is in it need not be readable to start
+        missing = session.get(PlanRow, SAMPLE_PLAN) is None
+    if missing and cases.get(HEAD_PHANTOM).deleted_at is None:
+        sample = _sample_plan()
+        plans.create(HEAD_PHANTOM, sample.name, sample.content, plan_id=SAMPLE_PLAN)
 
 
 def _sample_plan() -> PlanFile:

@@ -1,9 +1,9 @@
 """Why the store cannot do what it is asked.
 
-    StorageError            the disk refuses: full, read-only or broken
-    ├── StoreBusy           another program holds the database; to be tried again
-    └── StoreUnusable       what is in the home folder is not a store that this vfix can use
-        └── StoreDamaged    a part of it cannot be read any more
+StorageError            the disk refuses: full, read-only or broken
+├── StoreBusy           another program holds the database; to be tried again
+└── StoreUnusable       what is in the home folder is not a store that this vfix can use
+    └── StoreDamaged    a part of it cannot be read any more
 """
 
 from __future__ import annotations

@@ -5,10 +5,12 @@ Several planners may share one home, so what another one left is removed only wh
 
 from __future__ import annotations
 
+import os
 import secrets
 import shutil
 import sys
 import threading
+import weakref
 from pathlib import Path
 from typing import BinaryIO
 
@@ -29,7 +31,7 @@ class Scratch:
         self._folder = folder
         self._guard = threading.Lock()
         self._own: Path | None = None
-        self._lock_file: BinaryIO | None = None
+        self._let_go: weakref.finalize[..., Scratch] | None = None
 
     def open(self) -> Path:
         """This planner's own folder; the first call removes what planners that ended have left. Raises StorageError."""
@@ -51,14 +53,11 @@ class Scratch:
         return place
 
     def close(self) -> None:
-        """Remove everything of this planner."""
+        """Remove everything of this planner; its end does so too, unless it is killed."""
         with self._guard:
-            if self._own is None or self._lock_file is None:
-                return
-            shutil.rmtree(self._own, ignore_errors=True)
-            self._lock_file.close()
-            self._own.with_suffix(_LOCK).unlink(missing_ok=True)
-            self._own = self._lock_file = None
+            if self._let_go is not None:
+                self._let_go()
+            self._own = self._let_go = None
 
     def _opened(self) -> Path:
         self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -66,8 +65,9 @@ class Scratch:
             _lock(door, wait=True)  # between making a lock's file and locking it nobody may look
             self._remove_leftovers()
             own = self._folder / secrets.token_hex(8)
-            self._lock_file = own.with_suffix(_LOCK).open("ab")
-            _lock(self._lock_file, wait=False)
+            lock_file = own.with_suffix(_LOCK).open("ab")
+            self._let_go = weakref.finalize(self, _remove, own, lock_file, os.getpid())
+            _lock(lock_file, wait=False)
             own.mkdir(mode=0o700)
         return own
 
@@ -80,6 +80,13 @@ class Scratch:
                 shutil.rmtree(path, ignore_errors=True)
             else:
                 path.unlink(missing_ok=True)
+
+
+def _remove(own: Path, lock_file: BinaryIO, owner: int) -> None:
+    if os.getpid() == owner:  # and not a copy of it that ends
+        shutil.rmtree(own, ignore_errors=True)
+        own.with_suffix(_LOCK).unlink(missing_ok=True)
+    lock_file.close()
 
 
 def _no_room(error: OSError) -> StorageError:

@@ -1,4 +1,4 @@
-"""Homes that cannot be used, or not now: told in words, at the command line and by the store; nothing is made of them."""
+"""Homes that cannot be used, or not now: told in words, by the store and at the command line; none is overwritten."""
 
 import errno
 import logging
@@ -137,9 +137,14 @@ def test_a_full_database_is_told_and_can_be_read(store: Store, cases: CaseServic
     """The very error of SQLite: a database that may not grow stands for a disk that is full."""
     with store.reading() as session:
         pages = session.connection().exec_driver_sql("pragma page_count").scalar_one()
-    with pytest.raises(StorageError, match="disk is full"), store.writing() as session:
-        session.connection().exec_driver_sql(f"pragma max_page_count = {pages}")
-        session.connection().exec_driver_sql("update cases set name = :long", {"long": "x" * 1_000_000})
+
+    def fill() -> None:
+        with store.writing() as session:
+            session.connection().exec_driver_sql(f"pragma max_page_count = {pages}")
+            session.connection().exec_driver_sql("update cases set name = :long", {"long": "x" * 1_000_000})
+
+    with pytest.raises(StorageError, match="disk is full"):
+        fill()
     assert cases.get(case.id).name == case.name
 
 

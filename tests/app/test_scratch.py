@@ -12,7 +12,8 @@ KILLED = """
 import os, sys
 from pathlib import Path
 from app.store.scratch import Scratch
-(Scratch(Path(sys.argv[1])).new_place() / "head.nrrd").write_bytes(b"x")
+scratch = Scratch(Path(sys.argv[1]))
+(scratch.new_place() / "head.nrrd").write_bytes(b"x")
 os.kill(os.getpid(), 9)
 """
 

@@ -23,7 +23,6 @@ from vfix_engine.imaging.frame_report import FrameReport
 from vfix_engine.imaging.isolated import Cancellation, Progress, run_isolated
 from vfix_engine.imaging.readers import read_volume
 
-
 linux = pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what became of a process")
 posix = pytest.mark.skipif(os.name != "posix", reason="Windows does not limit the size of a file")
 CALLER = """
