@@ -15,7 +15,7 @@ import signal
 import struct
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -70,12 +70,12 @@ def confine(readable: Sequence[Path], writable: Sequence[Path], listable: Sequen
     _refuse_calls()
 
 
-def probe(secret: Path) -> dict[str, bool]:
-    """What this process is kept from, by trying: reading `secret`, writing elsewhere, connecting, starting another."""
+def probe(file: str) -> dict[str, bool]:
+    """What this process is kept from, by trying. file: one that it was not given, where the caller could write."""
     return {
         "network": _refused(_connect),
-        "other_files": _refused(lambda: secret.read_bytes()),
-        "writing_elsewhere": _refused(lambda: _write_beside(secret)),
+        "other_files": _refused(Path(file).read_bytes),
+        "writing_elsewhere": _refused(lambda: _write_beside(Path(file))),
         "other_processes": _refused(_start_another),
         "large_files": _large_files_refused(),
     }
@@ -146,9 +146,9 @@ def _prctl(option: int, first: int, second: int = 0) -> bool:
     return bool(libc.prctl(ctypes.c_int(option), *words) == 0)
 
 
-def _refused(attempt: object) -> bool:
+def _refused(attempt: Callable[[], object]) -> bool:
     try:
-        attempt()  # type: ignore[operator]
+        attempt()
     except OSError:
         return True
     return False
@@ -160,8 +160,8 @@ def _connect() -> None:
     socket.socket(socket.AF_INET, socket.SOCK_STREAM).close()
 
 
-def _write_beside(secret: Path) -> None:
-    with tempfile.TemporaryFile(dir=secret.parent):
+def _write_beside(file: Path) -> None:
+    with tempfile.TemporaryFile(dir=file.parent):
         pass
 
 

@@ -85,10 +85,6 @@ def fill_disk() -> None:
         file.write(b"x")
 
 
-def try_everything(secret: str) -> dict[str, bool]:
-    return confinement.probe(Path(secret))
-
-
 def say_where() -> str:
     return tempfile.gettempdir()
 
@@ -265,6 +261,7 @@ def test_a_worker_is_kept_from_network_files_and_processes(tmp_path: Path) -> No
     secret = tmp_path / "other_case.nrrd"
     secret.write_bytes(b"x")
     (tmp_path / "work").mkdir()
-    assert confinement.probe(secret) == dict.fromkeys(confinement.probe(secret), False)
-    held = run_isolated(try_everything, str(secret), folder=tmp_path / "work")
+    here = confinement.probe(str(secret))
+    assert here == dict.fromkeys(here, False)
+    held = run_isolated(confinement.probe, str(secret), folder=tmp_path / "work")
     assert held == dict.fromkeys(held, True)
