@@ -22,6 +22,12 @@ class PointPublic(BaseModel):
     position: tuple[float, float, float]
 
 
+class EditedPoint(PointPublic):
+    """A point as an edit left it, and the revision of the plan that the edit made."""
+
+    revision: int
+
+
 class RobotPublic(BaseModel):
     """Base: transform_base_to_patient, 16 numbers row by row, mm."""
 

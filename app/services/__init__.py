@@ -10,7 +10,6 @@ from app.services.importing import ImportService
 from app.services.jobs import Jobs
 from app.services.planning import Planning
 from app.services.plans import PlanService
-from app.services.uploads import Uploads
 from app.settings import Settings
 from app.store import Store
 
@@ -28,13 +27,11 @@ class Services:
     planning: Planning
     importing: ImportService
     jobs: Jobs
-    uploads: Uploads
 
     def close(self) -> None:
-        """End the running import, remove what was uploaded for it, and let go of the database."""
+        """End the running import, remove what is temporary, and let go of the database."""
         self.importing.cancel()
         self.jobs.close()
-        self.uploads.close()
         self.store.close()
 
 
@@ -44,4 +41,4 @@ def build_services(settings: Settings) -> Services:
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
     planning, importing = Planning(cases, plans), ImportService(cases)
-    return Services(settings, store, cases, plans, planning, importing, Jobs(), Uploads(settings.uploads_dir))
+    return Services(settings, store, cases, plans, planning, importing, Jobs())

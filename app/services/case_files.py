@@ -9,7 +9,7 @@ import numpy as np
 
 from app.services.case_model import SurfaceInfo, VolumeInfo, to_bounds, to_triple
 from app.store import FileStore
-from app.store.files import StorageError
+from app.store.errors import StorageError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.mesh_files import read_mesh
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct

@@ -11,7 +11,7 @@ import json
 from typing import Any
 
 from app.services.exchange_markups import number_text
-from app.services.exchange_parts import known_frame, mm_per_unit, new_point, to_lps
+from app.services.exchange_parts import known_frame, mm_per_unit, new_point, parse_json, to_lps
 from app.services.names import check_name
 from app.services.plan_model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
 from vfix_engine.errors import FrameError, PlanError
@@ -68,10 +68,11 @@ def _header(lines: list[str]) -> dict[str, str]:
 
 
 def _name(text: str | None) -> Any:
+    """The plan's name: JSON as we write it, or bare text of a table that somebody typed."""
     if text is None:
         return None
     try:
-        return json.loads(text)
+        return parse_json(text)
     except ValueError:
         return text
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +12,9 @@ from typing import Any, TypeVar
 from app.services.case_model import BONE, Case, CaseFrame
 from app.services.cases import CaseService
 from app.services.names import MAX_NAME, check_name
+from app.store.errors import StorageError
 from vfix_engine.errors import InputError
+from vfix_engine.geometry.kernel_cache import cache_root
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.bone import BoneSurfaces, bone_of_surface, bone_of_volume
 from vfix_engine.imaging.frame_report import FrameReport
@@ -82,20 +85,35 @@ class ImportService:
 
     def _surface(self, request: ImportRequest, progress: Progress) -> tuple[None, BoneSurfaces, CaseFrame]:
         progress("Reading the surface", 0.0)
-        mesh, report = self._isolated(_read_surface, *_told(request), seconds=READ_SECONDS)
-        bone = self._isolated(bone_of_surface, mesh, seconds=EXTRACT_SECONDS, progress=_part(progress, 0.3, 0.95))
-        return None, bone, CaseFrame(report.name, report.assumed)
+        mesh, report = self._read(_read_surface, request)
+        return None, self._extracted(bone_of_surface, mesh, progress), CaseFrame(report.name, report.assumed)
 
     def _volume(self, request: ImportRequest, progress: Progress) -> tuple[Volume, BoneSurfaces, CaseFrame]:
         progress("Reading the CT", 0.0)
-        volume, report = self._isolated(_read_volume, *_told(request), seconds=READ_SECONDS)
-        bone = self._isolated(bone_of_volume, volume, seconds=EXTRACT_SECONDS, progress=_part(progress, 0.3, 0.95))
-        return volume, bone, CaseFrame(report.name, report.assumed)
+        volume, report = self._read(_read_volume, request)
+        return volume, self._extracted(bone_of_volume, volume, progress), CaseFrame(report.name, report.assumed)
 
-    def _isolated(
-        self, function: Callable[..., Result], *args: Any, seconds: float, progress: Progress | None = None
-    ) -> Result:
-        return run_isolated(function, *args, seconds=seconds, progress=progress, cancellation=self._cancellation)
+    def _read(self, function: Callable[..., Result], request: ImportRequest) -> Result:
+        """Decode a file of anybody's making."""
+        told = request.path, request.frame, request.unit, request.assume
+        return self._isolated(function, *told, seconds=READ_SECONDS)
+
+    def _extracted(self, function: Callable[..., BoneSurfaces], of: Any, progress: Progress) -> BoneSurfaces:
+        """Bone out of checked arrays; no decoder runs here, so this worker alone may keep what it compiles."""
+        told = _part(progress, 0.3, 0.95)
+        return self._isolated(function, of, seconds=EXTRACT_SECONDS, progress=told, writable=_kernels())
+
+    def _isolated(self, function: Callable[..., Result], *args: Any, **options: Any) -> Result:
+        folder = self._cases.scratch.open()  # for what the worker decodes
+        try:
+            return run_isolated(function, *args, cancellation=self._cancellation, folder=folder, **options)
+        except OSError as error:
+            raise StorageError(f"the import could not be written down: {error.strerror or error}.") from error
+
+
+def _kernels() -> list[Path]:
+    """Folders of compiled kernels."""
+    return [cache_root(), *(Path(named) for named in [os.environ.get("NUMBA_CACHE_DIR")] if named)]
 
 
 def case_name(request: ImportRequest) -> str:
@@ -109,11 +127,6 @@ def case_name(request: ImportRequest) -> str:
         return DICOM_NAME
     stem = re.sub(r"(?i)\.(nii\.gz|[a-z0-9]+)$", "", request.path.name)
     return re.sub(r"[^\w.()+-]+", " ", stem).strip()[:MAX_NAME] or "Imported case"
-
-
-def _told(request: ImportRequest) -> tuple[Path, str | None, str | None, bool]:
-    """What a reader is told."""
-    return request.path, request.frame, request.unit, request.assume
 
 
 def _read_surface(path: Path, frame: str | None, unit: str | None, assume: bool) -> tuple[TriangleMesh, FrameReport]:

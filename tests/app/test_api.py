@@ -1,8 +1,12 @@
 """REST: what is answered, one shape for every error, uploads that end in time, and a description of it all."""
 
 import asyncio
+import errno
+import io
 import json
+import os
 import re
+import tempfile
 import time
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
@@ -93,12 +97,63 @@ def test_a_plan_is_made_edited_undone_and_deleted(client: Client) -> None:
     assert [t["label"] for t in client.post(f"{path}/undo").json()["targets"]] == ["sinus"]
     assert client.post(f"{path}/redo").json()["targets"] == []
     assert client.patch(path, json={"locked": True}).json()["locked"]
-    assert client.post(f"{path}/points", json={"position": [1, 2, 3]}).status_code == 409
+    assert client.post(f"{path}/points", json={"position": [1, 2, 3]}).status_code == 423
+    assert client.delete(path).status_code == 423
     client.patch(path, json={"locked": False})
     assert client.delete(path).json()["deleted_at"]
     assert plan["id"] not in [p["id"] for p in client.get(f"{CASE}/plans").json()]
     assert client.post(f"{path}/restore").json()["deleted_at"] is None
     client.delete(path)
+
+
+def test_every_edit_tells_the_revision_that_it_made_and_may_ask_for_the_one_before(client: Client) -> None:
+    made = client.post(f"{CASE}/plans", json={"name": "editions"})
+    path, tag = f"/api/plans/{made.json()['id']}", made.headers["etag"]
+    assert (tag, client.get(path).headers["etag"]) == ('"1"', '"1"')
+    first: dict[str, str] = {}
+    edits: list[tuple[str, str, dict[str, object] | None]] = [
+        ("POST", "/points", {"position": [1, 2, 3]}),
+        ("POST", "/targets", {"position": [1, 2, 3]}),
+        ("PATCH", "/points/{points}", {"position": [4, 5, 6]}),
+        ("PATCH", "/points/{targets}", {"position": [4, 5, 6]}),
+        ("PATCH", "/points/{points}", {"label": "entry"}),
+        ("POST", "/undo", None),
+        ("POST", "/redo", None),
+        ("PATCH", "", {"settings": {"margin_mm": 0.4}}),
+        ("PATCH", "", {"name": "other"}),
+        ("PATCH", "", {"locked": True}),
+        ("PATCH", "", {"locked": False}),
+        ("DELETE", "/points/{points}", None),
+        ("DELETE", "/points/{targets}", None),
+        ("DELETE", "", None),
+        ("POST", "/restore", None),
+        ("PATCH", "", {"deleted": True}),
+    ]
+    for number, (method, place, body) in enumerate(edits, start=2):
+        where = path + place.format(**first)
+        stale = client.request(method, where, json=body, headers={"If-Match": '"999"'})
+        assert (stale.status_code, stale.json()["error"]["code"]) == (412, "plan_conflict"), where
+        assert f"revision {number - 1}" in stale.json()["error"]["message"]
+        answer = client.request(method, where, json=body, headers={"If-Match": tag})
+        assert answer.is_success, answer.text
+        tag = answer.headers["etag"]
+        assert (tag, answer.json()["revision"]) == (f'"{number}"', number)
+        first.setdefault(place.strip("/"), answer.json()["id"])
+    assert client.post(f"{path}/restore", headers={"If-Match": "*"}).headers["etag"] == f'"{number + 1}"'
+    client.delete(path)
+
+
+@pytest.mark.parametrize("tag", ["7", 'W/"7"', '"7", "8"', '"seven"', '"' + "7" * 40 + '"', ""])
+def test_a_condition_that_is_no_revision_is_refused(client: Client, tag: str) -> None:
+    answer = client.post(f"{PLAN}/undo", headers={"If-Match": tag})
+    assert (answer.status_code, answer.json()["error"]["code"]) == (422, "input_error")
+
+
+def test_two_conditions_that_differ_are_refused(client: Client) -> None:
+    body = {"position": [1, 2, 3], "revision": 1}
+    answer = client.post(f"{PLAN}/points", json=body, headers={"If-Match": '"2"'})
+    assert answer.status_code == 422
+    assert "say one" in answer.json()["error"]["message"]
 
 
 @pytest.mark.parametrize(
@@ -193,7 +248,7 @@ def test_surfaces_are_binary(client: Client, phantom_services: Services, form: s
 
 
 def uploaded(services: Services) -> list[str]:
-    return [path.name for path in services.settings.uploads_dir.rglob("*.obj")]
+    return [path.name for path in services.settings.temporary_dir.rglob("*.obj")]
 
 
 def never_end(*_: object) -> None:
@@ -233,10 +288,10 @@ def test_the_planner_ends_at_once_and_keeps_no_upload(tmp_path: Path, monkeypatc
     services.close()
     assert time.monotonic() - start < 5.0
     assert "stopped" in str(services.jobs.get(jobs[0]).error)
-    assert list(services.settings.uploads_dir.iterdir()) == [services.settings.uploads_dir / ".lock"]
+    assert list(services.settings.temporary_dir.iterdir()) == [services.settings.temporary_dir / ".lock"]
     assert client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).is_error
     assert uploaded(services) == []
-    services.uploads.close()
+    services.store.scratch.close()
     client.close()
 
 
@@ -266,6 +321,59 @@ def test_a_flood_is_stopped(client: Client, monkeypatch: pytest.MonkeyPatch) -> 
     streamed = client.post("/api/cases", headers={"content-type": headers["content-type"]}, content=flood())
     assert (streamed.status_code, streamed.json()["error"]["code"]) == (413, "too_large")
     assert sent < 2 << 20
+
+
+def test_uploads_lie_in_the_home_alone(
+    client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """HAZ-33: the system's folder for temporary files may be another disk, and everybody's."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))  # whoever writes there fails
+    body = SURFACE + b"# " + bytes(3 << 20)
+    job = wait(client, client.post("/api/cases", files={"file": ("x.obj", body)}).json())
+    assert isinstance(job["error"], dict)
+    assert job["error"]["code"] == "frame_error"
+    plan = client.get(f"{PLAN}/export").content + b" " * (3 << 20)
+    made = client.post(f"{CASE}/plans/import", files={"file": ("x.json", plan)})
+    assert made.status_code == 201
+    client.delete(f"/api/plans/{made.json()['id']}")
+    assert uploaded(phantom_services) == []
+
+
+@pytest.mark.parametrize("call", ["mkdir", "open", "write", "close"])
+def test_a_full_disk_is_told_and_keeps_nothing(
+    client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    """HAZ-25, wherever in an upload it happens."""
+    phantom_services.store.scratch.open()
+    real = Path.open
+
+    class Full(io.FileIO):
+        def write(self, data: Any) -> int:
+            if call == "write":
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            return super().write(data)
+
+        def close(self) -> None:
+            fails = call == "close" and not self.closed
+            super().close()
+            if fails:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    def opened(path: Path, mode: str = "r", *args: Any, **options: Any) -> Any:
+        if call == "open" and mode.startswith("x"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return Full(path, "x+") if mode.startswith("x") else real(path, mode, *args, **options)
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, *(("mkdir", refuse) if call == "mkdir" else ("open", opened)))
+        answer = client.post("/api/cases", files={"file": ("x.obj", SURFACE)})
+    assert (answer.status_code, answer.json()["error"]["code"]) == (507, "storage_error")
+    assert os.strerror(errno.ENOSPC) in answer.json()["error"]["message"]
+    own = phantom_services.store.scratch.open()
+    assert list(own.iterdir()) == []
 
 
 def test_everything_is_described(client: Client) -> None:

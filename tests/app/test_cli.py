@@ -128,6 +128,9 @@ def test_doctor_says_what_it_found(
     assert health["problems"] == []
     assert health["real_time_priority"] is (health["without_priority_because"] == "")
     assert health["compiled_kernels"] >= 0
+    kept = {"network", "other_files", "writing_elsewhere", "other_processes", "large_files"}
+    assert set(health["worker_is_kept_from"]) == kept
+    assert health["worker_is_kept_from"]["large_files"] is (os.name == "posix")
     assert not (tmp_path / "home").exists()
 
 
