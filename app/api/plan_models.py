@@ -56,6 +56,7 @@ class PlanPublic(BaseModel):
     revision: int
     locked: bool
     deleted_at: str | None
+    unreadable: Annotated[str, Field(description="in a list: why the content cannot be read; '' where it can")]
     notice: str
 
     @classmethod

@@ -68,23 +68,24 @@ def run(args: argparse.Namespace) -> int:
 
 def _run_named(services: Services, args: argparse.Namespace) -> None:
     """The actions on one plan."""
-    plan = find(services.plans.list(include_deleted=True), args.plan, "plan")
+    plan_id = find(services.plans.titles(include_deleted=True), args.plan, "plan").id
     if args.action == "show":
+        plan = services.plans.get(plan_id)
         print(json.dumps(json.loads(to_native_json(plan))) if args.json else to_native_json(plan), end="\n")
         return
     if args.action == "export":
-        form = args.format or format_of(args.file.name)
+        plan, form = services.plans.get(plan_id), args.format or format_of(args.file.name)
         curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
         write_export(args.file, export_text(plan, form, curve, remark))
         answer = {**summary(plan), "file": str(args.file), "format": form}
         _say(args, answer, [f"{args.file} written. Not for clinical use."])
         return
     if args.action == "rename":
-        plan = services.plans.rename(plan.id, args.name)
+        plan = services.plans.rename(plan_id, args.name)
     elif args.action == "delete":
-        plan = services.plans.delete(plan.id)
-    elif args.action == "restore":
-        plan = services.plans.restore(plan.id)
+        plan = services.plans.delete(plan_id)
+    else:
+        plan = services.plans.restore(plan_id)
     _say(args, summary(plan), [_line(plan)])
 
 
@@ -109,11 +110,12 @@ def summary(plan: Plan) -> dict[str, Any]:
         "modified": plan.modified,
         "deleted_at": plan.deleted_at,
         "notice": plan.notice,
-    }
+    } | ({"unreadable": plan.unreadable} if plan.unreadable else {})
 
 
 def _line(plan: Plan) -> str:
-    return f"{plan.id:24}  {plan.name}{'  (deleted)' if plan.deleted_at else ''}"
+    remarks = ("  (deleted)" if plan.deleted_at else "") + (f"  ({plan.unreadable})" if plan.unreadable else "")
+    return f"{plan.id:24}  {plan.name}{remarks}"
 
 
 def _say(args: argparse.Namespace, data: dict[str, Any], lines: list[str]) -> None:

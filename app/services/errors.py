@@ -17,3 +17,7 @@ class PlanConflict(PlanError):
 
 class PlanLocked(PlanError):
     """The plan is locked."""
+
+
+class OtherCase(PlanError):
+    """The plan was made for another head; whoever knows that says so."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
 from app.services.errors import NotFound, PlanConflict, PlanLocked
@@ -16,8 +17,10 @@ from app.services.plan_model import (
     Plan,
     PlanContent,
     PlanPoint,
+    PlanTitle,
     check_content,
     check_position,
+    check_stored,
     content_from_json,
     content_to_json,
     new_point_id,
@@ -25,7 +28,7 @@ from app.services.plan_model import (
 from app.store import Store
 from app.store.database import utc_now
 from app.store.models import PlanRow, PlanStateRow
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import InputError, PlanError
 
 MAX_STATES = 500  # states of a plan's history that are kept
 
@@ -92,17 +95,14 @@ class PlanEditor:
         expected_revision: int | None = None,
     ) -> tuple[str, Plan]:
         """As `add_point`, with the plan that it made."""
-        point_id = new_point_id()
 
-        def change(content: PlanContent) -> PlanContent:
-            where = len(content.points) if index is None else index
-            if not 0 <= where <= len(content.points):
-                raise PlanError(f"there is no place {where} in a path of {len(content.points)} points.")
-            points = list(content.points)
-            points.insert(where, _new(point_id, position, label, "P", content.points))
-            return content.with_points(points)
+        def place(points: Sequence[PlanPoint]) -> int:
+            where = len(points) if index is None else index
+            if not 0 <= where <= len(points):
+                raise PlanError(f"there is no place {where} in a path of {len(points)} points.")
+            return where
 
-        return point_id, self._edit(change, expected_revision)
+        return self._insert(position, label, place, expected_revision)
 
     def insert_between(
         self,
@@ -113,9 +113,24 @@ class PlanEditor:
         expected_revision: int | None = None,
     ) -> str:
         """Add a path point right after the one called `before_id`; returns its id."""
-        with self._lock:
-            index = _index(self.plan.points, before_id) + 1
-            return self.add_point(position, label, index, expected_revision=expected_revision)
+        return self._insert(position, label, lambda points: _index(points, before_id) + 1, expected_revision)[0]
+
+    def _insert(
+        self,
+        position: Sequence[float],
+        label: str | None,
+        place: Callable[[Sequence[PlanPoint]], int],
+        expected_revision: int | None,
+    ) -> tuple[str, Plan]:
+        """Add a path point at the index that `place` finds in the path as it is stored by then."""
+        point_id = new_point_id()
+
+        def change(content: PlanContent) -> PlanContent:
+            points = list(content.points)
+            points.insert(place(content.points), _new(point_id, position, label, "P", content.points))
+            return content.with_points(points)
+
+        return point_id, self._edit(change, expected_revision)
 
     def move_point(self, point_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> Plan:
         """Put a path point somewhere else."""
@@ -167,8 +182,15 @@ class PlanEditor:
         return self._edit(change, expected_revision)
 
     def set_settings(self, settings: Mapping[str, float], *, expected_revision: int | None = None) -> Plan:
-        """Set some of the controller's settings; the others stay."""
-        return self._edit(lambda c: replace(c, settings={**c.settings, **settings}), expected_revision)
+        """Set some of the controller's settings; the others stay. Not a step of the history: every state gets them."""
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision)
+            content = _content(session, row)
+            kept = check_stored(replace(content, settings={**content.settings, **settings})).settings
+            document = func.json_set(PlanStateRow.document, "$.settings", func.json(json.dumps(dict(kept))))
+            session.execute(update(PlanStateRow).where(PlanStateRow.plan_id == self._plan_id).values(document=document))
+            touch(row)
+            return read_plan(session, self._plan_id)
 
     def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
         """Keep a placing of the robot with the plan."""
@@ -226,9 +248,25 @@ class PlanEditor:
 
 
 def read_plan(session: Session, plan_id: str) -> Plan:
-    """The plan of that id, deleted or not. Raises NotFound."""
+    """The plan of that id, deleted or not. Raises NotFound, and PlanError when its content cannot be read."""
     row = find_row(session, plan_id)
-    content = _content(session, row)
+    return _plan(row, _content(session, row))
+
+
+def list_plan(session: Session, row: PlanRow) -> Plan:
+    """The plan of a row for a list: one whose content cannot be read says why and spoils nothing else."""
+    try:
+        return _plan(row, _content(session, row))
+    except InputError as error:
+        return _plan(row, PlanContent(), unreadable=str(error))
+
+
+def title_of(row: PlanRow) -> PlanTitle:
+    """What a list shows of a plan."""
+    return PlanTitle(row.id, row.name, row.case_id, row.modified, row.locked, row.deleted_at)
+
+
+def _plan(row: PlanRow, content: PlanContent, unreadable: str = "") -> Plan:
     return Plan(
         id=row.id,
         name=row.name,
@@ -244,6 +282,7 @@ def read_plan(session: Session, plan_id: str) -> Plan:
         revision=row.revision,
         locked=row.locked,
         deleted_at=row.deleted_at,
+        unreadable=unreadable,
     )
 
 
@@ -258,8 +297,14 @@ def find_row(session: Session, plan_id: str) -> PlanRow:
 def _content(session: Session, row: PlanRow) -> PlanContent:
     state = session.get(PlanStateRow, (row.id, row.cursor))
     if state is None:
-        raise PlanError("the plan's content is missing from the store.")
-    return content_from_json(state.document)
+        raise PlanError(f"the content of the plan {row.name!r} is missing from the store.")
+    try:
+        return content_from_json(state.document)
+    except InputError as error:
+        raise PlanError(
+            f"the plan {row.name!r} cannot be read: {str(error).rstrip('.')}. "
+            f"Take its newest edit back with POST /api/plans/{row.id}/undo, or delete it."
+        ) from error
 
 
 def _span(session: Session, plan_id: str) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from app.services.cases import CaseService
-from app.services.errors import NotFound
+from app.services.errors import NotFound, OtherCase
 from app.services.exchange import read_plan, read_targets
 from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
 from app.services.plans import Plan, PlanPoint, PlanService
@@ -89,7 +89,7 @@ def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
     if path.is_file():
         file = read_plan(path.name, read_bytes(path))
         if case.id is not None and file.case_hash not in (None, case.hash):
-            raise InputError("the plan was made for another case; its points may lie in other anatomy.")
+            raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
         now, content = utc_now(), file.content
         return Plan(
             id=path.name,
@@ -106,7 +106,7 @@ def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
         )
     if case.id is None:
         raise NotFound(f"{text!r:.80} is no file of a plan; a case from a file has no stored plans.")
-    return find(services.plans.list(case.id), text, "plan of this case")
+    return services.plans.get(find(services.plans.titles(case.id), text, "plan of this case").id)
 
 
 def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from app.scene import palette
 from app.services import Services
 from app.services.planning import PlanEvaluation
+from app.session.lanes import Lanes
 from vfix_engine.errors import VfixError
 
 Floats = npt.NDArray[np.float64]
@@ -61,7 +62,7 @@ class CorridorDesk:
 
     def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
         """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
-        self._services, self._executor, self._done = services, executor, done
+        self._services, self._lanes, self._done = services, Lanes(executor), done
         self._ticket = 0
         self.current = Corridor()
 
@@ -77,12 +78,12 @@ class CorridorDesk:
 
         def work() -> None:
             if ticket != self._ticket:
-                return  # a newer plan waits behind this one
+                return  # this plan is not open any more
             answer = self._answer(plan, margin_mm)
             if ticket == self._ticket:
                 self._done(ticket, answer)
 
-        self._executor.submit(work)
+        self._lanes.submit(plan.id, work)
 
     def accept(self, ticket: int, corridor: Corridor) -> None:
         """Show an answer, unless the plan has changed while it waited."""

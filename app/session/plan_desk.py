@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from app.scene.plan import PlanItem
 from app.services import Services
+from app.services.plans import Plan
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 
@@ -74,12 +75,7 @@ class PlanDesk:
 
     def items(self) -> list[PlanItem]:
         """Points and targets, with a place under a dragging hand where there is one."""
-        plan = self.plan
-        return [
-            PlanItem(entry.id, kind, entry.label, self._dragged.get(entry.id, _position(entry.position)))
-            for kind, entries in (("point", plan.points), ("target", plan.targets))
-            for entry in entries
-        ]
+        return [replace(item, position=self._dragged.get(item.id, item.position)) for item in plan_items(self.plan)]
 
     def points(self) -> list[Position]:
         return [item.position for item in self.items() if item.kind == "point"]
@@ -104,8 +100,7 @@ class PlanDesk:
             "name": plan.name,
             "frame": plan.frame,
             "unit": plan.unit,
-            "points": [_entry(item) for item in items if item.kind == "point"],
-            "targets": [_entry(item) for item in items if item.kind == "target"],
+            **entries(items),
             "selected": self.selected,
             "locked": plan.locked,
             "can_undo": self.can_undo,
@@ -218,13 +213,20 @@ class PlanDesk:
         self.cancel()
         self._edit(self._editor.set_locked, locked)
 
-    def undo(self) -> None:
-        self.cancel()
-        self._edit(self._editor.undo)
+    def undo(self) -> str:
+        """Returns words where there is nothing to undo: a key pressed once too often is no error."""
+        return self._step(self._editor.undo, self.can_undo, "undo")
 
-    def redo(self) -> None:
+    def redo(self) -> str:
+        """Returns words where there is nothing to redo."""
+        return self._step(self._editor.redo, self.can_redo, "redo")
+
+    def _step(self, act: Callable[..., None], possible: bool, name: str) -> str:
         self.cancel()
-        self._edit(self._editor.redo)
+        if not possible and not self.locked:
+            return f"There is nothing to {name}."
+        self._edit(act)
+        return ""
 
 
 def _spline(points: tuple[Position, ...]) -> SplinePath | None:
@@ -243,8 +245,27 @@ def curve_points(path: SplinePath | None) -> Floats | None:
     return np.asarray(path.position(np.linspace(0.0, path.length, CURVE_SAMPLES)))
 
 
-def _entry(item: PlanItem) -> dict[str, Any]:
-    return {"id": item.id, "label": item.label, "position": [round(value, 4) for value in item.position]}
+def curve_section(places: Floats | None) -> dict[str, Any]:
+    """The page's section of a curve (n, 3)."""
+    return {"points": [] if places is None else np.round(places[::2], 2).tolist()}
+
+
+def plan_items(plan: Plan) -> list[PlanItem]:
+    """Points and targets of a plan, as they are drawn and driven."""
+    return [
+        PlanItem(entry.id, kind, entry.label, _position(entry.position))
+        for kind, listed in (("point", plan.points), ("target", plan.targets))
+        for entry in listed
+    ]
+
+
+def entries(items: Iterable[PlanItem]) -> dict[str, list[dict[str, Any]]]:
+    """Points and targets as the page's sections have them."""
+    found: dict[str, list[dict[str, Any]]] = {"points": [], "targets": []}
+    for item in items:
+        position = [round(value, 4) for value in item.position]
+        found[f"{item.kind}s"].append({"id": item.id, "label": item.label, "position": position})
+    return found
 
 
 def _position(values: Any) -> Position:

@@ -34,6 +34,7 @@ _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     hub = SessionHub(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
     app.state.sessions = hub
+    hub.start()
     yield
     await asyncio.to_thread(hub.close)
 

@@ -43,6 +43,7 @@ class Store:
         self.scratch = Scratch(settings.temporary_dir)
         self._engine = _open(settings.database_path)
         self._one_writer = threading.Lock()
+        self._watch: Any = None  # a connection of its own, opened by the first who watches
         try:
             bring_up(self._engine, settings)
         except DATABASE_ERRORS as error:
@@ -81,8 +82,16 @@ class Store:
         self.scratch.open()
         self.files.scratch.open()
 
+    def data_version(self) -> int:
+        """A number that every commit changes, of this process and of others. For one thread, which asks often."""
+        if self._watch is None:
+            self._watch = self._engine.raw_connection()
+        return int(self._watch.execute("PRAGMA data_version").fetchone()[0])
+
     def close(self) -> None:
         """Let go of every connection, and remove what is temporary."""
+        if self._watch is not None:
+            self._watch.close()
         self._engine.dispose()
         self.scratch.close()
         self.files.scratch.close()

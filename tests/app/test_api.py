@@ -208,7 +208,9 @@ def test_an_export_can_be_imported_again(client: Client, form: str) -> None:
 def test_a_plan_of_another_case_is_asked_about(client: Client) -> None:
     data = json.loads(client.get(f"{PLAN}/export").text) | {"case_hash": "0" * 64}
     files = {"file": ("plan.json", json.dumps(data))}
-    assert "another case" in client.post(f"{CASE}/plans/import", files=files).json()["error"]["message"]
+    error = client.post(f"{CASE}/plans/import", files=files).json()["error"]
+    assert error["code"] == "other_case"
+    assert "another case" in error["message"]
     made = client.post(f"{CASE}/plans/import", files=files, data={"other_case": "yes"})
     assert made.json()["robot"]["base"] is None
     client.delete(f"/api/plans/{made.json()['id']}")

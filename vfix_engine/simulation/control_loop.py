@@ -26,6 +26,7 @@ from .wire import HandInput, snapshot_to_bytes
 
 PUBLISH_S = 1 / 120  # snapshots are for the eye
 REST_S = 0.005  # nap of a loop that nobody drives
+STILL_HERE_S = 0.2  # between snapshots of a loop at rest: their age tells whether the process hangs
 STILL = 1e-9  # joint speed in mm/s and rad/s that is none
 GREEDY_SHARE = 0.7  # of the period: steps that take more leave too little to the rest of the machine
 LITTER = 20_000  # objects made and not freed while driving, after which the youngest are looked through
@@ -88,6 +89,8 @@ class ControlLoop:
             self._publish(self._rehearsal.snapshot(self._state), force=True)
             gc.enable()
             gc.collect()
+        elif time.monotonic() - self._published_at >= STILL_HERE_S:
+            self._publish(self._rehearsal.snapshot(self._state))
 
     def _moving(self) -> bool:
         """The tool still has speed, which it loses within the joints' accelerations."""

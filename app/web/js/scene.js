@@ -104,7 +104,7 @@ export class SceneFrame {
     this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
     this.changedLegend([state.corridor?.scale, state.step?.name], () => this.renderLegend(state.corridor?.scale));
     const height = state.camera?.view_height_mm;
-    this.renderScale(Number.isFinite(height) ? height / this.frame.clientHeight : null);
+    this.renderScale(state.scene?.ready && Number.isFinite(height) ? height / this.frame.clientHeight : null);
   }
 
   renderGhost(ghost) {

@@ -54,8 +54,7 @@ function holdingWords(now) {
   if (!["running", "paused", "ready"].includes(now.state)) return "–";
   if (now.state === "ready") return "In place at the entry, not started";
   if (now.state === "paused") return "Paused";
-  if (now.held) return sentence(now.reason || "held");
-  return sentence(now.reason || "nothing, the tool is free to move");
+  return sentence(now.holding ?? "");
 }
 
 function reading(name, extra = "") {

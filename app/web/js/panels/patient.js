@@ -89,8 +89,7 @@ export class PatientPanel {
     this.progress.hidden = false;
     try {
       const job = await finished(await upload("/api/cases", form, (part) => this.uploading(part)), (now) => this.working(now));
-      note("The head was imported.");
-      this.connection.send("case.open", { case_id: job.result });
+      this.offer(job.result);
     } catch (error) {
       if (error.code === "frame_error" && !answers.frame) await this.askFrame(file, error);
       else note(error.message, { error: true });
@@ -98,6 +97,13 @@ export class PatientPanel {
       this.importButton.disabled = false;
       this.progress.hidden = true;
     }
+  }
+
+  /** A head that came in is offered: whatever is open, or runs, stays until somebody chooses. */
+  offer(caseId) {
+    const open = () => this.connection.send("case.open", { case_id: caseId });
+    if (!this.connection.state.case) open();
+    note("The head was imported. It is in the list of heads.", this.connection.state.case ? { action: { label: "Open it", run: open } } : {});
   }
 
   uploading(part) {

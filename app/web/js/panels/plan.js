@@ -191,7 +191,7 @@ export class PlanPanel {
     if (error.code === "frame_error" && !answers.frame) {
       const chosen = await askChoices("Which frame?", error.message, [FRAME_QUESTION], "Import");
       if (chosen) await this.send(file, { ...answers, ...chosen });
-    } else if (/another case/.test(error.message) && !answers.other_case) {
+    } else if (error.code === "other_case" && !answers.other_case) {
       if (await confirm("Made for another head", error.message, "Import all the same")) await this.send(file, { ...answers, other_case: "yes" });
     } else {
       note(error.message, { error: true });
