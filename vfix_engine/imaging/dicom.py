@@ -201,7 +201,7 @@ def _hounsfield(dataset: Any, data: bytes, number: int) -> npt.NDArray[np.int16]
         stored = np.rint((_decoded_by_gdcm(data) - intercept) / slope)
     else:
         claimed = int(dataset.Rows) * int(dataset.Columns) * (int(dataset.BitsAllocated) // 8)
-        check_length(len(dataset.PixelData), claimed, where=f"file number {number} of the series")
+        check_length(len(dataset.PixelData), claimed, where=f"file number {number} of the series", padding=claimed % 2)
         stored = dataset.pixel_array
     if stored.shape != (int(dataset.Rows), int(dataset.Columns)):
         raise ImageError(f"file {number} of the series holds another number of pixels than it claims.")

@@ -36,7 +36,7 @@ def is_dicom(path: Path) -> bool:
 
 
 def read_volume(
-    path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
+    path: str | Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> tuple[Volume, FrameReport]:
     """Read a CT volume into LPS mm.
 
@@ -46,6 +46,7 @@ def read_volume(
 
     Raises ImageError when the volume cannot be used and FrameError when frame or unit are missing or contradict it.
     """
+    path = Path(path)
     name = path.name.lower()
     if not path.exists():
         raise ImageError("there is no such file or folder.")

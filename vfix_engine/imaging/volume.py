@@ -169,11 +169,19 @@ def to_hu(values: npt.NDArray[Any]) -> npt.NDArray[np.int16]:
     """Voxel values as int16 HU, rounded and clipped to that type's range. Raises ImageError for NaN or infinity."""
     if values.dtype == np.int16:
         return values
-    if not np.isfinite(values).all():
-        raise ImageError("some voxels are not finite numbers.")
+    check_finite(values)
     limits = np.iinfo(np.int16)
     hu: npt.NDArray[np.int16] = np.clip(np.rint(values), limits.min, limits.max).astype(np.int16)
     return hu
+
+
+def check_finite(values: npt.NDArray[Any]) -> None:
+    """Raise ImageError for voxels that are NaN or infinite."""
+    bad = values.size - int(np.count_nonzero(np.isfinite(values)))
+    if bad:
+        raise ImageError(
+            f"{bad:,} voxels are not finite numbers (NaN or infinity); export the CT with a number in each voxel."
+        )
 
 
 def volume_of(hu: npt.NDArray[np.int16], transform_index_to_lps: Floats) -> Volume:
