@@ -210,7 +210,7 @@ def _check_ply(data: bytes) -> None:
 
 
 def _ply_elements(header: list[list[bytes]]) -> list[tuple[bytes, int, list[list[bytes]]]]:
-    """Name, count and the types of the properties of each element; of a list the type of its length and of its items."""
+    """Name, count and types of the properties of each element; of a list those of its length and of its items."""
     elements: list[tuple[bytes, int, list[list[bytes]]]] = []
     for line in header:
         if line[:1] == [b"element"]:

@@ -35,6 +35,8 @@ class Volume:
     spacing: (3,) distance [mm] between voxel centres along i, j, k.
     direction: (3, 3) orthonormal; columns are the unit LPS directions of i, j, k. A left-handed triple is allowed:
         it is how the file stores the patient, and every mapping here goes through the full matrix.
+    slice_thickness_mm: how thick a layer the scanner took for one slice, where the file says so; it may be more than
+        the distance between slices.
 
     Raises ImageError when the grid is not usable.
     """
@@ -43,6 +45,7 @@ class Volume:
     origin: Floats
     spacing: Floats
     direction: Floats
+    slice_thickness_mm: float | None = None
 
     def __post_init__(self) -> None:
         hu = np.asarray(self.hu)
@@ -58,6 +61,9 @@ class Volume:
             raise ImageError("the direction of the axes must be a finite 3x3 matrix.")
         if np.abs(direction.T @ direction - np.eye(3)).max() > 1e-4:
             raise ImageError("the directions of the voxel axes are not at right angles; a sheared grid cannot be used.")
+        thickness = self.slice_thickness_mm
+        if thickness is not None and not 0.0 < thickness < np.inf:
+            raise ImageError(f"the slices must have a positive thickness, not {thickness:g} mm.")
         view = hu.view()
         for array in (view, origin, spacing, direction):
             array.setflags(write=False)
@@ -184,10 +190,13 @@ def check_finite(values: npt.NDArray[Any]) -> None:
         )
 
 
-def volume_of(hu: npt.NDArray[np.int16], transform_index_to_lps: Floats) -> Volume:
+def volume_of(
+    hu: npt.NDArray[np.int16], transform_index_to_lps: Floats, slice_thickness_mm: float | None = None
+) -> Volume:
     """Volume on the grid of a (4, 4) affine from (i, j, k) to LPS mm."""
     spacing = np.linalg.norm(transform_index_to_lps[:3, :3], axis=0)
-    return Volume(hu, transform_index_to_lps[:3, 3], spacing, transform_index_to_lps[:3, :3] / spacing)
+    direction = transform_index_to_lps[:3, :3] / spacing
+    return Volume(hu, transform_index_to_lps[:3, 3], spacing, direction, slice_thickness_mm)
 
 
 def _vector(value: npt.ArrayLike, name: str) -> Floats:

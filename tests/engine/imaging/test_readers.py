@@ -200,10 +200,8 @@ def test_voxel_that_is_not_finite_is_refused_in_every_format(tmp_path: Path, nam
 
 def spoiled(data: bytes, name: str) -> dict[str, bytes]:
     """A volume whose header claims half of its slices, or that something follows, or that is cut off."""
-    if ".nii" in name:
-        halved = data[:46] + struct.pack("<h", 4) + data[48:]
-    else:
-        halved = data.replace(b"15 12 9", b"15 12 4", 1)
+    in_text, in_nifti = data.replace(b"15 12 9", b"15 12 4", 1), data[:46] + struct.pack("<h", 4) + data[48:]
+    halved = in_nifti if ".nii" in name else in_text
     return {"halved": halved, "followed": data + bytes(16), "cut": data[:-16]}
 
 
