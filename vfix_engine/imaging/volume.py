@@ -61,7 +61,7 @@ class Volume:
             raise ImageError("the direction of the axes must be a finite 3x3 matrix.")
         if np.abs(direction.T @ direction - np.eye(3)).max() > 1e-4:
             raise ImageError("the directions of the voxel axes are not at right angles; a sheared grid cannot be used.")
-        thickness = self.slice_thickness_mm
+        thickness = None if self.slice_thickness_mm is None else float(self.slice_thickness_mm)
         if thickness is not None and not 0.0 < thickness < np.inf:
             raise ImageError(f"the slices must have a positive thickness, not {thickness:g} mm.")
         view = hu.view()
@@ -69,6 +69,12 @@ class Volume:
             array.setflags(write=False)
         for name, value in (("hu", view), ("origin", origin), ("spacing", spacing), ("direction", direction)):
             object.__setattr__(self, name, value)
+        object.__setattr__(self, "slice_thickness_mm", thickness)
+
+    @property
+    def resolution_mm(self) -> float:
+        """The coarsest of its voxels' sides and its slices' thickness: what is smaller may not be seen at all."""
+        return max(float(self.spacing.max()), self.slice_thickness_mm or 0.0)
 
     @property
     def transform_index_to_lps(self) -> Floats:
