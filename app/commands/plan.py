@@ -7,10 +7,11 @@ import json
 from pathlib import Path
 from typing import Any
 
+from app.commands.import_ import say_notes
 from app.services import Services, build_services
 from app.services.exchange import FORMATS, export_text, format_of, read_plan, to_native_json, write_export
 from app.services.plans import Plan
-from app.services.resolve import find, read_bytes
+from app.services.resolve import find, outside_notes, read_bytes
 from app.settings import Settings
 
 
@@ -92,6 +93,7 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
 def _import(services: Services, args: argparse.Namespace) -> Plan:
     case = find(services.cases.list(), args.case, "case")
     file = read_plan(args.file.name, read_bytes(args.file), args.frame)
+    say_notes(outside_notes(file.content.points, case.surfaces[0].bounds_lps_mm))
     return services.plans.add_file(case.id, file, name=args.name, other_case=args.other_case)
 
 

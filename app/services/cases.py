@@ -74,10 +74,12 @@ class CaseService:
         surfaces: Mapping[str, TriangleMesh],
         volume: Volume | None = None,
         beads: Sequence[Bead] = (),
+        notes: Sequence[str] = (),
     ) -> Case:
         """Make a case; every file is durable before the case is listed.
 
         surfaces: by name; 'bone' is the one the controller uses, the others are for display only.
+        notes: what is doubtful about the file, in sentences.
         Raises InputError when there is no bone or the name cannot be used.
         """
         check_name(name, "case's name")
@@ -85,7 +87,7 @@ class CaseService:
             raise InputError("a case needs a bone surface.")
         infos = tuple(self._files.put_surface(label, mesh) for label, mesh in surfaces.items())
         volumes = () if volume is None else (self._files.put_volume("ct", volume),)
-        content = CaseContent(frame, infos, volumes, tuple(beads))
+        content = CaseContent(frame, infos, volumes, tuple(beads), tuple(notes))
         return self.put(f"case-{secrets.token_hex(6)}", name, content, _hash(content))
 
     def put(self, case_id: str, name: str, content: CaseContent, content_hash: str) -> Case:
@@ -176,6 +178,7 @@ def _case(session: Session, case_id: str) -> Case:
         surfaces=content.surfaces,
         volumes=content.volumes,
         beads=content.beads,
+        notes=content.notes,
     )
 
 

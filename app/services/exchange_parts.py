@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from app.services.errors import TooLarge
 from app.services.names import check_label
 from app.services.plan_model import PlanPoint, Position, check_position, new_point_id
-from vfix_engine.errors import FrameError, PlanError
+from vfix_engine.errors import FrameError, InputError, PlanError
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
 MAX_DEPTH = 64  # of lists and objects in each other
@@ -120,6 +121,15 @@ def to_lps(position: Sequence[Any], frame: str, scale: float = 1.0) -> Position:
     sign = -1.0 if frame == "RAS" else 1.0
     # A zero stays a zero: -0.0 would be written differently and read as a change.
     return check_position((sign * x * scale + 0.0, sign * y * scale + 0.0, z * scale))
+
+
+@contextmanager
+def fault_at(where: str) -> Iterator[None]:
+    """An error in there says where it is: a line, a control point."""
+    try:
+        yield
+    except InputError as error:
+        raise PlanError(f"{where}: {error}") from None
 
 
 def new_point(label: Any, position: Position) -> PlanPoint:

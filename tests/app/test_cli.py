@@ -66,6 +66,34 @@ def test_a_refusal_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--frame LPS" in error["message"]
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["import"], "required: PATH"),
+        (["import", "x.ply", "--frame", "MNI"], "MNI"),
+        (["rehearse", "--case", "x", "--plan", "y", "--steps", "0"], "0 steps are none"),
+        (["plan", "burn"], "burn"),
+        (["fly"], "fly"),
+    ],
+)
+def test_a_wrong_command_line_is_told_as_json_too(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for asked in ([], ["--json"]):
+        with pytest.raises(SystemExit) as ended:
+            cli.main([*words, *asked])
+        assert ended.value.code == 2
+        out, err = capsys.readouterr()
+        assert err.startswith("usage: vfix")
+        assert said in err
+        if not asked:
+            assert out == ""
+            continue
+        error = json.loads(out)["error"]
+        assert error["code"] == "usage_error"
+        assert said in error["message"]
+
+
 LONG = """
 import sys
 from types import SimpleNamespace

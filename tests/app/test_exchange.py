@@ -213,6 +213,9 @@ def test_a_frame_that_nobody_names_is_asked_for() -> None:
     assert read_plan("x.csv", table, "RAS").content.points[0].position == (-1, -2, 3)
 
 
+SLICER = b"# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = id,x,y,z,label\n"
+
+
 @pytest.mark.parametrize(
     ("name", "data"),
     [
@@ -269,6 +272,29 @@ def test_a_file_is_as_deep_as_we_say_wherever_it_is_read() -> None:
         read(depth, MAX_DEPTH)
         with pytest.raises(ValueError, match="nested more than 64"):
             read(depth, MAX_DEPTH + 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "where"),
+    [
+        ("x.csv", b"# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,3\n# note\nb,1,2\n", "line 6 of the table"),
+        ("x.csv", b"# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,x\n", "line 4 of the table: 'x' is not"),
+        (
+            "x.csv",
+            b"# frame=LPS\n# unit=mm\nkind,label,x,y,z\n\nbone,a,1,2,3\n",
+            "line 5 of the table: this is a 'bone'",
+        ),
+        ("x.csv", b'# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,3\n"b,1,2,3\n', "line 5 of the table is damaged"),
+        ("x.fcsv", SLICER + b"1,2,3,4,a\n2,2,3,,b\n", "line 5 of the point list: '' is not"),
+        ("x.fcsv", SLICER + b'1,2,3,4,a\n2,2,3,4,"b\n', "line 5 of the point list: it is damaged"),
+        ("x.fcsv", SLICER + b"1,2\n", "line 4 of the point list: a point has 2 of 5 columns"),
+        ("x.json", markups(curve(controlPoints=[{"position": [1, 2, 3]}, {"position": [1, 2]}])), "control point 2: "),
+    ],
+)
+def test_an_error_says_where_it_is(name: str, data: bytes, where: str) -> None:
+    """The line of the file as an editor counts it, comments and empty lines included."""
+    with pytest.raises(PlanError, match=f"^{where}"):
+        read_plan(name, data)
 
 
 def test_files_beyond_measure_are_refused() -> None:
