@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.error_shape import error_body, error_code
 from app.services import Services
-from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
+from app.services.errors import NotFound, PlanConflict, PlanLocked, PointsUnclear, TooLarge
 from app.store.files import StorageError
 from vfix_engine.errors import FrameError, VfixError
 
@@ -20,6 +20,7 @@ _STATUS: dict[type[VfixError], int] = {
     PlanLocked: 409,
     TooLarge: 413,
     FrameError: 422,
+    PointsUnclear: 422,
     StorageError: 507,
 }
 
@@ -41,7 +42,9 @@ class ServiceRoute(APIRoute):
 
 
 def error_details(error: VfixError) -> dict[str, list[str]] | None:
-    """What a client needs beyond the words: which of 'frame' and 'unit' it has to name."""
+    """What a client needs beyond the words: which of 'frame', 'unit' and 'points_as' it has to name."""
+    if isinstance(error, PointsUnclear):
+        return {"missing": ["points_as"]}
     return {"missing": list(error.missing)} if isinstance(error, FrameError) and error.missing else None
 
 

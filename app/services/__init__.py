@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from app.services.cases import CaseService
 from app.services.embedded import ensure_head_phantom
+from app.services.import_jobs import ImportJobs
 from app.services.importing import ImportService
 from app.services.jobs import Jobs
 from app.services.planning import Planning
@@ -28,6 +29,7 @@ class Services:
     planning: Planning
     importing: ImportService
     jobs: Jobs
+    import_jobs: ImportJobs
     uploads: Uploads
 
     def close(self) -> None:
@@ -43,5 +45,6 @@ def build_services(settings: Settings) -> Services:
     store = Store(settings)
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
-    planning, importing = Planning(cases, plans), ImportService(cases)
-    return Services(settings, store, cases, plans, planning, importing, Jobs(), Uploads(settings.uploads_dir))
+    planning, importing, jobs = Planning(cases, plans), ImportService(cases), Jobs()
+    import_jobs, uploads = ImportJobs(jobs, importing), Uploads(settings.uploads_dir)
+    return Services(settings, store, cases, plans, planning, importing, jobs, import_jobs, uploads)

@@ -11,10 +11,10 @@ from typing import Any, TypeVar
 from app.services.case_model import BONE, Case, CaseFrame
 from app.services.cases import CaseService
 from app.services.names import MAX_NAME, check_name
-from vfix_engine.errors import InputError
+from vfix_engine.errors import FrameError, InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.bone import BoneSurfaces, bone_of_surface, bone_of_volume
-from vfix_engine.imaging.frame_report import FrameReport
+from vfix_engine.imaging.frame_report import MM_PER_UNIT, FrameReport
 from vfix_engine.imaging.isolated import Cancellation, run_isolated
 from vfix_engine.imaging.mesh_files import MESH_SUFFIXES, is_mesh, read_mesh
 from vfix_engine.imaging.readers import VOLUME_SUFFIXES, is_dicom, is_volume, read_volume
@@ -117,11 +117,29 @@ def _told(request: ImportRequest) -> tuple[Path, str | None, str | None, bool]:
 
 
 def _read_surface(path: Path, frame: str | None, unit: str | None, assume: bool) -> tuple[TriangleMesh, FrameReport]:
-    return read_mesh(path, frame, unit, assume=assume)
+    return _read_or_ask(read_mesh, path, frame, unit, assume)
 
 
 def _read_volume(path: Path, frame: str | None, unit: str | None, assume: bool) -> tuple[Volume, FrameReport]:
-    return read_volume(path, frame, unit, assume=assume)
+    return _read_or_ask(read_volume, path, frame, unit, assume)
+
+
+def _read_or_ask(read: Callable[..., Result], path: Path, frame: str | None, unit: str | None, assume: bool) -> Result:
+    """Read a file. Nobody is asked for the frame or unit of one that no answer would make readable."""
+    try:
+        return read(path, frame, unit, assume=assume)
+    except FrameError as question:
+        if not question.missing:
+            raise
+        refusals = []
+        for tried in MM_PER_UNIT if "unit" in question.missing else (unit,):
+            try:
+                read(path, frame, tried, assume=True)
+            except InputError as refusal:
+                refusals.append(refusal)
+            else:
+                raise question from None
+        raise refusals[0] from None
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from app.session.workspace import Workspace
 
 MAX_WORKSPACES = 24
+MAX_CONNECTED = 16  # windows at a time, as many as there can be scenes: no page waits for a scene that cannot come
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
 ABANDONED_S = 600.0  # and its rehearsal for so long
 
@@ -68,6 +69,8 @@ class SessionHub:
             entry = self._entries.get(tab)
             if entry is not None and entry.connected:
                 raise TabTaken
+            if sum(other.connected for other in self._entries.values()) >= MAX_CONNECTED:
+                raise TooManyTabs
             if entry is not None:
                 entry.connected = True
                 entry.workspace.page_back()
