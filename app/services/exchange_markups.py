@@ -76,7 +76,7 @@ def from_markups(
     # Beside a curve of any kind a list is of targets, and must never be driven.
     if len(lists) == 1 and not any(m.get("type") in ("Curve", "ClosedCurve") for m in markups):
         return _listed(_points(lists[0], frame), lists[0].get("name") or default_name, points_as)
-    elif len(curves) == 1:
+    if len(curves) == 1:
         path, target_lists = curves[0], lists
     else:
         raise PlanError(

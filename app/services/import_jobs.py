@@ -19,13 +19,8 @@ class _Started:
 
     request: ImportRequest
     remove: Callable[[], None]
-    asks: threading.Event = field(default_factory=threading.Event)
+    asks: threading.Event = field(default_factory=threading.Event)  # it has ended, and its file is kept for an answer
     ended: threading.Event = field(default_factory=threading.Event)
-
-    @property
-    def waits(self) -> bool:
-        """Whether the file is kept for an answer."""
-        return self.asks.is_set() and self.ended.is_set()
 
 
 class ImportJobs:
@@ -49,9 +44,9 @@ class ImportJobs:
                 raise
 
         def ended() -> None:
-            started.ended.set()
             if not started.asks.is_set():
                 remove()
+            started.ended.set()
             self._forget_old()
 
         job = self._jobs.submit(work, ended)
@@ -74,16 +69,16 @@ class ImportJobs:
         self._jobs.get(job_id)
         with self._lock:
             started = self._started.get(job_id)
-            if started is None or not started.waits:
+            if started is None or not started.asks.is_set():
                 raise InputError("this import does not wait for an answer; upload the file anew.")
             return self._started.pop(job_id)
 
     def _forget_old(self) -> None:
         """Of the imports that have ended, keep the newest ones that wait for an answer."""
         with self._lock:
-            ended = {job_id: started for job_id, started in self._started.items() if started.ended.is_set()}
-            waiting = [job_id for job_id, started in ended.items() if started.waits]
-            for job_id in ended.keys() - set(waiting[-KEPT:]):
-                started = self._started.pop(job_id)
-                if started.waits:
-                    started.remove()
+            waiting = [job_id for job_id, started in self._started.items() if started.asks.is_set()]
+            done = [job_id for job_id, started in self._started.items() if started.ended.is_set()]
+            for job_id in waiting[:-KEPT]:
+                self._started.pop(job_id).remove()
+            for job_id in set(done) - set(waiting):
+                del self._started[job_id]
