@@ -101,7 +101,7 @@ export class PatientPanel {
     this.chooser.value = "";
     if (!file) return;
     if (READABLE.test(file.name)) await this.send(file);
-    else note(`${file.name}: ${PARTS.find(([ending]) => ending.test(file.name))[1]}`, { error: true });
+    else note(`‘${file.name}’: ${PARTS.find(([ending]) => ending.test(file.name))[1]}`, { error: true });
   }
 
   async send(file) {
@@ -116,7 +116,7 @@ export class PatientPanel {
       note("The head was imported.");
       this.connection.send("case.open", { case_id: job.result });
     } catch (error) {
-      note(`${file.name}: ${error.message}`, { error: true });
+      note(`‘${file.name}’: ${error.message}`, { error: true });
     } finally {
       this.importButton.disabled = false;
       this.progress.hidden = true;
@@ -131,7 +131,7 @@ export class PatientPanel {
     } catch (error) {
       const questions = (error.details?.missing ?? []).map((word) => QUESTIONS[word]);
       if (!questions.length) throw error;
-      const answer = await askChoices(`What ${this.fileName} does not say`, error.message, questions, "Import");
+      const answer = await askChoices(`What ‘${this.fileName}’ does not say`, error.message, questions, "Import");
       if (answer) return this.imported(await post(`${path}/answer`, answer));
       await remove(`${path}/upload`);
       return null;

@@ -192,7 +192,7 @@ export class PlanPanel {
     try {
       const plan = await upload(`/api/cases/${encodeURIComponent(caseId)}/plans/import`, form, () => {});
       this.connection.send("plan.open", { plan_id: plan.id });
-      note(`${file.name} was imported as a plan.`);
+      note(`‘${file.name}’ was imported as a plan.`);
     } catch (error) {
       await this.ask(file, answers, error);
     }
@@ -202,12 +202,12 @@ export class PlanPanel {
   async ask(file, answers, error) {
     const questions = QUESTIONS.filter(({ name }) => error.details?.missing?.includes(name));
     if (questions.length && questions.length === error.details.missing.length) {
-      const chosen = await askChoices(`What ${file.name} does not say`, error.message, questions, "Import");
+      const chosen = await askChoices(`What ‘${file.name}’ does not say`, error.message, questions, "Import");
       if (chosen) await this.send(file, { ...answers, ...chosen });
     } else if (/another case/.test(error.message) && !answers.other_case) {
-      if (await confirm(`${file.name} was made for another head`, error.message, "Import all the same")) await this.send(file, { ...answers, other_case: "yes" });
+      if (await confirm(`‘${file.name}’ was made for another head`, error.message, "Import all the same")) await this.send(file, { ...answers, other_case: "yes" });
     } else {
-      note(`${file.name}: ${error.message}`, { error: true });
+      note(`‘${file.name}’: ${error.message}`, { error: true });
     }
   }
 }
