@@ -12,7 +12,7 @@ def error_code(error: BaseException) -> str:
 
 
 def error_details(error: BaseException) -> dict[str, list[str]] | None:
-    """What a client needs beyond the words: which of 'frame' and 'unit' it has to name."""
+    """What a client needs beyond the words: which of 'frame', 'unit' and 'points_as' it has to name."""
     missing = getattr(error, "missing", ())
     return {"missing": list(missing)} if missing else None
 

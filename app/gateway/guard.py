@@ -17,7 +17,7 @@ from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Re
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.error_shape import error_body
-from app.gateway.addresses import allowed_hosts, cookie_name
+from app.gateway.addresses import allowed_hosts, base_url, cookie_name
 from app.gateway.headers import secure
 from app.settings import Settings
 
@@ -52,6 +52,7 @@ class Guard:
         self._hosts = allowed_hosts(settings)
         self._token = settings.token.encode()
         self._cookie = cookie_name(settings)
+        self._address = base_url(settings)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -69,7 +70,7 @@ class Guard:
         if refusal is None:
             await self._app(scope, receive, secured)
         elif scope["type"] == "http":
-            await _refuse_http(refusal, headers)(scope, receive, secured)
+            await _refuse_http(refusal, headers, self._address)(scope, receive, secured)
         else:
             await _refuse_websocket(refusal, scope, receive, secured)
 
@@ -107,7 +108,7 @@ class Guard:
         """Trade the token of the address for a cookie, so that it does not stay in the address bar."""
         tokens = _query(scope)["token"]
         if len(tokens) != 1 or not self._matches(tokens[0]):
-            return _refusal_page(_TOKEN_WRONG)
+            return _refusal_page(_TOKEN_WRONG, self._address)
         response = RedirectResponse(_LOGIN_PATH, status_code=303)
         response.set_cookie(self._cookie, tokens[0], path="/", httponly=True, samesite="strict")
         return response
@@ -129,9 +130,9 @@ def _query(scope: Scope) -> dict[str, list[str]]:
     return parse_qs(scope["query_string"].decode("latin-1"), keep_blank_values=True)
 
 
-def _refuse_http(refusal: Refusal, headers: Headers) -> Response:
+def _refuse_http(refusal: Refusal, headers: Headers, address: str) -> Response:
     if "text/html" in headers.get("accept", ""):
-        return _refusal_page(refusal)
+        return _refusal_page(refusal, address)
     return _refusal_json(refusal)
 
 
@@ -140,8 +141,8 @@ def _refusal_json(refusal: Refusal) -> JSONResponse:
     return JSONResponse(error_body(refusal.code, refusal.message), refusal.status, headers=challenge)
 
 
-def _refusal_page(refusal: Refusal) -> HTMLResponse:
-    return HTMLResponse(_PAGE.format(message=refusal.message), refusal.status)
+def _refusal_page(refusal: Refusal, address: str) -> HTMLResponse:
+    return HTMLResponse(_PAGE.format(message=refusal.message, address=address), refusal.status)
 
 
 async def _refuse_websocket(refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:
@@ -165,6 +166,6 @@ p {{ color: #a9b7c4; }}
 code {{ background: #1d2731; padding: 0.1rem 0.35rem; border-radius: 4px; }}
 </style></head>
 <body><main><h1>This planner is locked</h1><p>{message}</p>
-<p>The address looks like <code>http://127.0.0.1:8765/?token=…</code>
+<p>The address looks like <code>{address}/?token=…</code>
 and stands in the window in which the planner was started.</p></main></body></html>
 """

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from app.services.cases import CaseService
 from app.services.embedded import ensure_head_phantom
+from app.services.import_jobs import ImportJobs
 from app.services.importing import ImportService
 from app.services.jobs import Jobs
 from app.services.planning import Planning
@@ -27,6 +28,7 @@ class Services:
     planning: Planning
     importing: ImportService
     jobs: Jobs
+    import_jobs: ImportJobs
 
     def close(self) -> None:
         """End the running import, remove what is temporary, and let go of the database."""
@@ -40,5 +42,5 @@ def build_services(settings: Settings) -> Services:
     store = Store(settings)
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
-    planning, importing = Planning(cases, plans), ImportService(cases)
-    return Services(settings, store, cases, plans, planning, importing, Jobs())
+    planning, importing, jobs = Planning(cases, plans), ImportService(cases), Jobs()
+    return Services(settings, store, cases, plans, planning, importing, jobs, ImportJobs(jobs, importing))

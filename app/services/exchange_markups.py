@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
+from app.services.errors import PointsUnclear
 from app.services.exchange_parts import (
     CurveSample,
     fault_at,
@@ -24,6 +25,7 @@ _SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
     "markups-schema-v1.0.3.json#"
 )
+PointsAs = Literal["path", "targets"]  # what a list of points without a curve is
 _TARGETS, _DENSE, _UNREACHED = " targets", " resampled", " not reached"
 # What every control point of an added curve says of itself; a name is the user's, and no mark.
 _DENSE_MARK, _UNREACHED_MARK = f"{NOTICE}. Path as driven.", f"{NOTICE}. Path not reached."
@@ -57,13 +59,15 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     return to_json_text({"@schema": _SCHEMA, "notice": NOTICE, "markups": markups})
 
 
-def from_markups(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
+def from_markups(
+    text: str, default_name: str = "Imported plan", frame: str | None = None, points_as: PointsAs | None = None
+) -> PlanFile:
     """Path and targets of a Markups file, in LPS mm.
 
-    The path is the one curve that an export did not add; a file of one point list and no curve has that as its path.
-    `frame` is what the user says where the file names none.
+    The path is the one curve that an export did not add; beside a curve a point list holds targets.
+    `frame` is what the user says where the file names none, `points_as` what a point list without a curve is.
 
-    Raises PlanError, and FrameError when nobody names the frame.
+    Raises PlanError, FrameError when nobody names the frame, and PointsUnclear when nobody says what the points are.
     """
     markups = parse_json_object(text).get("markups")
     if not isinstance(markups, list) or not markups or not all(isinstance(m, dict) for m in markups):
@@ -72,8 +76,8 @@ def from_markups(text: str, default_name: str = "Imported plan", frame: str | No
     lists = [m for m in markups if m.get("type") == "Fiducial"]
     # Beside a curve of any kind a list is of targets, and must never be driven.
     if len(lists) == 1 and not any(m.get("type") in ("Curve", "ClosedCurve") for m in markups):
-        path, target_lists = lists[0], []
-    elif len(curves) == 1:
+        return _listed(_points(lists[0], frame), lists[0].get("name") or default_name, points_as)
+    if len(curves) == 1:
         path, target_lists = curves[0], lists
     else:
         raise PlanError(
@@ -96,8 +100,23 @@ def markups_points(text: str, frame: str | None = None) -> tuple[PlanPoint, ...]
     return points
 
 
-def from_fcsv(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
-    """The point list of an `.fcsv` file as a path, in LPS mm. Raises PlanError or FrameError."""
+def _listed(points: tuple[PlanPoint, ...], name: Any, points_as: PointsAs | None) -> PlanFile:
+    """A plan of a list of points alone. To take targets for a path would drive the tool from one to the next."""
+    if points_as is None:
+        raise PointsUnclear(
+            f"the file holds one list of {len(points)} points and no curve; say whether they are a path or targets."
+        )
+    content = PlanContent(points) if points_as == "path" else PlanContent((), points)
+    return PlanFile(check_name(name, "plan's name"), check_content(content))
+
+
+def from_fcsv(
+    text: str, default_name: str = "Imported plan", frame: str | None = None, points_as: PointsAs | None = None
+) -> PlanFile:
+    """The point list of an `.fcsv` file as a path or as targets, in LPS mm.
+
+    Raises PlanError, FrameError, and PointsUnclear as `from_markups` does.
+    """
     header: dict[str, str] = {}
     rows = []
     for at, line in enumerate(text.splitlines(), start=1):
@@ -114,7 +133,7 @@ def from_fcsv(text: str, default_name: str = "Imported plan", frame: str | None 
         raise PlanError("the point list does not name its columns x, y, z and label.")
     system = known_frame(header.get("CoordinateSystem"), frame)
     points = tuple(_fcsv_point(columns, line, system, at) for at, line in rows)
-    return PlanFile(check_name(default_name, "plan's name"), check_content(PlanContent(points)))
+    return _listed(points, default_name, points_as)
 
 
 def _fcsv_point(columns: list[str], line: str, frame: str, at: int) -> PlanPoint:

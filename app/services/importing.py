@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,11 +14,11 @@ from app.services.case_model import BONE, Case, CaseFrame
 from app.services.cases import CaseService
 from app.services.names import MAX_NAME, check_name
 from app.store.errors import StorageError
-from vfix_engine.errors import InputError
+from vfix_engine.errors import FrameError, InputError
 from vfix_engine.geometry.kernel_cache import cache_root
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.bone import BoneSurfaces, bone_of_surface, bone_of_volume
-from vfix_engine.imaging.frame_report import FrameReport
+from vfix_engine.imaging.frame_report import MM_PER_UNIT, FrameReport
 from vfix_engine.imaging.head_files import read_ct_of_head, read_surface_of_head
 from vfix_engine.imaging.isolated import Cancellation, run_isolated
 from vfix_engine.imaging.mesh_files import MESH_SUFFIXES, is_mesh
@@ -151,13 +152,31 @@ def _read_surface(
 ) -> tuple[TriangleMesh, FrameReport, tuple[str, ...]]:
     if series is not None:
         raise InputError("a series is chosen among those of a DICOM folder or zip, which this file is not.")
-    return read_surface_of_head(path, frame, unit, assume=assume)
+    return _read_or_ask(read_surface_of_head, path, frame, unit, assume)
 
 
 def _read_volume(
     path: Path, frame: str | None, unit: str | None, assume: bool, series: int | None
 ) -> tuple[Volume, FrameReport, tuple[str, ...]]:
-    return read_ct_of_head(path, frame, unit, assume=assume, series=series)
+    return _read_or_ask(partial(read_ct_of_head, series=series), path, frame, unit, assume)
+
+
+def _read_or_ask(read: Callable[..., Result], path: Path, frame: str | None, unit: str | None, assume: bool) -> Result:
+    """Read a file. Nobody is asked for the frame or unit of one that no answer would make readable."""
+    try:
+        return read(path, frame, unit, assume=assume)
+    except FrameError as question:
+        if not question.missing:
+            raise
+        refusals = []
+        for tried in MM_PER_UNIT if "unit" in question.missing else (unit,):
+            try:
+                read(path, frame, tried, assume=True)
+            except InputError as refusal:
+                refusals.append(refusal)
+            else:
+                raise question from None
+        raise refusals[0] from None
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:

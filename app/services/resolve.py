@@ -109,7 +109,7 @@ def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
     path = Path(text)
     stored = () if case.id is None else services.plans.titles(case.id)
     if _is_path(stored, text, "plan of this case", path.is_file()):
-        file = read_plan(path.name, read_bytes(path))
+        file = read_plan(path.name, read_bytes(path), points_as="path")
         if case.id is not None and file.case_hash not in (None, case.hash):
             raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
         now, content = utc_now(), file.content

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 MAX_WORKSPACES = 24
+MAX_CONNECTED = 16  # windows at a time, as many as there can be scenes: no page waits for a scene that cannot come
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
 ABANDONED_S = 600.0  # its rehearsal for so long
 ENDED_S = 900.0  # and what it had selected and looked at for so long
@@ -105,6 +106,8 @@ class SessionHub:
             entry = self._entries.get(tab)
             if entry is not None and entry.connected:
                 raise TabTaken
+            if sum(other.connected for other in self._entries.values()) >= MAX_CONNECTED:
+                raise TooManyTabs
             if entry is not None:
                 entry.connected, entry.given_up = True, 0
                 entry.workspace.page_back()

@@ -305,6 +305,50 @@ def test_an_upload_without_a_frame_is_asked_about(client: Client) -> None:
     assert (error["code"], error["details"]) == ("frame_error", {"missing": ["frame", "unit"]})
 
 
+def test_the_answer_repeats_an_import_without_another_upload(client: Client, phantom_services: Services) -> None:
+    """A file waits here for its frame and unit, two at most; what is taken back or answered is removed (HAZ-30)."""
+
+    def ask() -> str:
+        job = wait(client, client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).json())
+        return f"/api/jobs/{job['id']}"
+
+    asked = [ask() for _ in range(3)]
+    assert len(uploaded(phantom_services)) == 2
+    assert client.post(f"{asked[0]}/answer", json={"frame": "LPS", "units": "mm"}).status_code == 422
+    half = wait(client, client.post(f"{asked[1]}/answer", json={"frame": "LPS"}).json())
+    assert half["error"]["details"] == {"missing": ["unit"]}  # type: ignore[index]
+    answer = client.post(f"/api/jobs/{half['id']}/answer", json={"units": "mm"})
+    assert answer.status_code == 202
+    done = wait(client, answer.json())
+    assert done["state"] == "done"
+    assert client.post(f"/api/jobs/{half['id']}/answer", json={"units": "mm"}).status_code == 422
+    assert client.delete(f"{asked[2]}/upload").status_code == 204
+    assert client.delete("/api/jobs/nobody/upload").status_code == 404
+    assert uploaded(phantom_services) == []
+    client.delete(f"/api/cases/{done['result']}")
+
+
+def test_nobody_is_asked_about_a_file_that_no_answer_makes_readable(client: Client, phantom_services: Services) -> None:
+    for data, words in ((b"v 0 0 0\n", "no triangles"), (SURFACE.replace(b"10", b"nan"), "finite")):
+        job = wait(client, client.post("/api/cases", files={"file": ("x.obj", data)}).json())
+        error = job["error"]
+        assert isinstance(error, dict)
+        assert error["code"] == "mesh_error"
+        assert words in error["message"]
+    assert uploaded(phantom_services) == []
+
+
+def test_whether_points_are_a_path_or_targets_is_asked(client: Client) -> None:
+    lines = "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = x,y,z,label\n1,2,3,a\n"
+    files = {"file": ("F.fcsv", lines.encode())}
+    error = client.post(f"{CASE}/plans/import", files=files).json()["error"]
+    assert (error["code"], error["details"]) == ("points_unclear", {"missing": ["points_as"]})
+    assert client.post(f"{CASE}/plans/import", files=files, data={"points_as": "zones"}).status_code == 422
+    made = client.post(f"{CASE}/plans/import", files=files, data={"points_as": "targets"}).json()
+    assert (made["points"], [target["label"] for target in made["targets"]]) == ([], ["a"])
+    client.delete(f"/api/plans/{made['id']}")
+
+
 def test_a_flood_is_stopped(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     """HAZ-30: by what it claims, and by what comes where nothing is claimed."""
     headers = {"content-length": "10000000000", "content-type": "multipart/form-data; boundary=x"}

@@ -4,16 +4,18 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from app.services.errors import TooLarge
+from app.services.errors import PointsUnclear, TooLarge
 from app.services.exchange import (
     FORMATS,
     CurveSample,
+    PointsAs,
     export_text,
     format_of,
     from_native_json,
@@ -191,6 +193,25 @@ def test_targets_are_never_taken_for_the_path() -> None:
     assert_same(read_targets("x.json", markups(data["markups"][3])), PLAN.targets)
 
 
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("x.json", markups(curve(type="Fiducial", name="F"))),
+        (
+            "x.fcsv",
+            b"# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = x,y,z,label\n1,2,3,a\n",
+        ),
+    ],
+)
+def test_whether_a_list_of_points_is_a_path_is_asked(name: str, data: bytes) -> None:
+    """Targets taken for a path would have the tool driven from one to the next."""
+    with pytest.raises(PointsUnclear, match="1 points and no curve"):
+        read_plan(name, data)
+    path, targets = (read_plan(name, data, points_as=word).content for word in get_args(PointsAs))
+    assert [(p.label, p.position) for p in path.points] == [(p.label, p.position) for p in targets.targets]
+    assert (len(path.points), path.targets, targets.points) == (1, (), ())
+
+
 def test_a_curve_of_another_program_may_have_any_name_and_measurement() -> None:
     for name in ("left resampled", "left not reached"):
         foreign = curve(name=name, measurements=[{"name": "clearance", "value": 1.0}])
@@ -309,7 +330,7 @@ def test_files_of_other_programs_are_read_or_refused(trial_data: Path) -> None:
     broken = trial_data / "formats" / "malformed"
 
     def read(path: Path) -> tuple[PlanPoint, ...]:
-        return read_plan(path.name, path.read_bytes()).content.points
+        return read_plan(path.name, path.read_bytes(), points_as="path").content.points
 
     expected = (PlanPoint("", "P-1", (-24.6, -99.4, -7.5)), PlanPoint("", "P-2", (-23.0, -28.0, -20.2)))
     for name in ("ok_v4.6_RAS_numeric.fcsv", "ok_v4.11_LPS.fcsv"):

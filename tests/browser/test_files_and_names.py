@@ -111,3 +111,46 @@ def test_a_lost_planner_is_said_and_the_same_state_comes_back(open_page: Open, r
     station.ready()
     assert station.state("plan")["id"] == plan_id
     assert station.state("step")["name"] == "patient"
+
+
+def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, planner: Planner) -> None:
+    """The planner comes back with another token: no promise to reconnect, no hot retries, and a way back in."""
+    station = open_page().ready()
+    banner = station.page.locator("#banner")
+    asked: list[str] = []
+    planner.stop()
+    planner.start("another-token-" + "1" * 20)
+    try:
+        station.wait_for("the words", lambda: "another token" in banner.inner_text())
+        assert "Open the address that the planner printed" in banner.inner_text()
+        station.page.on("request", lambda request: asked.append(request.url))
+        station.page.wait_for_timeout(3000)
+        assert asked == []
+        assert station.page.locator("#panel").evaluate("(panel) => panel.inert")
+        assert station.page.locator(".reading").first.evaluate("(one) => getComputedStyle(one).opacity < 0.5")
+        station.picture("locked-out")
+    finally:
+        planner.stop()
+        planner.start()
+    station.page.click("#retry")
+    station.wait_for("the line", lambda: not banner.is_visible())
+    assert not station.page.locator("#panel").evaluate("(panel) => panel.inert")
+    station.ready()
+
+
+def test_a_window_that_is_refused_waits_and_says_so(open_page: Open) -> None:
+    """A page that floods the planner is shut out; neither the line nor the scene is asked for again at once."""
+    station = open_page().ready()
+    banner = station.page.locator("#banner")
+    loads: list[str] = []
+    station.page.on("framenavigated", lambda frame: loads.append(frame.url))
+    flood = "() => { for (let n = 0; n < 600; n += 1) vfix.request('project', { points: [] }).catch(() => {}); }"
+    station.page.evaluate(flood)
+    station.wait_for("the words", lambda: "more messages than it takes" in banner.inner_text())
+    station.page.wait_for_timeout(3000)
+    assert [url for url in loads if "/scene/" in url] == []
+    assert station.page.evaluate("vfix.connected") is False
+    station.page.click("#retry")
+    station.wait_for("the line", lambda: not banner.is_visible())
+    station.ready()
+    assert station.errors == []

@@ -120,6 +120,7 @@ def test_a_wrong_address_leaves_no_cookie(planner: Planner, query: str) -> None:
     assert answer.status == 401
     assert "Set-Cookie" not in answer.headers
     assert b"This planner is locked" in answer.body
+    assert f"http://127.0.0.1:{planner.port}/?token=".encode() in answer.body
 
 
 def test_a_browser_without_token_reads_a_page(planner: Planner) -> None:
