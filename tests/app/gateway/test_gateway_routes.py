@@ -54,3 +54,12 @@ def test_changing_routes_want_the_page_s_origin(whole_planner: Planner) -> None:
     for path in http_paths(whole_planner):
         for method in ("POST", "PUT", "PATCH", "DELETE"):
             assert whole_planner.http(method, path, whole_planner.cookie).status == 403, (method, path)
+
+
+def test_every_route_answers_403_to_pages_of_other_ports(whole_planner: Planner) -> None:
+    elsewhere = ("Sec-Fetch-Site", "same-site")
+    for path in http_paths(whole_planner):
+        assert whole_planner.http("GET", path, whole_planner.cookie, elsewhere).status == 403, path
+    for path in websocket_paths(whole_planner):
+        named = (whole_planner.cookie, ("Origin", whole_planner.origin), elsewhere)
+        assert whole_planner.handshake(path, *named).status == 403, path
