@@ -17,8 +17,6 @@ from vfix_engine.errors import InputError
 if TYPE_CHECKING:
     import uvicorn
 
-MAX_WEBSOCKET_BYTES = 64 * 2**20
-
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> argparse.ArgumentParser:
     """Declare the options of `vfix serve`."""
@@ -42,23 +40,12 @@ def run(args: argparse.Namespace) -> int:
     may_move = args.port is None and "VFIX_PORT" not in os.environ
     allowed_hosts(settings)  # refuses what cannot be guarded before anything is opened
     with bind(settings, may_move=may_move) as listener:
-        import uvicorn
-
+        from app.gateway.connections import make_server, raise_descriptor_limit
         from app.main import build  # takes seconds: a refusal need not wait for it
 
         settings = dataclasses.replace(settings, port=listener.getsockname()[1])
-        server = uvicorn.Server(
-            uvicorn.Config(
-                build(settings),
-                ws_max_size=MAX_WEBSOCKET_BYTES,
-                ws_per_message_deflate=False,
-                log_level="warning",
-                access_log=False,  # it would write the token of the address down
-                server_header=False,
-                proxy_headers=False,
-                timeout_graceful_shutdown=3,
-            )
-        )
+        raise_descriptor_limit()
+        server = make_server(build(settings))
         listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
         print(f"vfix is at {login_url(settings)}", flush=True)
         if not args.no_browser and _has_screen():

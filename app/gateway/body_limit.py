@@ -38,4 +38,6 @@ class BodyLimit:
 
 def _check(size: int, most: int) -> None:
     if size > most:
-        raise HTTPException(413, f"the request's body is larger than {most >> 10} KiB, which is the most that is taken.")
+        raise HTTPException(
+            413, f"the request's body is larger than {most >> 10} KiB, which is the most that is taken."
+        )
