@@ -1,20 +1,8 @@
 """The guard over every route that the planner really has: new ones are enumerated by themselves (HAZ-27, HAZ-28)."""
 
 import json
-from collections.abc import Iterator
 
-import pytest
-from knocking import METHODS, Planner, http_paths, listening, websocket_paths
-
-from app.api import router as api_router
-from app.session import router as session_router
-
-
-@pytest.fixture(scope="module")
-def whole_planner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Planner]:
-    """The planner's own routers over no services at all: nothing may get as far as a service."""
-    with listening(tmp_path_factory.mktemp("home"), [api_router, session_router]) as running:
-        yield running
+from knocking import METHODS, Planner, http_paths, websocket_paths
 
 
 def test_the_enumeration_sees_the_planner(whole_planner: Planner) -> None:
