@@ -1,6 +1,7 @@
 """`vfix serve` as a user starts it: one address with its token, loopback sockets, an end without a trace (HAZ-29)."""
 
 import contextlib
+import json
 import os
 import re
 import signal
@@ -121,6 +122,39 @@ def test_serve_refuses(tmp_path: Path, arguments: list[str], words: str) -> None
     assert words in done.stderr
     assert "Traceback" not in done.stderr
     assert not any(tmp_path.iterdir())
+
+
+BROWSER = """
+import json, os, pathlib, sys, urllib.parse, urllib.request
+page = pathlib.Path(urllib.request.url2pathname(urllib.parse.urlsplit(sys.argv[2]).path))
+told = {"arguments": sys.argv, "mode": page.stat().st_mode & 0o777, "text": page.read_text(), "page": str(page)}
+pathlib.Path(sys.argv[1]).write_text(json.dumps(told))
+"""
+OPEN = """
+import sys, types
+from app.commands.serve import _open_browser
+server = types.SimpleNamespace(started=True, should_exit=True)
+_open_browser(server, sys.argv[1])
+"""
+
+
+def test_the_browser_s_command_line_does_not_hold_the_token(tmp_path: Path) -> None:
+    """Every user of a machine reads every command line (HAZ-27); a file of one's own leads to the address."""
+    token = "secret-of-the-planner"
+    (tmp_path / "browser.py").write_text(BROWSER, encoding="utf-8")
+    told_file = tmp_path / "told.json"
+    browser = f"{sys.executable} {tmp_path / 'browser.py'} {told_file} %s"
+    home = tmp_path / "home"
+    home.mkdir()
+    env = {**environment(home), "BROWSER": browser, "HOME": str(home), "USERPROFILE": str(home)}
+    subprocess.run([sys.executable, "-c", OPEN, f"http://127.0.0.1:1/?token={token}"], cwd=ROOT, env=env, check=True)
+    told = json.loads(told_file.read_text(encoding="utf-8"))
+    assert token not in " ".join(told["arguments"])
+    assert f'content="0; url=http://127.0.0.1:1/?token={token}"' in told["text"]
+    if os.name == "posix":
+        assert told["mode"] == 0o600
+    assert not Path(told["page"]).exists()
+    assert list(home.iterdir()) == []
 
 
 def test_a_taken_port_is_left_or_named(tmp_path: Path) -> None:
