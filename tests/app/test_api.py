@@ -176,6 +176,7 @@ def test_slices_are_pictures_that_know_their_place(client: Client) -> None:
     middle = 0.5 * (grid["slices"]["coronal"]["low"] + grid["slices"]["coronal"]["high"])
     answer = client.get(f"{CASE}/slices/coronal", params={"position_mm": middle, "volume": "nose"})
     assert answer.headers["content-type"] == "image/jpeg"
+    assert answer.headers["cache-control"] == "no-store"
     image = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_GRAYSCALE)
     transform = np.array(json.loads(answer.headers["x-transform-pixel-to-lps"]))
     assert image.std() > 5
