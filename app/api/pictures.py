@@ -87,7 +87,7 @@ def slice_picture(
     headers = {
         "X-Transform-Pixel-To-LPS": json.dumps(transform.tolist(), separators=(",", ":")),
         "X-Notice": NOTICE,
-        "Cache-Control": "private, max-age=600",
+        "Cache-Control": "no-store",  # a browser's cache lies on its disk and outlives the planner
     }
     return Response(encoded.tobytes(), media_type="image/jpeg", headers=headers)
 

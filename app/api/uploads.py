@@ -98,6 +98,7 @@ async def _form(request: Request, max_bytes: int, fields: tuple[str, ...], make_
     claimed = request.headers.get("content-length", "0")
     if not claimed.isdigit() or int(claimed) > limit:
         raise _too_large(max_bytes)
+    request.state.max_body_bytes = limit  # more than the gateway takes of other requests; it counts as well
     if not request.headers.get("content-type", "").startswith("multipart/form-data"):
         raise InputError("send the file as multipart/form-data.")
     stream = _counted(request, limit, max_bytes)

@@ -28,6 +28,7 @@ _STATUS: dict[type[VfixError], int] = {
     StorageError: 507,
 }
 _RETRY = {503: {"Retry-After": "5"}}
+_MOST_DETAILS, _MOST_CHARACTERS = 20, 200  # an answer is not as long as whatever was sent
 _LOG = logging.getLogger(__name__)
 
 
@@ -49,7 +50,13 @@ async def _refused(request: Request, error: Exception) -> JSONResponse:
 
 async def _invalid(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
-    details = [{"where": [str(part) for part in item["loc"]], "message": item["msg"]} for item in error.errors()]
+    wrong = error.errors()
+    details = [
+        {"where": [str(part)[:_MOST_CHARACTERS] for part in item["loc"]], "message": item["msg"][:_MOST_CHARACTERS]}
+        for item in wrong[:_MOST_DETAILS]
+    ]
+    if len(wrong) > _MOST_DETAILS:
+        details.append({"where": ["body"], "message": f"and {len(wrong) - _MOST_DETAILS} more"})
     return JSONResponse(error_body("request_invalid", "The request does not have the form asked for.", details), 422)
 
 

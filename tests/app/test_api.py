@@ -20,6 +20,7 @@ from fastapi import FastAPI
 
 from app.api import cases as case_routes
 from app.api import router
+from app.gateway.body_limit import MAX_BODY_BYTES, BodyLimit
 from app.gateway.error_answers import install_error_answers
 from app.services import Services, build_services, importing
 from app.services.case_model import HEAD_PHANTOM
@@ -69,6 +70,7 @@ def opened_client(services: Services) -> Client:
     app = FastAPI()
     app.state.services = services
     install_error_answers(app)
+    app.add_middleware(BodyLimit)
     app.include_router(router)
     return Client(app)
 
@@ -231,6 +233,7 @@ def test_slices_are_pictures_that_know_their_place(client: Client) -> None:
     middle = 0.5 * (grid["slices"]["coronal"]["low"] + grid["slices"]["coronal"]["high"])
     answer = client.get(f"{CASE}/slices/coronal", params={"position_mm": middle, "volume": "nose"})
     assert answer.headers["content-type"] == "image/jpeg"
+    assert answer.headers["cache-control"] == "no-store"
     image = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_GRAYSCALE)
     transform = np.array(json.loads(answer.headers["x-transform-pixel-to-lps"]))
     assert image.std() > 5
@@ -420,6 +423,53 @@ def test_a_full_disk_is_told_and_keeps_nothing(
     assert os.strerror(errno.ENOSPC) in answer.json()["error"]["message"]
     own = phantom_services.store.scratch.open()
     assert list(own.iterdir()) == []
+
+
+@pytest.mark.parametrize("content_type", ["application/json", "multipart/form-data; boundary=x", "text/plain"])
+def test_a_body_that_is_no_upload_is_small(client: Client, content_type: str) -> None:
+    """HAZ-30: whatever it says that it is, claimed or not; none of it is kept."""
+    paths = client.get("/openapi.json").json()["paths"]
+    takers = [
+        (method, path.format(case_id=HEAD_PHANTOM, plan_id=SAMPLE_PLAN, point_id="x"))
+        for path, methods in paths.items()
+        for method, operation in methods.items()
+        if "application/json" in operation.get("requestBody", {}).get("content", {})
+    ]
+    assert len(takers) >= 9
+    for method, path in takers:
+        sent = 0
+
+        async def flood() -> AsyncIterator[bytes]:
+            nonlocal sent
+            yield b'{"name": "'
+            for _ in range(1000):
+                sent += 1 << 14
+                yield b"x" * (1 << 14)
+
+        streamed = client.request(method, path, headers={"content-type": content_type}, content=flood())
+        assert sent < 2 * MAX_BODY_BYTES, (method, path)
+        claims = {"content-type": content_type, "content-length": "1000000000"}
+        claimed = client.request(method, path, headers=claims, content=b"{")
+        for answer in (streamed, claimed):
+            assert (answer.status_code, answer.json()["error"]["code"]) == (413, "too_large"), (method, path)
+            assert "64 KiB" in answer.json()["error"]["message"]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"settings": {f"{number:05d}": "x" for number in range(4000)}},
+        {"settings": {f"{number:05d}": 1 for number in range(4000)}},
+        {"settings": {"x" * 60_000: "x"}},
+        {"x" * 60_000: 1},
+        {f"{number:05d}": 1 for number in range(5000)},
+    ],
+    ids=["words", "numbers", "a long name", "a long field", "fields"],
+)
+def test_an_error_is_not_as_long_as_what_was_sent(client: Client, body: dict[str, object]) -> None:
+    answer = client.patch(PLAN, json=body)
+    assert answer.status_code == 422
+    assert len(answer.content) < 10_000
 
 
 def test_everything_is_described(client: Client) -> None:

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.gateway import scene_server
 from app.services import Services, plan_editor
 from app.services.cases import Case, CaseFrame
 from app.services.plans import Plan
@@ -203,8 +202,7 @@ def test_a_window_is_refused_where_no_scene_could_be_had(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It would wait for its scene for ever; one that closes makes room for it."""
-    assert hub_module.MAX_CONNECTED <= scene_server.MAX_TABS
-    monkeypatch.setattr(hub_module, "MAX_CONNECTED", 1)
+    monkeypatch.setattr(hub_module, "MAX_PAGES", 1)
     hub = SessionHub(phantom_services, _Tabs(), lambda: "")
     try:
         hub.connect("tab-one-0", {})
