@@ -29,6 +29,7 @@ class VolumePublic(BaseModel):
     spacing_mm: Triple
     shape: tuple[int, int, int]
     bounds_lps_mm: tuple[Triple, Triple]
+    slice_thickness_mm: float | None
 
 
 class BeadPublic(BaseModel):
@@ -50,6 +51,7 @@ class CasePublic(BaseModel):
     volumes: list[VolumePublic]
     has_volume: bool
     beads: list[BeadPublic]
+    notes: list[str]
 
     @classmethod
     def of(cls, case: Case) -> "CasePublic":

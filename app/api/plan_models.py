@@ -13,6 +13,9 @@ Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow
 Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
 Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
 Label = Annotated[str, Field(max_length=MAX_NAME)]
+SettingsWish = Annotated[
+    dict[Annotated[str, Field(max_length=64)], Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=64)
+]
 Revision = Annotated[int | None, Field(ge=0, description="the revision that was seen; another one gives 409")]
 
 
@@ -20,6 +23,12 @@ class PointPublic(BaseModel):
     id: str
     label: str
     position: tuple[float, float, float]
+
+
+class EditedPoint(PointPublic):
+    """A point as an edit left it, and the revision of the plan that the edit made."""
+
+    revision: int
 
 
 class RobotPublic(BaseModel):
@@ -73,7 +82,7 @@ class PlanUpdate(Wish):
     name: Name | None = None
     deleted: bool | None = None
     locked: bool | None = None
-    settings: dict[str, Annotated[float, Field(allow_inf_nan=False)]] | None = None
+    settings: SettingsWish | None = None
     revision: Revision = None
 
 

@@ -63,10 +63,12 @@ def summary(case: Case) -> dict[str, Any]:
         "deleted_at": case.deleted_at,
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},
         "spacing_mm": case.spacing_mm,
+        "slice_thickness_mm": case.slice_thickness_mm,
         "surfaces": [
             {"name": item.name, "triangles": item.triangles, "bounds_lps_mm": item.bounds_lps_mm}
             for item in case.surfaces
         ],
+        "notes": list(case.notes),
     }
 
 

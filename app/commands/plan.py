@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
+from app.commands.import_ import say_notes
 from app.services import Services, build_services
-from app.services.exchange import FORMATS, export_text, format_of, read_plan, to_native_json, write_export
+from app.services.exchange import FORMATS, PointsAs, export_text, format_of, read_plan, to_native_json, write_export
 from app.services.plans import Plan
-from app.services.resolve import find, read_bytes
+from app.services.resolve import find, outside_notes, read_bytes
 from app.settings import Settings
 
 
@@ -48,6 +49,7 @@ def _add_import_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--case", required=True, help="id or name of the case it belongs to")
     parser.add_argument("--name", help="of the plan; else the file's")
     parser.add_argument("--frame", choices=("LPS", "RAS"), help="frame of a file that does not name one")
+    parser.add_argument("--points-as", choices=get_args(PointsAs), help="what a list of points without a curve is")
     parser.add_argument("--other-case", action="store_true", help="take a plan that was made for another case")
 
 
@@ -91,7 +93,8 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
 
 def _import(services: Services, args: argparse.Namespace) -> Plan:
     case = find(services.cases.list(), args.case, "case")
-    file = read_plan(args.file.name, read_bytes(args.file), args.frame)
+    file = read_plan(args.file.name, read_bytes(args.file), args.frame, args.points_as)
+    say_notes(outside_notes(file.content.points, case.surfaces[0].bounds_lps_mm))
     return services.plans.add_file(case.id, file, name=args.name, other_case=args.other_case)
 
 

@@ -14,9 +14,17 @@ from typing import Any
 
 import numpy as np
 
+from app.commands.import_ import add_file_options, requested, say_notes
 from app.services import Services, build_services
 from app.services.plans import Plan
-from app.services.resolve import ResolvedCase, resolve_case, resolve_plan, resolve_targets, resolve_zones
+from app.services.resolve import (
+    ResolvedCase,
+    outside_notes,
+    resolve_case,
+    resolve_plan,
+    resolve_targets,
+    resolve_zones,
+)
 from app.settings import Settings
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
@@ -38,6 +46,7 @@ SWINGING_STEPS = 4000
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
     parser = subparsers.add_parser("rehearse", help="run a rehearsal without a page", description=__doc__)
     parser.add_argument("--case", required=True, help="a case's id or name, or a surface or CT file")
+    add_file_options(parser)
     parser.add_argument("--plan", required=True, help="a plan's id or name, or a .json, .mrk.json or .csv file")
     parser.add_argument("--operator", choices=("scripted", "pushing"), default="scripted", help="whose hand it is")
     parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
@@ -77,14 +86,18 @@ def run(args: argparse.Namespace) -> int:
     if args.free and (args.operator != "pushing" or args.task != "path"):
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
     services = build_services(Settings.from_environment())
-    case = resolve_case(services, args.case)
+    case = resolve_case(services, args.case, requested(args, Path(args.case)))
     plan = resolve_plan(services, case, args.plan)
+    notes = (*case.notes, *outside_notes(plan.points, case.mesh.bounds))
+    say_notes(notes)
     scene, settings = build_scene(services, case, plan, args)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     report |= _rehearse(Rehearsal(scene, settings), args)
+    if notes:
+        report["notes"] = list(notes)
     report["notice"] = NOTICE
     if args.json:
         print(json.dumps(report, allow_nan=False))

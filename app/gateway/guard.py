@@ -3,8 +3,10 @@
 Order of the checks, each with its own answer:
 1. Host must be exactly one of ours, else 403 (DNS rebinding).
 2. An Origin, when there is one, must be exactly the page's, else 403; 'null' is not.
-3. The token must come as a cookie, as `Authorization: Bearer`, or once as `/?token=`, else 401.
-4. A browser's WebSocket or changing request (known by its cookie) must carry an Origin, else 403.
+3. A browser that says that another site or another port of this machine asks (`Sec-Fetch-Site`) gets 403, unless the
+   user goes to the page itself: cookies do not know ports, so a GET from there carries ours and needs no Origin.
+4. The token must come as a cookie, as `Authorization: Bearer`, or once as `/?token=`, else 401.
+5. A browser's WebSocket or changing request (known by its cookie) must carry an Origin, else 403.
 """
 
 import hmac
@@ -17,7 +19,7 @@ from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Re
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.error_shape import error_body
-from app.gateway.addresses import allowed_hosts, cookie_name
+from app.gateway.addresses import allowed_hosts, base_url, cookie_name
 from app.gateway.headers import secure
 from app.settings import Settings
 
@@ -36,6 +38,7 @@ class Refusal:
 
 _HOST_REFUSED = Refusal(403, "host_refused", "This address is not one the planner answers to.")
 _ORIGIN_REFUSED = Refusal(403, "origin_refused", "Requests from other pages are refused.")
+_SITE_REFUSED = Refusal(403, "site_refused", "Pages of other sites and ports may open the planner's first page only.")
 _TOKEN_MISSING = Refusal(
     401, "token_required", "Open the address that the planner printed when it started; it carries the token."
 )
@@ -52,6 +55,7 @@ class Guard:
         self._hosts = allowed_hosts(settings)
         self._token = settings.token.encode()
         self._cookie = cookie_name(settings)
+        self._address = base_url(settings)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -60,7 +64,7 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             raise RuntimeError(f"unknown kind of connection: {scope['type']}")
         headers = Headers(scope=scope)
-        refusal = self._check_names(headers)
+        refusal = self._check_names(headers) or self._check_site(scope, headers)
         secured = _SecuredSend(send, scope["path"], headers["host"] if refusal is not _HOST_REFUSED else None)
         if refusal is None and self._is_login(scope):
             await self._log_in(scope)(scope, receive, secured)
@@ -69,7 +73,7 @@ class Guard:
         if refusal is None:
             await self._app(scope, receive, secured)
         elif scope["type"] == "http":
-            await _refuse_http(refusal, headers)(scope, receive, secured)
+            await _refuse_http(refusal, headers, self._address)(scope, receive, secured)
         else:
             await _refuse_websocket(refusal, scope, receive, secured)
 
@@ -80,6 +84,15 @@ class Guard:
         if origins and origins != [f"http://{hosts[0]}"]:
             return _ORIGIN_REFUSED
         return None
+
+    @staticmethod
+    def _check_site(scope: Scope, headers: Headers) -> Refusal | None:
+        """A browser names who asks; other clients and browsers before 2023 do not. 'none' is a typed address."""
+        sites = headers.getlist("sec-fetch-site")
+        if not sites or sites in (["same-origin"], ["none"]):
+            return None
+        is_visit = (headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest")) == ("navigate", "document")
+        return None if is_visit and _is_page(scope) else _SITE_REFUSED
 
     def _check_token(self, scope: Scope, headers: Headers) -> Refusal | None:
         offered = headers.getlist("authorization")
@@ -100,16 +113,18 @@ class Guard:
 
     @staticmethod
     def _is_login(scope: Scope) -> bool:
-        is_page = scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == _LOGIN_PATH
-        return is_page and "token" in _query(scope)
+        return _is_page(scope) and "token" in _query(scope)
 
     def _log_in(self, scope: Scope) -> Response:
-        """Trade the token of the address for a cookie, so that it does not stay in the address bar."""
+        """Trade the token of the address for a cookie, so that it does not stay in the address bar.
+
+        Lax: a link from elsewhere opens the page, which a Strict cookie would show as locked.
+        """
         tokens = _query(scope)["token"]
         if len(tokens) != 1 or not self._matches(tokens[0]):
-            return _refusal_page(_TOKEN_WRONG)
+            return _refusal_page(_TOKEN_WRONG, self._address)
         response = RedirectResponse(_LOGIN_PATH, status_code=303)
-        response.set_cookie(self._cookie, tokens[0], path="/", httponly=True, samesite="strict")
+        response.set_cookie(self._cookie, tokens[0], path="/", httponly=True, samesite="lax")
         return response
 
 
@@ -125,13 +140,17 @@ class _SecuredSend:
         await self._send(message)
 
 
+def _is_page(scope: Scope) -> bool:
+    return scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == _LOGIN_PATH
+
+
 def _query(scope: Scope) -> dict[str, list[str]]:
     return parse_qs(scope["query_string"].decode("latin-1"), keep_blank_values=True)
 
 
-def _refuse_http(refusal: Refusal, headers: Headers) -> Response:
+def _refuse_http(refusal: Refusal, headers: Headers, address: str) -> Response:
     if "text/html" in headers.get("accept", ""):
-        return _refusal_page(refusal)
+        return _refusal_page(refusal, address)
     return _refusal_json(refusal)
 
 
@@ -140,8 +159,8 @@ def _refusal_json(refusal: Refusal) -> JSONResponse:
     return JSONResponse(error_body(refusal.code, refusal.message), refusal.status, headers=challenge)
 
 
-def _refusal_page(refusal: Refusal) -> HTMLResponse:
-    return HTMLResponse(_PAGE.format(message=refusal.message), refusal.status)
+def _refusal_page(refusal: Refusal, address: str) -> HTMLResponse:
+    return HTMLResponse(_PAGE.format(message=refusal.message, address=address), refusal.status)
 
 
 async def _refuse_websocket(refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:
@@ -165,6 +184,6 @@ p {{ color: #a9b7c4; }}
 code {{ background: #1d2731; padding: 0.1rem 0.35rem; border-radius: 4px; }}
 </style></head>
 <body><main><h1>This planner is locked</h1><p>{message}</p>
-<p>The address looks like <code>http://127.0.0.1:8765/?token=…</code>
+<p>The address looks like <code>{address}/?token=…</code>
 and stands in the window in which the planner was started.</p></main></body></html>
 """

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from app.services.cases import CaseService
 from app.services.embedded import ensure_head_phantom
+from app.services.import_jobs import ImportJobs
 from app.services.importing import ImportService
 from app.services.jobs import Jobs
 from app.services.planning import Planning
 from app.services.plans import PlanService
-from app.services.uploads import Uploads
 from app.settings import Settings
 from app.store import Store
 
@@ -28,13 +28,12 @@ class Services:
     planning: Planning
     importing: ImportService
     jobs: Jobs
-    uploads: Uploads
+    import_jobs: ImportJobs
 
     def close(self) -> None:
-        """End the running import, remove what was uploaded for it, and let go of the database."""
+        """End the running import, remove what is temporary, and let go of the database."""
         self.importing.cancel()
         self.jobs.close()
-        self.uploads.close()
         self.store.close()
 
 
@@ -43,5 +42,5 @@ def build_services(settings: Settings) -> Services:
     store = Store(settings)
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
-    planning, importing = Planning(cases, plans), ImportService(cases)
-    return Services(settings, store, cases, plans, planning, importing, Jobs(), Uploads(settings.uploads_dir))
+    planning, importing, jobs = Planning(cases, plans), ImportService(cases), Jobs()
+    return Services(settings, store, cases, plans, planning, importing, jobs, ImportJobs(jobs, importing))

@@ -48,6 +48,7 @@ class VolumeInfo:
     shape: tuple[int, int, int]  # voxels along i, j, k
     bounds_lps_mm: Bounds
     source: str
+    slice_thickness_mm: float | None = None  # as the scanner told it
 
 
 @dataclass(frozen=True)
@@ -64,10 +65,16 @@ class Case:
     surfaces: tuple[SurfaceInfo, ...]
     volumes: tuple[VolumeInfo, ...]
     beads: tuple[Bead, ...]
+    notes: tuple[str, ...] = ()  # what was doubtful about the file, in sentences
 
     @property
     def has_volume(self) -> bool:
         return bool(self.volumes)
+
+    @property
+    def slice_thickness_mm(self) -> float | None:
+        """Of its widest CT, where the file told it."""
+        return self.volumes[0].slice_thickness_mm if self.volumes else None
 
 
 @dataclass(frozen=True)
@@ -78,6 +85,7 @@ class CaseContent:
     surfaces: tuple[SurfaceInfo, ...]
     volumes: tuple[VolumeInfo, ...] = ()
     beads: tuple[Bead, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -91,6 +99,7 @@ class CaseContent:
             ),
             tuple(_volume_info(item) for item in data["volumes"]),
             tuple(Bead(item["name"], to_triple(item["position"])) for item in data["beads"]),
+            tuple(data.get("notes", ())),
         )
 
 
@@ -108,6 +117,5 @@ def to_bounds(values: Any) -> Bounds:
 
 def _volume_info(item: Mapping[str, Any]) -> VolumeInfo:
     i, j, k = item["shape"]
-    return VolumeInfo(
-        item["name"], to_triple(item["spacing_mm"]), (i, j, k), to_bounds(item["bounds_lps_mm"]), item["source"]
-    )
+    spacing, bounds = to_triple(item["spacing_mm"]), to_bounds(item["bounds_lps_mm"])
+    return VolumeInfo(item["name"], spacing, (i, j, k), bounds, item["source"], item.get("slice_thickness_mm"))

@@ -11,6 +11,12 @@ class TooLarge(InputError):
     """A file or a text is larger than what is accepted."""
 
 
+class PointsUnclear(PlanError):
+    """A file of one list of points does not say whether they are a path or targets."""
+
+    missing = ("points_as",)
+
+
 class PlanConflict(PlanError):
     """The plan was changed by somebody else since it was read."""
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from app.services.exchange_csv import from_csv, to_csv
-from app.services.exchange_markups import from_fcsv, from_markups, markups_points, to_markups
+from app.services.exchange_markups import PointsAs, from_fcsv, from_markups, markups_points, to_markups
 from app.services.exchange_parts import CurveSample, decode, known_frame, parse_json_object, to_json_text
 from app.services.names import check_name
 from app.services.plan_model import (
@@ -30,6 +30,7 @@ __all__ = [
     "FORMATS",
     "CurveSample",
     "Format",
+    "PointsAs",
     "export_text",
     "format_of",
     "from_csv",
@@ -104,20 +105,21 @@ def format_of(file_name: str) -> Format:
     raise PlanError(f"a plan's file ends in {', '.join('.' + form for form in FORMATS)}.")
 
 
-def read_plan(file_name: str, data: bytes, frame: str | None = None) -> PlanFile:
+def read_plan(file_name: str, data: bytes, frame: str | None = None, points_as: PointsAs | None = None) -> PlanFile:
     """A plan out of a file of any readable format; what has no name takes the file's.
 
-    frame: what the user says where the file names none. Raises InputError or one of its kinds.
+    frame: what the user says where the file names none. points_as: what a list of points without a curve is.
+    Raises InputError or one of its kinds, PointsUnclear where such a list is read and nobody says.
     """
     text, stem = decode(data), default_name(file_name)
     if file_name.lower().endswith(".fcsv"):
-        return from_fcsv(text, stem, frame)
+        return from_fcsv(text, stem, frame, points_as)
     if file_name.lower().endswith(".csv"):
         return from_csv(text, stem, frame)
     if not file_name.lower().endswith(".json"):
         raise PlanError("a plan is read from .json, .mrk.json, .csv or .fcsv.")
     if "markups" in parse_json_object(text):
-        return from_markups(text, stem, frame)
+        return from_markups(text, stem, frame, points_as)
     if frame is not None:
         known_frame("LPS", frame)
     return from_native_json(text, stem)
@@ -128,7 +130,7 @@ def read_targets(file_name: str, data: bytes, frame: str | None = None) -> tuple
     text = decode(data)
     if file_name.lower().endswith(".json") and "markups" in parse_json_object(text):
         return markups_points(text, frame)
-    content = read_plan(file_name, data, frame).content
+    content = read_plan(file_name, data, frame, "targets").content
     return content.targets or content.points
 
 

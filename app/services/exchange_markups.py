@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
+from app.services.errors import PointsUnclear
 from app.services.exchange_parts import (
     CurveSample,
+    fault_at,
     known_frame,
     mm_per_unit,
     new_point,
@@ -23,6 +25,7 @@ _SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
     "markups-schema-v1.0.3.json#"
 )
+PointsAs = Literal["path", "targets"]  # what a list of points without a curve is
 _TARGETS, _DENSE, _UNREACHED = " targets", " resampled", " not reached"
 # What every control point of an added curve says of itself; a name is the user's, and no mark.
 _DENSE_MARK, _UNREACHED_MARK = f"{NOTICE}. Path as driven.", f"{NOTICE}. Path not reached."
@@ -56,13 +59,15 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     return to_json_text({"@schema": _SCHEMA, "notice": NOTICE, "markups": markups})
 
 
-def from_markups(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
+def from_markups(
+    text: str, default_name: str = "Imported plan", frame: str | None = None, points_as: PointsAs | None = None
+) -> PlanFile:
     """Path and targets of a Markups file, in LPS mm.
 
-    The path is the one curve that an export did not add; a file of one point list and no curve has that as its path.
-    `frame` is what the user says where the file names none.
+    The path is the one curve that an export did not add; beside a curve a point list holds targets.
+    `frame` is what the user says where the file names none, `points_as` what a point list without a curve is.
 
-    Raises PlanError, and FrameError when nobody names the frame.
+    Raises PlanError, FrameError when nobody names the frame, and PointsUnclear when nobody says what the points are.
     """
     markups = parse_json_object(text).get("markups")
     if not isinstance(markups, list) or not markups or not all(isinstance(m, dict) for m in markups):
@@ -71,8 +76,8 @@ def from_markups(text: str, default_name: str = "Imported plan", frame: str | No
     lists = [m for m in markups if m.get("type") == "Fiducial"]
     # Beside a curve of any kind a list is of targets, and must never be driven.
     if len(lists) == 1 and not any(m.get("type") in ("Curve", "ClosedCurve") for m in markups):
-        path, target_lists = lists[0], []
-    elif len(curves) == 1:
+        return _listed(_points(lists[0], frame), lists[0].get("name") or default_name, points_as)
+    if len(curves) == 1:
         path, target_lists = curves[0], lists
     else:
         raise PlanError(
@@ -95,36 +100,52 @@ def markups_points(text: str, frame: str | None = None) -> tuple[PlanPoint, ...]
     return points
 
 
-def from_fcsv(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
-    """The point list of an `.fcsv` file as a path, in LPS mm. Raises PlanError or FrameError."""
+def _listed(points: tuple[PlanPoint, ...], name: Any, points_as: PointsAs | None) -> PlanFile:
+    """A plan of a list of points alone. To take targets for a path would drive the tool from one to the next."""
+    if points_as is None:
+        raise PointsUnclear(
+            f"the file holds one list of {len(points)} points and no curve; say whether they are a path or targets."
+        )
+    content = PlanContent(points) if points_as == "path" else PlanContent((), points)
+    return PlanFile(check_name(name, "plan's name"), check_content(content))
+
+
+def from_fcsv(
+    text: str, default_name: str = "Imported plan", frame: str | None = None, points_as: PointsAs | None = None
+) -> PlanFile:
+    """The point list of an `.fcsv` file as a path or as targets, in LPS mm.
+
+    Raises PlanError, FrameError, and PointsUnclear as `from_markups` does.
+    """
     header: dict[str, str] = {}
     rows = []
-    for line in text.splitlines():
+    for at, line in enumerate(text.splitlines(), start=1):
         if line.startswith("#"):
             key, separator, value = line[1:].partition("=")
             if separator:
                 header[key.strip()] = value.strip()
         elif line.strip():
-            rows.append(line)
+            rows.append((at, line))
     if "Markups fiducial file version" not in header:
         raise PlanError("the file does not name the version of its point list.")
     columns = [column.strip() for column in header.get("columns", "").split(",")]
     if not {"x", "y", "z", "label"} <= set(columns):
         raise PlanError("the point list does not name its columns x, y, z and label.")
     system = known_frame(header.get("CoordinateSystem"), frame)
-    try:
-        read = list(csv.reader(rows, strict=True))
-    except csv.Error as error:
-        raise PlanError(f"the point list is damaged: {error}.") from None
-    points = tuple(_fcsv_point(columns, row, system) for row in read)
-    return PlanFile(check_name(default_name, "plan's name"), check_content(PlanContent(points)))
+    points = tuple(_fcsv_point(columns, line, system, at) for at, line in rows)
+    return _listed(points, default_name, points_as)
 
 
-def _fcsv_point(columns: list[str], row: list[str], frame: str) -> PlanPoint:
-    if len(row) < len(columns) - 1:  # an empty last column may be left out
-        raise PlanError(f"a point has {len(row)} of {len(columns)} columns; the file is cut off.")
-    values = dict(zip(columns, row, strict=False))
-    return new_point(values["label"], to_lps([number_text(values[axis]) for axis in "xyz"], frame))
+def _fcsv_point(columns: list[str], line: str, frame: str, at: int) -> PlanPoint:
+    with fault_at(f"line {at} of the point list"):
+        try:
+            (row,) = csv.reader([line], strict=True)
+        except csv.Error as error:
+            raise PlanError(f"it is damaged: {error}.") from None
+        if len(row) < len(columns) - 1:  # an empty last column may be left out
+            raise PlanError(f"a point has {len(row)} of {len(columns)} columns; the file is cut off.")
+        values = dict(zip(columns, row, strict=False))
+        return new_point(values["label"], to_lps([number_text(values[axis]) for axis in "xyz"], frame))
 
 
 def number_text(text: str) -> float:
@@ -199,7 +220,11 @@ def _points(markup: dict[str, Any], given: str | None) -> tuple[PlanPoint, ...]:
     items = markup.get("controlPoints", [])
     if not isinstance(items, list):
         raise PlanError("the control points must be a list.")
-    return tuple(_point(item, frame, scale) for item in items)
+    points = []
+    for at, item in enumerate(items, start=1):
+        with fault_at(f"control point {at}"):
+            points.append(_point(item, frame, scale))
+    return tuple(points)
 
 
 def _point(item: Any, frame: str, scale: float) -> PlanPoint:

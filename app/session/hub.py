@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from app.session.workspace import Workspace
 
 _LOG = logging.getLogger(__name__)
-MAX_WORKSPACES = 24
+MAX_PAGES = 16  # open at a time, each with a scene
+MAX_WORKSPACES = 24  # with those whose page is away
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
 ABANDONED_S = 600.0  # its rehearsal for so long
 ENDED_S = 900.0  # and what it had selected and looked at for so long
@@ -50,7 +51,7 @@ class TabTaken(Exception):
 
 
 class TooManyTabs(Exception):
-    """Every workspace is in use."""
+    """As many pages are open as may be."""
 
 
 class SessionHub:
@@ -105,6 +106,8 @@ class SessionHub:
             entry = self._entries.get(tab)
             if entry is not None and entry.connected:
                 raise TabTaken
+            if sum(known.connected for known in self._entries.values()) >= MAX_PAGES:
+                raise TooManyTabs
             if entry is not None:
                 entry.connected, entry.given_up = True, 0
                 entry.workspace.page_back()
@@ -152,8 +155,6 @@ class SessionHub:
     def _make_room(self) -> None:
         while len(self._entries) >= MAX_WORKSPACES:
             idle = [tab for tab, entry in self._entries.items() if not entry.connected]
-            if not idle:
-                raise TooManyTabs
             oldest = min(idle, key=lambda tab: self._entries[tab].seen_at)
             self._entries.pop(oldest).workspace.close()
 

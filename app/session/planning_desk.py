@@ -140,7 +140,8 @@ class PlanningDesk:
         desk = self._need()
         before = desk.selected
         words = self._edit(desk, command)
-        if desk.selected is not None and desk.selected != before:
+        chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
+        if desk.selected is not None and (chosen or desk.selected != before):
             self._focus = next((item.position for item in desk.items() if item.id == desk.selected), None)
         return words
 

@@ -20,7 +20,7 @@ from app.session import hub as hub_module
 from app.session.board import Board
 from app.session.corridor_desk import Corridor, CorridorDesk
 from app.session.head_desk import HeadDesk
-from app.session.hub import SessionHub
+from app.session.hub import SessionHub, TooManyTabs
 from app.session.plan_desk import PlanDesk, plan_items
 from app.session.planning_desk import PlanningDesk
 from app.session.preparation import plan_key
@@ -197,6 +197,32 @@ def hub(phantom_services: Services) -> Iterator[SessionHub]:
     made = SessionHub(phantom_services, _Tabs(), lambda: "")
     yield made
     made.close()
+
+
+def test_a_window_is_refused_where_no_scene_could_be_had(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would wait for its scene for ever; one that closes makes room for it."""
+    monkeypatch.setattr(hub_module, "MAX_PAGES", 1)
+    hub = SessionHub(phantom_services, _Tabs(), lambda: "")
+    try:
+        hub.connect("tab-one-0", {})
+        with pytest.raises(TooManyTabs):
+            hub.connect("tab-two-0", {})
+        hub.disconnect("tab-one-0")
+        hub.connect("tab-two-0", {})
+        with pytest.raises(TooManyTabs):
+            hub.connect("tab-one-0", {})
+    finally:
+        hub.close()
+
+
+def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(phantom_services: Services) -> None:
+    desk = _planning(phantom_services)
+    point = desk.items()[2]
+    for _ in range(2):
+        desk.do(c.ItemCommand(type="item.select", item_id=point.id))
+        assert desk.take_focus() == point.position
 
 
 def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(hub: SessionHub) -> None:

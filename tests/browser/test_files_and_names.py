@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import csv
+import functools
+import http.server
 import json
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from workstation import Planner, Rest, Workstation
+from workstation import TOKEN, Planner, Rest, Workstation
+
+from app.browsers import private_page
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
@@ -120,6 +125,52 @@ def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) ->
         rest.client.patch("/api/cases/head-phantom", json={"name": case}).raise_for_status()
 
 
+ELSEWHERE = """<!doctype html><title>elsewhere</title><a href="{base}/">the planner</a>
+<img src="{base}/api/plans/head-phantom-sample/evaluation">"""
+
+
+def test_other_ports_may_link_to_the_planner_and_nothing_more(
+    open_page: Open, planner: Planner, tmp_path: Path
+) -> None:
+    """A page of the same machine has the cookie sent along; only a visit to the page itself is let in (HAZ-28)."""
+    station = open_page()
+    page = station.page
+    (tmp_path / "index.html").write_text(ELSEWHERE.format(base=planner.base), encoding="utf-8")
+    statuses: list[int] = []
+    network = page.context.new_cdp_session(page)  # a page is not told of answers that are kept from it
+    network.send("Network.enable")
+    network.on("Network.responseReceivedExtraInfo", lambda answer: statuses.append(answer["statusCode"]))
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(tmp_path))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as elsewhere:
+        threading.Thread(target=elsewhere.serve_forever, daemon=True).start()
+        for name in ("127.0.0.1", "localhost"):  # another port of the same site, and another site
+            page.goto(f"http://{name}:{elsewhere.server_port}/")
+            station.wait_for("the refusal", lambda: statuses.count(403) == 1)
+            page.click("a")
+            page.wait_for_url(f"{planner.base}/")
+            station.wait_for("the page", lambda: page.evaluate("window.vfix?.connected"))
+            statuses.clear()
+        elsewhere.shutdown()
+
+
+def test_a_file_of_the_user_s_own_leads_to_the_page_and_the_scene_is_sandboxed(
+    open_page: Open, planner: Planner
+) -> None:
+    """As `vfix serve` opens it: from a file, whose redirection counts as another site's (HAZ-27)."""
+    station = open_page()
+    station.page.context.clear_cookies()
+    station.page.goto(f"{planner.base}/")
+    assert "locked" in station.page.content()
+    with private_page(f"{planner.base}/?token={TOKEN}") as file:
+        station.page.goto(file.as_uri())
+        station.page.wait_for_url(f"{planner.base}/")
+    station.ready()
+    frame = next(frame for frame in station.page.frames if "/scene/" in frame.url)
+    assert frame.evaluate("window.open('about:blank') === null")
+    leave = "() => { try { top.location.href = 'about:blank'; return 'left'; } catch (error) { return error.name; } }"
+    assert frame.evaluate(leave) == "SecurityError"
+
+
 def test_a_lost_planner_is_said_and_the_same_state_comes_back(open_page: Open, rest: Rest, planner: Planner) -> None:
     """The planner ends and is started again: a banner meanwhile, then the same plan in the same step."""
     station = open_page().ready()
@@ -136,3 +187,46 @@ def test_a_lost_planner_is_said_and_the_same_state_comes_back(open_page: Open, r
     station.ready()
     assert station.state("plan")["id"] == plan_id
     assert station.state("step")["name"] == "patient"
+
+
+def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, planner: Planner) -> None:
+    """The planner comes back with another token: no promise to reconnect, no hot retries, and a way back in."""
+    station = open_page().ready()
+    banner = station.page.locator("#banner")
+    asked: list[str] = []
+    planner.stop()
+    planner.start("another-token-" + "1" * 20)
+    try:
+        station.wait_for("the words", lambda: "another token" in banner.inner_text())
+        assert "Open the address that the planner printed" in banner.inner_text()
+        station.page.on("request", lambda request: asked.append(request.url))
+        station.page.wait_for_timeout(3000)
+        assert asked == []
+        assert station.page.locator("#panel").evaluate("(panel) => panel.inert")
+        assert station.page.locator(".reading").first.evaluate("(one) => getComputedStyle(one).opacity < 0.5")
+        station.picture("locked-out")
+    finally:
+        planner.stop()
+        planner.start()
+    station.page.click("#retry")
+    station.wait_for("the line", lambda: not banner.is_visible())
+    assert not station.page.locator("#panel").evaluate("(panel) => panel.inert")
+    station.ready()
+
+
+def test_a_window_that_is_refused_waits_and_says_so(open_page: Open) -> None:
+    """A page that floods the planner is shut out; neither the line nor the scene is asked for again at once."""
+    station = open_page().ready()
+    banner = station.page.locator("#banner")
+    loads: list[str] = []
+    station.page.on("framenavigated", lambda frame: loads.append(frame.url))
+    flood = "() => { for (let n = 0; n < 600; n += 1) vfix.request('project', { points: [] }).catch(() => {}); }"
+    station.page.evaluate(flood)
+    station.wait_for("the words", lambda: "more messages than it takes" in banner.inner_text())
+    station.page.wait_for_timeout(3000)
+    assert [url for url in loads if "/scene/" in url] == []
+    assert station.page.evaluate("vfix.connected") is False
+    station.page.click("#retry")
+    station.wait_for("the line", lambda: not banner.is_visible())
+    station.ready()
+    assert station.errors == []

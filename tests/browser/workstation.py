@@ -16,7 +16,7 @@ from typing import Any
 
 import httpx
 import pytest
-from playwright.sync_api import Browser, Page, Playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -58,6 +58,12 @@ class Workstation:
         self.errors: list[str] = []
         self._pointer = (0.0, 0.0)
         page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.on("console", self._heard)
+
+    def _heard(self, message: ConsoleMessage) -> None:
+        """Errors of the console, but for those that say that the planner is away."""
+        if message.type == "error" and not re.match(r"Failed to load resource|WebSocket connection to", message.text):
+            self.errors.append(message.text)
 
     # -- eyes
 
@@ -199,8 +205,8 @@ class Planner:
         self._port = 0
         self.start()
 
-    def start(self) -> None:
-        environment = os.environ | {"VFIX_HOME": str(self._home), "VFIX_TOKEN": TOKEN, "PYTHONPATH": str(ROOT)}
+    def start(self, token: str = TOKEN) -> None:
+        environment = os.environ | {"VFIX_HOME": str(self._home), "VFIX_TOKEN": token, "PYTHONPATH": str(ROOT)}
         command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", "--port", str(self._port)]
         self.process = subprocess.Popen(command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vfix_engine.errors import ImageError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.surface import BONE_HU, ThinnedSurface, clean, extract_surface, thin
 from vfix_engine.imaging.volume import Volume
@@ -37,14 +36,8 @@ class BoneSurfaces:
 def bone_of_volume(volume: Volume, *, progress: Progress) -> BoneSurfaces:
     """Extract, clean and thin the bone of a CT.
 
-    Raises ImageError when there is no bone, or when the values cannot be Hounsfield units.
+    Raises ImageError when there is no bone.
     """
-    low, high = int(volume.hu.min()), int(volume.hu.max())
-    if low >= 0 and high >= 1024:
-        raise ImageError(
-            f"the values run from {low} to {high}: there is no air in them, so they are not Hounsfield units; "
-            "an offset of 1024 is missing, perhaps. Export the CT with its rescale applied."
-        )
     progress("Finding the bone", 0.0)
     surface = extract_surface(volume, BONE_HU)
     progress("Cleaning the surface", 0.35)

@@ -1,7 +1,24 @@
 // The websocket to the planner: state comes in by sections, commands go out, and a lost line is said and mended.
 
 const RETRY_MS = [250, 500, 1000, 2000];
+const STEADY_MS = 10_000; // a line that held for so long lets the next loss begin with the shortest wait again
 const AWAKE_MS = 50;
+const TAKEN = 4409; // app/session/router.py names the codes
+
+/** Why the planner does not let this window in, what to do, and after how long it is asked again by itself. */
+const REFUSALS = {
+  4429: { waitMs: 10_000, words: "The planner closed the connection: this window sent more messages than it takes. It is tried again in 10 seconds." },
+  4503: { waitMs: 15_000, words: "Too many windows of this planner are open. Close one that is not needed, then try again." },
+};
+const LOCKED = {
+  waitMs: 15_000,
+  words: "The planner was started again with another token, and this window may no longer come in. "
+    + "Open the address that the planner printed when it started. Plans are saved with every change.",
+};
+const GONE = "Connection lost – reconnecting … Plans are saved with every change. If the planner was ended, start it again.";
+
+// What streams by itself or follows a hand is dropped on a dead line without a word.
+const STREAMS = /^(heartbeat|grip\.release|drive|twist|slice\..*|view\..*|item\.drag)$/;
 
 /** What this tab had open, for a planner that was started anew. */
 function remembered() {
@@ -23,6 +40,15 @@ function tabId() {
   return id;
 }
 
+/** Whether the planner is there but no longer knows this window's token: a browser does not say why a websocket was refused. */
+async function lockedOut() {
+  try {
+    return (await fetch("/static/icon.svg", { method: "HEAD", cache: "no-store" })).status === 401;
+  } catch {
+    return false; // nobody answers
+  }
+}
+
 export class Connection extends EventTarget {
   constructor() {
     super();
@@ -36,12 +62,13 @@ export class Connection extends EventTarget {
     this.worker = new Worker("/static/js/link-worker.js");
     this.worker.onmessage = ({ data }) => {
       if (data.kind === "message") this.received(JSON.parse(data.text));
-      else if (data.kind === "open") this.opened();
       else this.closed(data.code);
     };
   }
 
   open() {
+    clearTimeout(this.timer);
+    this.line = (this.line ?? 0) + 1;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const query = new URLSearchParams({ tab: this.tab, ...remembered() });
     this.worker.postMessage({ kind: "open", url: `${scheme}://${location.host}/session?${query}` });
@@ -54,31 +81,42 @@ export class Connection extends EventTarget {
     if (on) this.awake = setInterval(() => this.worker.postMessage({ kind: "awake" }), AWAKE_MS);
   }
 
+  /** The planner has spoken: it accepts a websocket before it refuses the window, so that alone says nothing. */
   opened() {
     const again = this.everConnected;
     this.connected = true;
     this.everConnected = true;
-    this.attempt = 0;
+    this.openedAt = performance.now();
     this.dispatchEvent(new CustomEvent("link", { detail: { connected: true, again } }));
   }
 
-  closed(code) {
+  async closed(code) {
+    if (this.connected && performance.now() - this.openedAt > STEADY_MS) this.attempt = 0;
     this.connected = false;
     for (const { reject } of this.waiting.values()) reject(new Error("The connection was lost."));
     this.waiting.clear();
-    if (code === 4409) {
+    if (code === TAKEN) {
       // the same tab id lives in another window (a duplicated tab): take a new identity
       sessionStorage.removeItem("vfix-tab");
       this.tab = tabId();
       location.reload();
       return;
     }
-    this.dispatchEvent(new CustomEvent("link", { detail: { connected: false, again: this.everConnected } }));
-    const wait = RETRY_MS[Math.min(this.attempt++, RETRY_MS.length - 1)];
-    setTimeout(() => this.open(), wait);
+    const { line } = this;
+    if (!REFUSALS[code]) this.lost(GONE, false);
+    const refusal = REFUSALS[code] ?? (await lockedOut() ? LOCKED : null);
+    if (line !== this.line) return; // tried again meanwhile
+    if (refusal) this.lost(refusal.words, true);
+    const wait = refusal?.waitMs ?? RETRY_MS[Math.min(this.attempt++, RETRY_MS.length - 1)];
+    this.timer = setTimeout(() => this.open(), wait);
+  }
+
+  lost(words, refused) {
+    this.dispatchEvent(new CustomEvent("link", { detail: { connected: false, words, refused } }));
   }
 
   received(message) {
+    if (!this.connected) this.opened();
     if (message.type === "state") {
       Object.assign(this.state, message.sections);
       remember(this.state);
@@ -98,7 +136,11 @@ export class Connection extends EventTarget {
 
   /** Send and forget; a command on a dead line is dropped, never queued, so that nothing stale arrives later. */
   send(type, fields = {}) {
-    if (this.connected) this.worker.postMessage({ kind: "send", text: JSON.stringify({ type, ...fields }) });
+    if (this.connected) {
+      this.worker.postMessage({ kind: "send", text: JSON.stringify({ type, ...fields }) });
+    } else if (!STREAMS.test(type)) {
+      this.dispatchEvent(new CustomEvent("note", { detail: { words: "There is no connection to the planner; that was not done.", error: true } }));
+    }
   }
 
   request(type, fields = {}) {

@@ -13,14 +13,19 @@ export const FRAME_QUESTION = {
 
 const dialog = () => document.getElementById("dialog");
 
-function show(form) {
-  const element = dialog();
-  element.replaceChildren(form);
-  return new Promise((resolve) => {
+let turn = Promise.resolve();
+
+/** One question at a time: the next one waits until this one is answered, so that no answer is taken for two. */
+function show(form, shown = () => {}) {
+  turn = turn.then(() => new Promise((resolve) => {
+    const element = dialog();
+    element.replaceChildren(form);
     element.addEventListener("close", () => resolve(element.returnValue), { once: true });
     element.returnValue = "cancel";
     element.showModal();
-  });
+    shown();
+  }));
+  return turn;
 }
 
 function footer(confirmWord) {
@@ -39,9 +44,7 @@ export async function askName(title, value, confirmWord = "Save") {
     event.preventDefault();
     if (input.value.trim()) dialog().close("ok");
   });
-  const answer = show(form);
-  input.select();
-  return (await answer) === "ok" && input.value.trim() ? input.value.trim() : null;
+  return (await show(form, () => input.select())) === "ok" && input.value.trim() ? input.value.trim() : null;
 }
 
 export async function confirm(title, words, confirmWord) {
@@ -61,14 +64,16 @@ export async function askChoices(title, words, questions, confirmWord) {
   return Object.fromEntries(questions.map((question, index) => [question.name, selects[index].value]));
 }
 
-/** A short note; errors stay until dismissed, others leave by themselves. */
+/** A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves. */
 export function note(words, { error = false, action = null } = {}) {
-  const box = document.getElementById("toasts");
-  const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, sentence(words)));
+  const box = document.getElementById(error ? "alerts" : "notes");
+  const text = sentence(words);
+  const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, text));
   const leave = () => element.remove();
   if (action) element.append(h("button", { type: "button", onclick: () => { action.run(); leave(); } }, action.label));
   if (error) element.append(h("button", { type: "button", class: "plain", onclick: leave }, "Dismiss"));
   else setTimeout(leave, action ? 9000 : 4500);
+  if (error) [...box.children].find((other) => other.firstElementChild.textContent === text)?.remove();
   box.append(element);
-  while (box.children.length > 3) box.firstElementChild.remove();
+  while (!error && box.children.length > 3) box.firstElementChild.remove();
 }

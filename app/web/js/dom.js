@@ -62,3 +62,42 @@ export function whenChanged() {
     render();
   };
 }
+
+/**
+ * Children of `parent` by key: those that stay keep their element, and with it focus, hover and a press in the middle.
+ * make(item) builds an element once; fill(element, item) brings it up to date. Listeners read `element.item`.
+ */
+export function keyed(parent, items, keyOf, make, fill) {
+  const known = new Map([...parent.children].map((element) => [element.dataset.key, element]));
+  const wanted = items.map((item) => {
+    const key = keyOf(item);
+    const element = known.get(key) ?? make(item);
+    element.dataset.key = key;
+    element.item = item;
+    fill(element, item);
+    return element;
+  });
+  const focused = parent.contains(document.activeElement) ? document.activeElement : null;
+  const at = [...parent.children].findIndex((element) => element.contains(focused));
+  for (const element of [...parent.children]) if (!wanted.includes(element)) element.remove();
+  wanted.forEach((element, index) => {
+    // only what stands elsewhere is moved: moving an element takes its focus away
+    if (parent.children[index] !== element) parent.insertBefore(element, parent.children[index] ?? null);
+  });
+  if (!focused) return;
+  const next = focused.isConnected ? focused : wanted[Math.min(at, wanted.length - 1)];
+  (next?.matches("[tabindex], button") ? next : next?.querySelector("button:enabled"))?.focus({ preventScroll: true });
+}
+
+/** A row of a list: a button with the name, and small tools beside it; `fillListRow` fills it from its item. */
+export function listRow(deleted, onclick, tools) {
+  const main = h("button", { type: "button", class: "row-main", disabled: deleted, onclick }, h("span"), h("span", { class: "row-sub" }));
+  return h("li", { class: deleted ? "row deleted" : "row" }, main, h("div", { class: "row-tools" }, tools));
+}
+
+export function fillListRow(row, item, sub, current) {
+  const [name, date] = row.firstElementChild.children;
+  name.textContent = item.name;
+  date.textContent = sub;
+  row.setAttribute("aria-current", String(current));
+}

@@ -70,6 +70,11 @@ export class Keys {
     const ghost = this.connection.state.plan?.ghost;
     if (ghost && event.key === "Enter" && event.target?.tagName !== "BUTTON") return send("ghost.confirm");
     if (event.key === "Escape" && !document.querySelector("dialog[open]")) return send("ghost.cancel");
+    if (event.key === "Delete" && ghost) return send("ghost.cancel");
+    if (event.key === "F2" && event.target?.tagName !== "TR" && !document.querySelector("dialog[open]")) {
+      document.getElementById("rename-item")?.click();
+      return true;
+    }
     if (event.key === "Delete" && event.target?.tagName !== "TR" && this.connection.state.plan?.selected) {
       this.connection.send("item.delete", { item_id: this.connection.state.plan.selected });
       return true;

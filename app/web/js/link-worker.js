@@ -24,12 +24,14 @@ function hold(on) {
 }
 
 function open(url) {
-  socket = new WebSocket(url);
-  const mine = socket;
-  mine.onopen = () => postMessage({ kind: "open" });
-  mine.onmessage = (event) => postMessage({ kind: "message", text: event.data });
+  const mine = new WebSocket(url);
+  const before = socket;
+  socket = mine;
+  before?.close();
+  mine.onmessage = (event) => { if (socket === mine) postMessage({ kind: "message", text: event.data }); };
   mine.onclose = (event) => {
-    if (socket === mine) hold(false);
+    if (socket !== mine) return; // another one was opened meanwhile
+    hold(false);
     postMessage({ kind: "close", code: event.code });
   };
 }

@@ -30,6 +30,7 @@ class Page {
     this.connection.addEventListener("state", () => this.schedule());
     this.connection.addEventListener("link", (event) => this.link(event.detail));
     this.connection.addEventListener("note", (event) => note(event.detail.words, { error: event.detail.error }));
+    document.getElementById("retry").addEventListener("click", () => this.connection.open());
     this.connection.open();
     this.scene.open();
   }
@@ -70,11 +71,17 @@ class Page {
     if (element && panel.firstElementChild !== element) panel.replaceChildren(element);
   }
 
-  link({ connected, again }) {
-    const banner = document.getElementById("banner");
-    banner.hidden = connected || !again;
-    banner.textContent = "Connection lost – reconnecting … Nothing is lost: the plan is saved with every change.";
-    if (connected && again) this.scene.open();
+  /** While the line is lost, what is shown is old and nothing can be asked for: figures are grey, controls off. */
+  link({ connected, again, words, refused }) {
+    document.getElementById("banner").hidden = connected;
+    document.getElementById("banner-words").textContent = words ?? "";
+    document.body.classList.toggle("offline", !connected);
+    const focused = document.activeElement;
+    for (const part of document.querySelectorAll("[data-live]")) part.inert = !connected;
+    if (!connected && document.activeElement !== focused) this.focused = focused;
+    if (connected && document.activeElement === document.body) this.focused?.focus({ preventScroll: true });
+    if (refused) this.scene.close();
+    if (connected && (again || this.scene.isClosed)) this.scene.open();
   }
 }
 

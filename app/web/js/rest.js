@@ -12,10 +12,23 @@ async function failure(response) {
   }
 }
 
-async function get(path) {
-  const response = await fetch(path, { credentials: "same-origin" });
+async function call(path, options = {}) {
+  let response;
+  try {
+    response = await fetch(path, { credentials: "same-origin", ...options });
+  } catch {
+    throw new Error("The planner does not answer.");
+  }
   if (!response.ok) throw await failure(response);
-  return response.json();
+  return response.status === 204 ? null : response.json();
+}
+
+export function post(path, body) {
+  return call(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+}
+
+export function remove(path) {
+  return call(path, { method: "DELETE" });
 }
 
 /** Watch a job until it is done; throws what it failed with. */
@@ -24,10 +37,10 @@ export async function finished(job, onProgress) {
   while (now.state === "queued" || now.state === "running") {
     onProgress(now);
     await new Promise((resolve) => { setTimeout(resolve, 300); });
-    now = await get(`/api/jobs/${encodeURIComponent(now.id)}`);
+    now = await call(`/api/jobs/${encodeURIComponent(now.id)}`);
   }
   if (now.state === "done") return now;
-  throw Object.assign(new Error(now.error.message), { code: now.error.code });
+  throw Object.assign(new Error(now.error.message), { code: now.error.code, details: now.error.details });
 }
 
 /** Upload with progress in [0, 1]; resolves to the answer's JSON. */

@@ -53,9 +53,18 @@ export class SceneFrame {
   /** (Re)load the scene: a fresh frame has no state of its own, the planner draws it anew. */
   open() {
     this.wait.hidden = false;
+    this.isClosed = false;
     const { tab } = this.connection;
     const resolution = drawsInSoftware() ? `&fixedDpr=${SOFTWARE_RESOLUTION}` : "";
     this.frame.src = `/scene/?tab=${tab}${resolution}`;
+  }
+
+  /** Without a session there is no scene either: its viewer must not go on asking for one. */
+  close() {
+    this.isClosed = true;
+    this.wait.hidden = false;
+    this.wait.firstElementChild.textContent = "No scene without a connection.";
+    this.frame.src = "about:blank";
   }
 
   loaded() {
@@ -78,6 +87,8 @@ export class SceneFrame {
   }
 
   pointerDown(event) {
+    // the viewer prevents what a press would do from a listener that cannot, and each try is an error in the console
+    event.preventDefault = () => {};
     if (event.button !== 0) return;
     this.holding = true;
     this.keys.hold("pointer", true);
@@ -91,8 +102,10 @@ export class SceneFrame {
   }
 
   update(state) {
-    this.wait.hidden = Boolean(state.scene?.ready);
-    this.wait.firstElementChild.textContent = state.scene?.words ?? "Preparing the scene …";
+    if (!this.isClosed) {
+      this.wait.hidden = Boolean(state.scene?.ready);
+      this.wait.firstElementChild.textContent = state.scene?.words ?? "Preparing the scene …";
+    }
     const view = state.view;
     if (view) {
       if (document.activeElement !== this.opacity) this.opacity.value = String(Math.round(view.opacity * 100));

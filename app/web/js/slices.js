@@ -1,14 +1,17 @@
 // The three CT slices: cross-hair, points, and clicks that mean a place in the head.
 import { h, svg } from "./dom.js";
 import { mm } from "./format.js";
+import { cutNear } from "./near-plane.js";
 
 const AXES = [
   { name: "axial", title: "Axial", normal: 2, letters: { left: "R", right: "L", top: "A", bottom: "P" } },
   { name: "coronal", title: "Coronal", normal: 1, letters: { left: "R", right: "L", top: "S", bottom: "I" } },
   { name: "sagittal", title: "Sagittal", normal: 0, letters: { left: "A", right: "P", top: "S", bottom: "I" } },
 ];
-const NEAR_MM = 1.5; // a point this near to the plane is drawn solid
+const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the rest faint
 const GRAB_PX = 8;
+const TRY_AGAIN_MS = 3000;
+const SAME_MM = 2e-3; // positions come back rounded to 0.001 mm
 const WINDOWS = [["bone", "Bone", 2500, 600], ["sinus", "Sinus", 2000, -200], ["soft", "Soft tissue", 400, 40]];
 
 export class Slices {
@@ -25,6 +28,7 @@ export class Slices {
     this.empty = h("p", { class: "slices-empty" });
     root.append(...this.stages.map((stage) => stage.element), this.foot, this.empty);
     this.update({}); // nothing is known of the head yet
+    connection.addEventListener("link", () => { for (const stage of this.stages) stage.unanswered(); });
   }
 
   update(state) {
@@ -56,17 +60,20 @@ class SliceStage {
     this.axis = axis;
     this.connection = connection;
     this.zoomOf = zoom;
-    this.wide = new Picture();
-    this.detail = new Picture();
+    this.pictures = svg("g");
+    this.coming = svg("g", { visibility: "hidden" });
+    this.loader = new Loader(this.coming, (plane, images) => this.loaded(plane, images));
+    this.sent = []; // positions asked for whose answer is not there yet, oldest first
     this.marks = svg("g");
-    this.svg = svg("svg", { preserveAspectRatio: "xMidYMid meet" }, this.wide.element, this.detail.element, this.marks);
+    this.svg = svg("svg", { preserveAspectRatio: "xMidYMid meet" }, this.coming, this.pictures, this.marks);
+    this.failed = h("div", { class: "slice-failed", hidden: true }, "This slice could not be loaded. It is tried again.");
     const letters = Object.entries(axis.letters).map(([side, letter]) => h("span", { class: `slice-letter ${side}`, "aria-hidden": "true" }, letter));
     this.stage = h("div", {
       class: "slice-stage", tabIndex: 0, role: "application", "data-axis": axis.name,
       "aria-label": `${axis.title} slice. Arrow keys and wheel move through the head, a click adds what is chosen in the panel.`,
       onpointerdown: (event) => this.pressed(event), onpointermove: (event) => this.moved(event), onpointerup: (event) => this.lifted(event),
       onpointercancel: () => { this.grab = null; }, onkeydown: (event) => this.key(event),
-    }, this.svg, letters);
+    }, this.svg, letters, this.failed);
     this.stage.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     new ResizeObserver(() => this.draw()).observe(this.stage);
     this.where = h("span", { class: "number" });
@@ -77,23 +84,56 @@ class SliceStage {
 
   update(state) {
     this.state = state;
-    this.plane = state.slices.planes[this.axis.name];
-    this.caseId = state.case.id;
-    const { lo, hi, step, position } = this.plane;
+    const { lo, hi, step, position } = this.newest = state.slices.planes[this.axis.name];
+    if (state.case.id !== this.caseId) this.forget(state.case.id);
+    this.answered(position);
     Object.assign(this.slider, { min: lo, max: hi, step });
-    if (document.activeElement !== this.slider || !this.wanted) this.slider.value = String(position);
-    this.where.textContent = `${"LPS"[this.axis.normal]} ${mm(position)}`;
-    this.load();
+    this.slider.value = String(this.wanted ?? position);
+    this.loader.want(this.newest, this.addresses());
     this.draw();
   }
 
-  load() {
+  /** Another head: nothing of the one before may stay. */
+  forget(caseId) {
+    this.caseId = caseId;
+    this.plane = this.wanted = null;
+    this.sent = [];
+    this.loader.clear();
+    this.pictures.replaceChildren();
+    this.marks.replaceChildren();
+    this.where.textContent = "";
+  }
+
+  /** The planner's position: the answer to a wish of ours, or a move from elsewhere, which ends all wishes. */
+  answered(position) {
+    const index = this.sent.findIndex((sent) => Math.abs(sent - position) < SAME_MM);
+    if (position === this.known) return;
+    this.known = position;
+    this.sent = index < 0 ? [] : this.sent.slice(index + 1);
+    if (!this.sent.length && !this.timer) this.wanted = null;
+  }
+
+  /** Another line: what was asked on the one before is not answered any more. */
+  unanswered() {
+    this.sent = [];
+    this.wanted = null;
+  }
+
+  addresses() {
     const { window, level } = this.state.slices;
     const address = `/api/cases/${encodeURIComponent(this.caseId)}/slices/${this.axis.name}`
-      + `?position_mm=${this.plane.position.toFixed(3)}&window=${window}&level=${level}`;
-    this.wide.want(address);
-    const fine = this.plane.detail && this.state.case.detail;
-    this.detail.want(fine ? `${address}&volume=${encodeURIComponent(fine)}` : null);
+      + `?position_mm=${this.newest.position.toFixed(3)}&window=${window}&level=${level}`;
+    const fine = this.newest.detail && this.state.case.detail;
+    return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];
+  }
+
+  /** Picture, label and marks change together, so that none says something of another slice. */
+  loaded(plane, images) {
+    this.plane = plane;
+    this.where.textContent = `${"LPS"[this.axis.normal]} ${mm(plane.position)}`;
+    this.failed.hidden = images !== null;
+    this.pictures.replaceChildren(...(images ?? []));
+    this.draw();
   }
 
   size() {
@@ -121,12 +161,12 @@ class SliceStage {
     const centre = zoom > 1 ? this.project(this.state.slices.cross) : { x: width / 2, y: height / 2 };
     this.view = { x: centre.x - shownWidth / 2, y: centre.y - shownHeight / 2, perPixel: fit / zoom };
     this.svg.setAttribute("viewBox", `${this.view.x} ${this.view.y} ${shownWidth} ${shownHeight}`);
-    this.wide.place(0, 0, width, height);
-    const { detail } = this.plane;
-    if (detail) {
-      const corner = this.project(detail.origin);
-      const [u, v] = [length(detail.u), length(detail.v)];
-      this.detail.place(corner.x - u / 2, corner.y - v / 2, detail.columns * u, detail.rows * v);
+    const [wide, fine] = this.pictures.children;
+    if (wide) place(wide, 0, 0, width, height);
+    if (fine) {
+      const { origin, u, v, columns, rows } = this.plane.detail;
+      const corner = this.project(origin);
+      place(fine, corner.x - length(u) / 2, corner.y - length(v) / 2, columns * length(u), rows * length(v));
     }
     this.drawMarks(width, height);
   }
@@ -138,21 +178,21 @@ class SliceStage {
       svg("line", { class: "cross-hair", x1: 0, x2: width, y1: cross.y, y2: cross.y }),
       svg("line", { class: "cross-hair", y1: 0, y2: height, x1: cross.x, x2: cross.x }),
     ];
-    const curve = this.state.curve?.points ?? [];
-    if (curve.length > 1) {
-      const path = curve.map((point) => this.project(point)).map(({ x, y }) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" ");
-      marks.push(svg("polyline", { class: "slice-path", points: path }));
-    }
+    marks.push(...this.line(this.state.curve?.points ?? [], "slice-path"));
     const plan = this.state.driven ?? this.state.plan; // a rehearsal of the plan as it was shows what it drives
     for (const item of plan?.points ?? []) marks.push(this.mark(item, radius, "slice-point", plan.selected));
     for (const item of plan?.targets ?? []) marks.push(this.mark(item, radius, "slice-target", plan.selected));
     if (plan?.ghost) marks.push(this.mark({ id: "ghost", position: plan.ghost.position }, radius * 1.3, "slice-point ghost"));
-    const tool = this.state.tool?.segments ?? [];
-    for (const [start, end] of tool) {
-      const [a, b] = [this.project(start), this.project(end)];
-      marks.push(svg("line", { class: "slice-tool", x1: a.x, y1: a.y, x2: b.x, y2: b.y }));
-    }
+    const rehearsing = this.state.step?.name === "rehearse";
+    for (const segment of (rehearsing && this.state.tool?.segments) || []) marks.push(...this.line(segment, "slice-tool"));
     this.marks.replaceChildren(...marks);
+  }
+
+  /** A line in the head: in full where it is near the plane, dotted and faint where it is not. */
+  line(places, kind) {
+    return cutNear(places.map((place) => this.project(place)), NEAR_MM).map((run) => svg("polyline", {
+      class: run.near ? kind : `${kind} far`, points: run.places.map(({ x, y }) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" "),
+    }));
   }
 
   mark(item, radius, kind, selected) {
@@ -225,59 +265,87 @@ class SliceStage {
 
   wheel(event) {
     event.preventDefault();
-    if (!this.plane) return;
-    this.goTo((this.wanted ?? this.plane.position) + Math.sign(event.deltaY) * this.plane.step);
+    this.goBy(Math.sign(event.deltaY));
   }
 
   key(event) {
     const turns = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10 };
-    if (!(event.key in turns) || !this.plane) return;
+    if (!(event.key in turns)) return;
     event.preventDefault();
     event.stopPropagation();
-    this.goTo((this.wanted ?? this.plane.position) + turns[event.key] * this.plane.step);
+    this.goBy(turns[event.key]);
+  }
+
+  /** From where the last wish leads, not from where the planner stands until it has answered. */
+  goBy(steps) {
+    if (this.newest) this.goTo((this.wanted ?? this.newest.position) + steps * this.newest.step);
   }
 
   /** Move the slice; wishes are collected for 50 ms so that the wheel cannot flood the planner. */
   goTo(position) {
-    this.wanted = Math.min(this.plane.hi, Math.max(this.plane.lo, position));
+    this.wanted = Math.min(this.newest.hi, Math.max(this.newest.lo, position));
     this.slider.value = String(this.wanted);
     if (this.timer) return;
     this.timer = setTimeout(() => {
       this.timer = null;
+      if (!this.connection.connected) this.wanted = null;
+      if (this.wanted === null) return;
+      this.sent.push(this.wanted);
       this.connection.send("slice.set", { axis: this.axis.name, position: this.wanted });
-      this.wanted = null;
     }, 50);
   }
 }
 
-/** A picture in the slice: the newest wanted one is fetched, at most one is on its way. */
-class Picture {
-  constructor() {
-    this.element = svg("image", { preserveAspectRatio: "none" });
+/** Fetches the pictures of the newest wanted plane; at most one plane is on its way, and a failure shows none. */
+class Loader {
+  /** room: holds pictures while they load; shown(plane, images): images is null where they could not be loaded. */
+  constructor(room, shown) {
+    this.room = room;
+    this.shown = shown;
   }
 
-  want(address) {
-    this.wanted = address;
-    this.element.style.display = address ? "" : "none";
-    if (!address || this.loading || address === this.shown) return;
-    this.loading = true;
-    const image = new Image();
-    image.onload = () => {
-      this.element.setAttribute("href", address);
-      this.shown = address;
-    };
-    const done = () => {
-      this.loading = false;
-      if (this.wanted !== address) this.want(this.wanted);
-    };
-    image.addEventListener("load", done);
-    image.addEventListener("error", done);
-    image.src = address;
+  want(plane, addresses) {
+    this.wanted = { plane, addresses, key: addresses.join(" ") };
+    if (!this.loading && this.wanted.key !== this.done) this.load(this.wanted);
   }
 
-  place(x, y, width, height) {
-    for (const [name, value] of Object.entries({ x, y, width, height })) this.element.setAttribute(name, value);
+  clear() {
+    clearTimeout(this.timer);
+    this.wanted = this.loading = this.done = null;
+    this.room.replaceChildren();
   }
+
+  async load(job) {
+    clearTimeout(this.timer);
+    this.loading = job;
+    let images = null;
+    try {
+      images = await Promise.all(job.addresses.map((address) => picture(address, this.room)));
+    } catch {
+      this.timer = setTimeout(() => { this.done = null; if (this.wanted) this.want(this.wanted.plane, this.wanted.addresses); }, TRY_AGAIN_MS);
+    }
+    if (this.loading !== job) return; // another head was opened
+    this.loading = null;
+    this.done = job.key;
+    this.shown(job.plane, images);
+    this.room.replaceChildren();
+    if (this.wanted.key !== job.key) this.load(this.wanted);
+  }
+}
+
+/** The element of a picture, once it is loaded. */
+function picture(address, room) {
+  return new Promise((resolve, reject) => {
+    const element = svg("image", { preserveAspectRatio: "none" });
+    element.addEventListener("load", () => resolve(element));
+    element.addEventListener("error", () => reject(new Error("The picture could not be loaded.")));
+    element.setAttribute("href", address);
+    room.append(element);
+  });
+}
+
+function place(element, x, y, width, height) {
+  for (const [name, value] of Object.entries({ x, y, width, height })) element.setAttribute(name, value);
 }
 
 function dot(a, b) {

@@ -117,6 +117,48 @@ def test_false_claims_of_a_ply_are_refused(tmp_path: Path, wedge: TriangleMesh) 
             read_mesh(tmp_path / "false.ply", assume=True)
 
 
+def exported(kind: str, encoding: str | None = None) -> bytes:
+    """A ball of 1,280 triangles as a file."""
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=50.0)
+    data = ball.export(file_type=kind, **({"encoding": encoding} if encoding else {}))
+    return data if isinstance(data, bytes) else data.rstrip().encode() + b"\n"
+
+
+@pytest.mark.parametrize(("kind", "encoding"), [("ply", "ascii"), ("ply", "binary"), ("obj", None), ("stl", None)])
+def test_a_file_that_was_cut_off_loses_no_bone_in_silence(tmp_path: Path, kind: str, encoding: str | None) -> None:
+    """HAZ-16: wherever it was cut, and where something was added. An OBJ that ends with a line has no count to miss."""
+    data, file = exported(kind, encoding), tmp_path / f"ball.{kind}"
+    file.write_bytes(data)
+    assert len(read_mesh(file, "LPS", "mm")[0].faces) == 1280
+    cuts = [int(len(data) * 0.85), *range(len(data) - 12, len(data))]
+    for cut in (cut for cut in cuts if kind != "obj" or data[cut - 1 : cut] != b"\n"):
+        file.write_bytes(data[:cut])
+        with pytest.raises(MeshError):
+            read_mesh(file, "LPS", "mm")
+    more = {"obj": b"f 1 2\n"}.get(kind, b"3 0 1 2\n")
+    file.write_bytes(data + more)
+    with pytest.raises(MeshError):
+        read_mesh(file, "LPS", "mm")
+
+
+def test_a_refused_surface_says_what_is_wrong(tmp_path: Path) -> None:
+    """The counts, the line, the corner that is really named, and what to do."""
+    ply, obj = exported("ply", "ascii"), exported("obj")
+    faults = [
+        ("ball.ply", b"\n".join(ply.splitlines()[:1500]) + b"\n", r"claims 1,922 rows of values, but 1,490 are there"),
+        ("ball.ply", ply.replace(b"\n3 0 ", b"\n3 -1 ", 1), r"names corner -1, but the 642 corners"),
+        ("ball.ply", ply.replace(b"\n3 0 ", b"\n3 ", 1), r"row \d+ of the PLY file has 3 values, not 4"),
+        ("ball.ply", ply[:-1], "add a line break"),
+        ("ball.obj", obj[:-1], "add a line break"),
+        ("ball.obj", obj + b"v 1 2\n", r"line \d+ of the OBJ file has 2 values"),
+        ("ball.obj", obj.replace(b"v -26.28", b"v -5e31 ", 1), "mm from the origin"),
+    ]
+    for name, data, words in faults:
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(MeshError, match=words):
+            read_mesh(str(tmp_path / name), "LPS", "mm")
+
+
 def test_materials_named_by_an_obj_are_not_opened(tmp_path: Path, wedge: TriangleMesh) -> None:
     file = save(wedge, tmp_path / "bone.obj")
     file.write_text("mtllib ../../secret.mtl\nusemtl a\n" + file.read_text())

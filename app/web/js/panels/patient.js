@@ -1,10 +1,22 @@
 // Patient: which head is open, which others there are, and how a new one comes in.
-import { h, group, iconButton, whenChanged } from "../dom.js";
+import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
 import { count, fixed, when } from "../format.js";
 import { FRAME_QUESTION, askChoices, askName, note } from "../dialogs.js";
-import { finished, upload } from "../rest.js";
+import { finished, post, remove, upload } from "../rest.js";
 
-const UNITS = [["mm", "Millimetres"], ["m", "Metres"]];
+// What a file may leave unsaid, by the word that the planner has for it.
+const QUESTIONS = {
+  frame: FRAME_QUESTION,
+  unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"]] },
+};
+const READABLE = /\.(nrrd|nii|nii\.gz|mha|zip|ply|stl|obj)$/i;
+// Files that look like a head and are only a part of one.
+const PARTS = [
+  [/\.nhdr$/i, "the voxels lie in a second file, which this one only names. Save the volume as one .nrrd file."],
+  [/\.mhd$/i, "the voxels lie in a second file, which this one only names. Save the volume as one .mha file."],
+  [/\.(dcm|ima)$/i, "one DICOM slice is not a volume. Put every slice of the series into one .zip file."],
+  [/./, "a head is imported from .nrrd, .nii, .nii.gz, .mha, a .zip of DICOM slices, .ply, .stl or .obj."],
+];
 
 export class PatientPanel {
   constructor(connection) {
@@ -15,7 +27,7 @@ export class PatientPanel {
     this.caseWords = h("p", { class: "words" });
     this.list = h("ul", { class: "list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(this.connection.state) });
-    this.chooser = h("input", { type: "file", hidden: true, accept: ".nrrd,.nhdr,.nii,.gz,.mha,.mhd,.zip,.dcm,.ply,.stl,.obj", onchange: () => this.chosen() });
+    this.chooser = h("input", { type: "file", hidden: true, accept: ".nrrd,.nii,.gz,.mha,.zip,.ply,.stl,.obj", onchange: () => this.chosen() });
     this.importButton = h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a head …");
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
@@ -54,45 +66,55 @@ export class PatientPanel {
 
   renderCases(state) {
     const shown = (state.cases?.items ?? []).filter((item) => this.showDeleted.checked || !item.deleted);
-    this.list.replaceChildren(...shown.map((item) => this.row(item, state.case?.id)));
+    keyed(this.list, shown, (item) => `${item.id} ${item.deleted}`, (item) => this.row(item), (row, item) => {
+      const open = item.id === state.case?.id;
+      fillListRow(row, item, when(item.created), open);
+      const trash = row.querySelector("[data-tool=delete]");
+      if (trash) Object.assign(trash, { disabled: open, title: open ? "The open head cannot be deleted" : "Delete" });
+    });
   }
 
-  row(item, openId) {
-    const send = (type, fields = {}) => this.connection.send(type, { case_id: item.id, ...fields });
-    const tools = item.deleted
+  row({ deleted }) {
+    const send = (type, fields = {}) => this.connection.send(type, { case_id: row.item.id, ...fields });
+    const tools = deleted
       ? [iconButton("restore", "Restore", () => send("case.restore"))]
       : [
         iconButton("pencil", "Rename", async () => {
-          const name = await askName("Rename this head", item.name);
-          if (name) send("case.rename", { name });
+          const { id, name: before } = row.item;
+          const name = await askName("Rename this head", before);
+          if (name) this.connection.send("case.rename", { case_id: id, name });
         }),
-        iconButton("trash", "Delete", () => this.connection.request("case.delete", { case_id: item.id })
-          .then(() => note("The head was deleted.", { action: { label: "Restore", run: () => send("case.restore") } }))
-          .catch((error) => note(error.message, { error: true })), { disabled: item.id === openId, title: item.id === openId ? "The open head cannot be deleted" : "Delete" }),
+        iconButton("trash", "Delete", () => this.remove(row.item.id), { "data-tool": "delete" }),
       ];
-    const main = h("button", { type: "button", class: "row-main", disabled: item.deleted, onclick: () => send("case.open") },
-      item.name, h("span", { class: "row-sub" }, when(item.created)));
-    return h("li", { class: item.deleted ? "row deleted" : "row", "aria-current": String(item.id === openId) }, main, h("div", { class: "row-tools" }, tools));
+    const row = listRow(deleted, () => send("case.open"), tools);
+    return row;
+  }
+
+  remove(id) {
+    this.connection.request("case.delete", { case_id: id })
+      .then(() => note("The head was deleted.", { action: { label: "Restore", run: () => this.connection.send("case.restore", { case_id: id }) } }))
+      .catch((error) => note(error.message, { error: true }));
   }
 
   async chosen() {
     const file = this.chooser.files[0];
     this.chooser.value = "";
-    if (file) await this.send(file, {});
+    if (!file) return;
+    if (READABLE.test(file.name)) await this.send(file);
+    else note(`‘${file.name}’: ${PARTS.find(([ending]) => ending.test(file.name))[1]}`, { error: true });
   }
 
-  async send(file, answers) {
+  async send(file) {
     const form = new FormData();
     form.append("file", file);
-    for (const [key, value] of Object.entries(answers)) form.append(key, value);
     this.importButton.disabled = true;
     this.progress.hidden = false;
+    this.fileName = file.name;
     try {
-      const job = await finished(await upload("/api/cases", form, (part) => this.uploading(part)), (now) => this.working(now));
-      this.offer(job.result);
+      const job = await this.imported(await upload("/api/cases", form, (part) => this.uploading(part)));
+      if (job) this.offer(job.result);
     } catch (error) {
-      if (error.code === "frame_error" && !answers.frame) await this.askFrame(file, error);
-      else note(error.message, { error: true });
+      note(`‘${file.name}’: ${error.message}`, { error: true });
     } finally {
       this.importButton.disabled = false;
       this.progress.hidden = true;
@@ -106,20 +128,29 @@ export class PatientPanel {
     note("The head was imported. It is in the list of heads.", this.connection.state.case ? { action: { label: "Open it", run: open } } : {});
   }
 
+  /** Watch an import, and answer what its file does not say; the file stays with the planner. Null: taken back. */
+  async imported(job) {
+    const path = `/api/jobs/${encodeURIComponent(job.id)}`;
+    try {
+      return await finished(job, (now) => this.working(now));
+    } catch (error) {
+      const questions = (error.details?.missing ?? []).map((word) => QUESTIONS[word]);
+      if (!questions.length) throw error;
+      const answer = await askChoices(`What ‘${this.fileName}’ does not say`, error.message, questions, "Import");
+      if (answer) return this.imported(await post(`${path}/answer`, answer));
+      await remove(`${path}/upload`);
+      return null;
+    }
+  }
+
   uploading(part) {
     this.progressBar.style.width = `${Math.round(part * 100)}%`;
-    this.progressWords.textContent = `Uploading, ${Math.round(part * 100)} %`;
+    this.progressWords.textContent = `${this.fileName}: uploading, ${Math.round(part * 100)} %`;
   }
 
   working(job) {
     this.progressBar.style.width = `${Math.round(job.fraction * 100)}%`;
-    this.progressWords.textContent = `${job.stage}, ${Math.round(job.fraction * 100)} %`;
-  }
-
-  async askFrame(file, error) {
-    const questions = [FRAME_QUESTION, { name: "units", label: "Unit", options: UNITS }];
-    const chosen = await askChoices("Which frame and unit?", error.message, questions, "Import");
-    if (chosen) await this.send(file, chosen);
+    this.progressWords.textContent = `${this.fileName}: ${job.stage}, ${Math.round(job.fraction * 100)} %`;
   }
 }
 

@@ -1,9 +1,15 @@
 // Plan: the points of the path and the targets, and what the tool makes of them.
-import { h, group, iconButton, whenChanged } from "../dom.js";
+import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
 import { fixed, mm, sentence, when } from "../format.js";
 import { FRAME_QUESTION, askChoices, askName, confirm, note } from "../dialogs.js";
 import { download, upload } from "../rest.js";
 
+const POINTS_QUESTION = {
+  name: "points_as",
+  label: "The points are",
+  options: [["path", "a path, from outside to inside"], ["targets", "targets to inspect"]],
+};
+const QUESTIONS = [FRAME_QUESTION, POINTS_QUESTION];
 const EXPORTS = [
   ["json", "vfix plan (JSON)", "Everything, comes back as it was"],
   ["mrk.json", "3D Slicer markups (.mrk.json)", "Control points, dense curve with clearance, targets"],
@@ -85,8 +91,9 @@ export class PlanPanel {
       button.setAttribute("aria-pressed", String(button.dataset.kind === plan?.add_mode));
       button.disabled = !plan || plan.locked;
     }
-    this.points.replaceChildren(...(plan?.points ?? []).map((item) => this.pointRow(plan, item, "point")));
-    this.targets.replaceChildren(...(plan?.targets ?? []).map((item) => this.pointRow(plan, item, "target")));
+    for (const [body, items, kind] of [[this.points, plan?.points ?? [], "point"], [this.targets, plan?.targets ?? [], "target"]]) {
+      keyed(body, items, (item) => item.id, () => this.pointRow(kind), (row, item) => fillPointRow(row, item, plan.selected));
+    }
     this.points.parentElement.hidden = !plan?.points.length;
     this.targets.parentElement.hidden = !plan?.targets.length;
     this.pointWords.textContent = plan && !plan.points.length ? "No points yet. The first one is where the tool goes in." : "";
@@ -100,20 +107,19 @@ export class PlanPanel {
     this.renderSelected(plan);
   }
 
-  pointRow(plan, item, kind) {
-    const send = (type, fields = {}) => this.connection.send(type, { item_id: item.id, ...fields });
-    const select = () => send("item.select");
-    return h("tr", {
-      tabIndex: 0, "aria-selected": String(plan.selected === item.id), "data-item": item.id, title: "Click to select, double-click to rename",
-      onclick: select, ondblclick: () => this.rename(item),
+  pointRow(kind) {
+    const send = (type) => this.connection.send(type, { item_id: row.item.id });
+    const row = h("tr", {
+      tabIndex: 0, title: "Click to select, double-click to rename", onclick: () => send("item.select"), ondblclick: () => this.rename(row.item),
       onkeydown: (event) => {
-        if (event.key === "Enter") select();
-        if (event.key === "F2") this.rename(item);
-        if ((event.key === "Delete" || event.key === "Backspace") && !plan.locked) send("item.delete");
+        const { plan } = this.connection.state;
+        if (event.key === "Enter") send("item.select");
+        if (event.key === "F2") this.rename(row.item);
+        if (["Delete", "Backspace"].includes(event.key) && !plan.locked && !plan.ghost) send("item.delete");
       },
     },
-    h("td", { title: item.label }, h("span", { class: kind === "target" ? "dot target" : "dot" }), item.label),
-    item.position.map((value) => h("td", {}, fixed(value, 1))));
+    h("td", {}, h("span", { class: kind === "target" ? "dot target" : "dot" }), h("span")), h("td"), h("td"), h("td"));
+    return row;
   }
 
   renderSelected(plan) {
@@ -137,24 +143,29 @@ export class PlanPanel {
 
   renderPlans(state) {
     const shown = (state.plans?.items ?? []).filter((item) => this.showDeleted.checked || !item.deleted);
-    this.planList.replaceChildren(...shown.map((item) => this.planRow(item, state.plan?.id)));
+    keyed(this.planList, shown, (item) => `${item.id} ${item.deleted}`, (item) => this.planRow(item),
+      (row, item) => fillListRow(row, item, when(item.modified), item.id === state.plan?.id));
   }
 
-  planRow(item, openId) {
-    const send = (type, fields = {}) => this.connection.send(type, { plan_id: item.id, ...fields });
-    const tools = item.deleted ? [iconButton("restore", "Restore", () => send("plan.restore"))] : [
+  planRow({ deleted }) {
+    const send = (type, fields = {}) => this.connection.send(type, { plan_id: row.item.id, ...fields });
+    const tools = deleted ? [iconButton("restore", "Restore", () => send("plan.restore"))] : [
       iconButton("pencil", "Rename", async () => {
-        const name = await askName("Rename this plan", item.name);
-        if (name) send("plan.rename", { name });
+        const { id, name: before } = row.item;
+        const name = await askName("Rename this plan", before);
+        if (name) this.connection.send("plan.rename", { plan_id: id, name });
       }),
       iconButton("copy", "Duplicate", () => send("plan.duplicate")),
-      iconButton("trash", "Delete", () => this.connection.request("plan.delete", { plan_id: item.id })
-        .then(() => note("The plan was deleted.", { action: { label: "Restore", run: () => send("plan.restore") } }))
-        .catch((error) => note(error.message, { error: true }))),
+      iconButton("trash", "Delete", () => this.remove(row.item.id)),
     ];
-    const main = h("button", { type: "button", class: "row-main", disabled: item.deleted, onclick: () => send("plan.open") },
-      item.name, h("span", { class: "row-sub" }, when(item.modified)));
-    return h("li", { class: item.deleted ? "row deleted" : "row", "aria-current": String(item.id === openId) }, main, h("div", { class: "row-tools" }, tools));
+    const row = listRow(deleted, () => send("plan.open"), tools);
+    return row;
+  }
+
+  remove(id) {
+    this.connection.request("plan.delete", { plan_id: id })
+      .then(() => note("The plan was deleted.", { action: { label: "Restore", run: () => this.connection.send("plan.restore", { plan_id: id }) } }))
+      .catch((error) => note(error.message, { error: true }));
   }
 
   async newPlan() {
@@ -174,13 +185,14 @@ export class PlanPanel {
   }
 
   async send(file, answers) {
+    const caseId = this.connection.state.case.id;
     const form = new FormData();
     form.append("file", file);
     for (const [key, value] of Object.entries(answers)) form.append(key, value);
     try {
-      const plan = await upload(`/api/cases/${encodeURIComponent(this.connection.state.case.id)}/plans/import`, form, () => {});
+      const plan = await upload(`/api/cases/${encodeURIComponent(caseId)}/plans/import`, form, () => {});
       this.connection.send("plan.open", { plan_id: plan.id });
-      note("The plan was imported.");
+      note(`‘${file.name}’ was imported as a plan.`);
     } catch (error) {
       await this.ask(file, answers, error);
     }
@@ -188,15 +200,24 @@ export class PlanPanel {
 
   /** What a file does not say is asked, never guessed. */
   async ask(file, answers, error) {
-    if (error.code === "frame_error" && !answers.frame) {
-      const chosen = await askChoices("Which frame?", error.message, [FRAME_QUESTION], "Import");
+    const questions = QUESTIONS.filter(({ name }) => error.details?.missing?.includes(name));
+    if (questions.length && questions.length === error.details.missing.length) {
+      const chosen = await askChoices(`What ‘${file.name}’ does not say`, error.message, questions, "Import");
       if (chosen) await this.send(file, { ...answers, ...chosen });
     } else if (error.code === "other_case" && !answers.other_case) {
-      if (await confirm("Made for another head", error.message, "Import all the same")) await this.send(file, { ...answers, other_case: "yes" });
+      if (await confirm(`‘${file.name}’ was made for another head`, error.message, "Import all the same")) await this.send(file, { ...answers, other_case: "yes" });
     } else {
-      note(error.message, { error: true });
+      note(`‘${file.name}’: ${error.message}`, { error: true });
     }
   }
+}
+
+function fillPointRow(row, item, selected) {
+  row.setAttribute("aria-selected", String(item.id === selected));
+  row.dataset.item = item.id;
+  const [name, ...places] = row.children;
+  name.title = name.lastElementChild.textContent = item.label;
+  places.forEach((cell, axis) => { cell.textContent = fixed(item.position[axis], 1); });
 }
 
 const AXES = { L: "Towards the patient's left", P: "Towards the patient's back", S: "Towards the top of the head" };

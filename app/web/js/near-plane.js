@@ -1,0 +1,29 @@
+// What of a line lies near a plane: only that may look as if it were in the slice.
+
+/**
+ * Cut a line of places {x, y, away} into runs that lie within `limit` of the plane and runs that do not.
+ * away: signed distance from the plane, linear along each segment. Returns [{near, places: [{x, y}, …]}, …] in order.
+ */
+export function cutNear(line, limit) {
+  const runs = [];
+  for (let index = 1; index < line.length; index += 1) {
+    const [a, b] = [line[index - 1], line[index]];
+    const cuts = [-limit, limit]
+      .map((level) => (level - a.away) / (b.away - a.away))
+      .filter((part) => part > 0 && part < 1)
+      .sort((one, other) => one - other);
+    const parts = [0, ...cuts, 1];
+    for (let cut = 1; cut < parts.length; cut += 1) {
+      const middle = along(a, b, (parts[cut - 1] + parts[cut]) / 2);
+      const near = Math.abs(middle.away) <= limit;
+      if (runs.at(-1)?.near !== near) runs.push({ near, places: [along(a, b, parts[cut - 1])] });
+      runs.at(-1).places.push(along(a, b, parts[cut]));
+    }
+  }
+  return runs;
+}
+
+function along(a, b, part) {
+  const mix = (key) => a[key] + (b[key] - a[key]) * part;
+  return { x: mix("x"), y: mix("y"), away: mix("away") };
+}

@@ -1,0 +1,247 @@
+"""Parts of the page on their own, and the page under the keyboard, on small screens and with questions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import trimesh
+from playwright.sync_api import Page, Route
+from workstation import Rest, Workstation
+
+pytestmark = pytest.mark.browser
+Open = Callable[..., Workstation]
+
+SLICES_ALONE = """async ([state, turns]) => {
+  const { Slices } = await import('/static/js/slices.js');
+  const connection = Object.assign(new EventTarget(), { connected: true, sent: [] });
+  connection.send = (type, fields) => connection.sent.push(fields.position);
+  const slices = new Slices(document.createElement('section'), connection);
+  slices.update(state);
+  for (let turn = 0; turn < turns; turn += 1) {
+    slices.stages[0].wheel({ preventDefault() {}, deltaY: 1 });
+    await new Promise((resolve) => setTimeout(resolve, 80));
+  }
+  return connection.sent;
+}"""
+# Everything that can be pressed or filled in and that cannot be brought into sight, or lies under something else.
+OUT_OF_REACH = """() => [...document.querySelectorAll('button, select, input, tr[tabindex], .slice-stage')]
+  .filter((control) => control.checkVisibility())
+  .filter((control) => {
+    control.scrollIntoView({ block: 'center', inline: 'center', behavior: 'instant' });
+    const box = control.getBoundingClientRect();
+    const found = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+    return !found || !(control.contains(found) || found.closest('label')?.contains(control));
+  })
+  .map((control) => control.outerHTML.slice(0, 120))"""
+# Contrast of the borders of controls against what they stand on (WCAG 2.2, 1.4.11).
+FAINT_BORDERS = """() => {
+  const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
+  const light = (colour) => parts(colour).slice(0, 3).map((value) => value / 255)
+    .map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, value, index) => sum + value * [0.2126, 0.7152, 0.0722][index], 0);
+  const ground = (element) => (!element || (parts(getComputedStyle(element).backgroundColor)[3] ?? 1) > 0.9
+    ? getComputedStyle(element ?? document.body).backgroundColor : ground(element.parentElement));
+  const drawn = (style) => style.borderTopWidth !== '0px' && (parts(style.borderTopColor)[3] ?? 1) > 0;
+  const found = [...document.querySelectorAll('button:enabled, select, .segmented')]
+    .filter((control) => control.checkVisibility() && drawn(getComputedStyle(control)))
+    .map((control) => {
+      const [one, other] = [getComputedStyle(control).borderTopColor, ground(control.parentElement)].map(light);
+      return [(Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05), control.textContent];
+    });
+  return { checked: found.length, faint: found.filter(([contrast]) => contrast < 3) };
+}"""
+
+
+def test_parts_of_the_page_alone(open_page: Open, rest: Rest) -> None:
+    page = open_page().ready().page
+    near = "async (line) => (await import('/static/js/near-plane.js')).cutNear(line, 2)"
+    runs = page.evaluate(
+        near, [{"x": 0, "y": 0, "away": -4}, {"x": 8, "y": 0, "away": 4}, {"x": 9, "y": 0, "away": 40}]
+    )
+    assert [run["near"] for run in runs] == [False, True, False]
+    assert [(run["places"][0]["x"], run["places"][-1]["x"]) for run in runs] == [(0, 2), (2, 6), (6, 9)]
+
+    state = page.evaluate("() => structuredClone(vfix.state)")
+    plane = state["slices"]["planes"]["axial"]
+    wished = page.evaluate(SLICES_ALONE, [state, 3])
+    expected = [plane["position"] + (turn + 1) * plane["step"] for turn in range(3)]
+    assert wished == pytest.approx(expected), "the wheel goes on from the last wish, not from the last answer"
+
+    shown = """async ([state, name]) => {
+      const { Slices } = await import('/static/js/slices.js');
+      const root = document.createElement('section');
+      document.body.append(root);
+      const slices = new Slices(root, new EventTarget());
+      slices.update({ ...state, step: { name } });
+      for (const stage of slices.stages) stage.loaded(stage.newest, null);
+      const count = (kind) => root.querySelectorAll(kind).length;
+      const kinds = ['.slice-path', '.slice-tool'];
+      const found = kinds.flatMap((kind) => [count(`${kind}:not(.far)`), count(`${kind}.far`)]);
+      root.remove();
+      return found;
+    }"""
+    cross = state["slices"]["cross"]
+    state["tool"] = {"segments": [[cross, [value + 40.0 for value in cross]]]}
+    state["curve"] = {"points": [cross, [value - 40.0 for value in cross]]}
+    assert page.evaluate(shown, [state, "plan"]) == [3, 3, 0, 0], "the tool belongs to the rehearsal"
+    assert page.evaluate(shown, [state, "rehearse"]) == [3, 3, 3, 3]
+
+    refused = page.evaluate("""async () => {
+      const { Connection } = await import('/static/js/connection.js');
+      const line = new Connection();
+      const told = [];
+      let opened = 0;
+      line.open = () => { opened += 1; };
+      line.addEventListener('link', (event) => told.push(event.detail));
+      await line.closed(4503);
+      await new Promise((resolve) => setTimeout(resolve, 2500));
+      return { told, opened };
+    }""")
+    assert refused["opened"] == 0
+    assert [(said["refused"], "Too many windows" in said["words"]) for said in refused["told"]] == [(True, True)]
+
+
+def test_one_question_at_a_time_and_errors_that_stay(open_page: Open) -> None:
+    station = open_page()
+    page = station.page
+    station.wait_for("the planner", lambda: station.state("step"))
+    notes = page.evaluate("""async () => {
+      const { askName, confirm, note } = await import('/static/js/dialogs.js');
+      window.answers = {};
+      askName('First', 'a name').then((answer) => { window.answers.first = answer; });
+      confirm('Second', 'really?', 'Yes').then((answer) => { window.answers.second = answer; });
+      for (const words of ['one', 'two', 'three', 'four', 'four']) note(words, { error: true });
+      for (const words of ['1', '2', '3', '4']) note(words);
+      return [...document.querySelectorAll('[role=status] .toast')].map((toast) => toast.textContent);
+    }""")
+    assert notes == ["2", "3", "4"]
+    title = page.locator("#dialog h2")
+    assert title.inner_text() == "First"
+    page.keyboard.press("Enter")
+    station.wait_for("the second question", lambda: title.inner_text() == "Second")
+    assert page.evaluate("window.answers") == {"first": "a name"}
+    page.keyboard.press("Escape")
+    station.wait_for("its answer", lambda: page.evaluate("window.answers.second") is False)
+    alerts = page.locator("[role=alert] .toast")
+    assert alerts.all_inner_texts() == [f"{word}\nDismiss" for word in ("One", "Two", "Three", "Four")]
+
+
+def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, rest: Rest) -> None:
+    station = open_page().ready()
+    page = station.page
+    plan_id = rest.copy_of_sample("By keys")
+    station.open_plan(plan_id)
+    points = station.state("plan")["points"]
+    row = page.locator("table.points tbody tr").nth(2)
+    row.click()
+    station.wait_for("the selection", lambda: station.state("plan")["selected"] == points[2]["id"])
+    focused = "() => document.activeElement.dataset.item"
+    page.evaluate("(id) => vfix.request('item.rename', { item_id: id, label: 'renamed' })", points[3]["id"])
+    station.wait_for("the rows", lambda: "renamed" in page.locator("table.points").first.inner_text())
+    assert page.evaluate(focused) == points[2]["id"]
+    page.keyboard.press("F2")
+    station.wait_for("the question", lambda: page.locator("#dialog[open]").is_visible())
+    page.keyboard.press("Escape")
+
+    page.evaluate("() => vfix.request('slice.cross', { position: [0, 0, 60] })")
+    station.wait_for("the slices to leave", lambda: station.state("slices")["cross"][2] == 60)
+    row.click()
+    there = pytest.approx(points[2]["position"], abs=1e-3)
+    station.wait_for("the slices to come back", lambda: station.state("slices")["cross"] == there)
+
+    page.evaluate("(position) => vfix.request('pick.slice', { position })", points[2]["position"])
+    station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
+    page.keyboard.press("Delete")
+    station.wait_for("no ghost", lambda: station.state("plan")["ghost"] is None)
+    assert len(station.state("plan")["points"]) == len(points)
+    row.focus()
+    page.keyboard.press("Delete")
+    station.wait_for("one less", lambda: len(station.state("plan")["points"]) == len(points) - 1)
+    station.wait_for("the next row's focus", lambda: page.evaluate(focused) == points[3]["id"])
+    assert station.errors == []
+
+
+def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: Rest) -> None:
+    station = open_page().ready()
+    station.open_plan(rest.copy_of_sample("Slices"))
+    page, stage = station.page, station.page.locator("[data-axis=axial]")
+    label = page.locator(".slice-head .number").first
+    station.wait_for("the pictures", lambda: page.locator(".slice-stage image[href]").count() == 6)
+    before, pictures = label.inner_text(), stage.locator("image[href]").count()
+    held: list[Route] = []
+    page.route("**/slices/axial?*", lambda route: held.append(route))
+    position = station.state("slices")["planes"]["axial"]["position"] + 10.0
+    page.evaluate("(position) => vfix.request('slice.set', { axis: 'axial', position })", position)
+    station.wait_for("the next pictures", lambda: len(held) == 2)
+    assert label.inner_text() == before, "the label went ahead of its picture"
+    for route in held:
+        route.continue_()
+    page.unroute("**/slices/axial?*")
+    station.wait_for("the label", lambda: label.inner_text() == f"S {position:.1f} mm")
+    assert stage.locator("image[href]").count() == pictures
+
+    page.route("**/slices/axial?*", lambda route: route.abort())
+    page.evaluate("(position) => vfix.request('slice.set', { axis: 'axial', position })", position + 10.0)
+    station.wait_for("the words", lambda: "could not be loaded" in stage.inner_text())
+    assert page.locator("[data-axis=axial] g:not([visibility]) > image").count() == 0, "the picture of before stays"
+    page.unroute("**/slices/axial?*")
+    station.wait_for("the picture", lambda: stage.locator("image[href]").count() == pictures)
+    assert not stage.locator(".slice-failed").is_visible()
+
+
+@pytest.mark.parametrize(("width", "height"), [(720, 450), (480, 800)], ids=["200 %", "narrow"])
+def test_everything_can_be_reached(open_page: Open, rest: Rest, width: int, height: int) -> None:
+    """1440 × 900 at 200 % is 720 × 450: the page scrolls, and nothing lies over a control or outside."""
+    station = open_page(viewport={"width": width, "height": height}).ready()
+    station.open_plan(rest.copy_of_sample("Small"))
+    for step in ("patient", "plan", "rehearse"):
+        station.page.click(f"[data-step={step}]")
+        station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
+        assert station.page.evaluate(OUT_OF_REACH) == []
+        assert station.page.evaluate("document.scrollingElement.scrollWidth - innerWidth") <= 0
+        borders = station.page.evaluate(FAINT_BORDERS)
+        assert borders["checked"] > 0
+        assert borders["faint"] == []
+    station.picture(f"small-{width}")
+
+
+def _choose(page: Page, path: Path) -> None:
+    page.set_input_files("input[accept^='.nrrd']", path)
+
+
+def test_what_a_file_does_not_say_is_asked_once(open_page: Open, rest: Rest, tmp_path: Path) -> None:
+    """One upload, the missing question alone, errors with the file's name; parts of a head are not uploaded."""
+    station = open_page()
+    page = station.page
+    station.wait_for("the planner", lambda: station.state("step"))
+    page.click("[data-step=patient]")
+    uploads: list[str] = []
+    page.on("request", lambda request: uploads.append(request.url) if request.method == "POST" else None)
+    alerts = page.locator("[role=alert] .toast")
+    for name, words in (("a.nhdr", "one .nrrd file"), ("a.mhd", "one .mha file"), ("a.dcm", "one .zip file")):
+        (tmp_path / name).write_bytes(b"x")
+        _choose(page, tmp_path / name)
+        station.wait_for("the refusal", lambda name=name: any(name in text for text in alerts.all_inner_texts()))
+        assert words in alerts.last.inner_text()
+    assert uploads == []
+
+    (tmp_path / "broken.obj").write_bytes(b"v 0 0 0\n")
+    _choose(page, tmp_path / "broken.obj")
+    station.wait_for("the error", lambda: "‘broken.obj’:" in alerts.last.inner_text())
+    assert not page.locator("#dialog[open]").is_visible()
+
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=80.0)
+    text = ball.export(file_type="ply", encoding="ascii").decode()
+    (tmp_path / "ball.ply").write_text(text.replace("comment", "comment SPACE=LPS\ncomment", 1))
+    uploads.clear()
+    _choose(page, tmp_path / "ball.ply")
+    station.wait_for("the question", lambda: page.locator("#dialog[open]").is_visible())
+    assert "ball.ply" in page.locator("#dialog h2").inner_text()
+    assert page.locator("#dialog select").count() == 1
+    page.select_option("#ask-units", "mm")
+    page.click("#dialog .primary")
+    station.wait_for("the head", lambda: "ball" in page.locator("#panel .list").inner_text())
+    assert [url.rsplit("/", 1)[-1] for url in uploads] == ["cases", "answer"]
+    assert station.errors == []
