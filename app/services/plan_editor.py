@@ -203,7 +203,7 @@ class PlanEditor:
             if row.locked != locked:
                 row.locked = locked
                 touch(row)
-            return read_plan(session, self._plan_id)
+            return list_plan(session, row)
 
     def undo(self, *, expected_revision: int | None = None) -> Plan:
         """Go back to the state before the newest edit. Raises PlanError when there is none."""
@@ -221,7 +221,7 @@ class PlanEditor:
                 raise PlanError("there is nothing to undo." if by < 0 else "there is nothing to redo.")
             row.cursor += by
             touch(row)
-            return read_plan(session, self._plan_id)
+            return list_plan(session, row)
 
     def _edit(self, change: Callable[[PlanContent], PlanContent], expected_revision: int | None) -> Plan:
         """Apply a change as the newest state of the history; what had been undone is gone."""

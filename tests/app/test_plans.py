@@ -222,7 +222,10 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
         plans.get(plan.id)
     plans.delete(plan.id)
     plans.restore(plan.id)
-    PlanService(store).editor(plan.id).undo()
+    again = PlanService(store).editor(plan.id)
+    again.set_locked(True)
+    again.set_locked(False)
+    again.undo()
     assert plans.get(plan.id).points == sound
 
 

@@ -275,6 +275,8 @@ def test_a_page_that_is_away_costs_nothing(hub: SessionHub, monkeypatch: pytest.
 
     monkeypatch.setattr(Workspace, "tick", counted)
     here, away = (hub.connect(tab, {"plan": SAMPLE}) for tab in ("tab-here-0", "tab-away-0"))
+    for _ in range(2):  # what is published follows each request
+        _settle(away)
     services = hub._services
     hub.disconnect("tab-away-0")
     now = time.monotonic()
