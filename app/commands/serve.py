@@ -35,7 +35,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until interrupted."""
+    """Serve until interrupted; the process ends with it."""
     if args.allow_remote and not os.environ.get("VFIX_TOKEN"):
         raise InputError("--allow-remote needs a token of your own: set VFIX_TOKEN first.")
     settings = Settings.from_environment(host=args.host, port=args.port, allow_remote=args.allow_remote)
@@ -44,20 +44,23 @@ def run(args: argparse.Namespace) -> int:
     with bind(settings, may_move=may_move) as listener:
         import uvicorn
 
+        from app.gateway.server import PlannerServer
         from app.main import build  # takes seconds: a refusal need not wait for it
 
         settings = dataclasses.replace(settings, port=listener.getsockname()[1])
-        server = uvicorn.Server(
+        app = build(settings)
+        server = PlannerServer(
+            app,
             uvicorn.Config(
-                build(settings),
+                app,
                 ws_max_size=MAX_WEBSOCKET_BYTES,
                 ws_per_message_deflate=False,
                 log_level="warning",
                 access_log=False,  # it would write the token of the address down
                 server_header=False,
                 proxy_headers=False,
-                timeout_graceful_shutdown=3,
-            )
+                timeout_graceful_shutdown=2,
+            ),
         )
         listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
         print(f"vfix is at {login_url(settings)}", flush=True)
@@ -65,7 +68,11 @@ def run(args: argparse.Namespace) -> int:
             threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True).start()
         with contextlib.suppress(KeyboardInterrupt):  # uvicorn raises it again once everything is closed
             server.run(sockets=[listener])
-    return 0
+    # All is stored and closed. A thread may still compute, which Python would wait for, and taking everything apart
+    # takes seconds on a busy machine.
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0 if server.started else 1)
 
 
 def bind(settings: Settings, *, may_move: bool) -> socket.socket:

@@ -1,6 +1,6 @@
 """What the services refuse beyond a wrong input: something that is not there, or that changed in between."""
 
-from vfix_engine.errors import InputError, PlanError
+from vfix_engine.errors import InputError, PlanError, VfixError
 
 
 class NotFound(InputError):
@@ -17,3 +17,10 @@ class PlanConflict(PlanError):
 
 class PlanLocked(PlanError):
     """The plan is locked."""
+
+
+class PlannerEnds(VfixError):
+    """The planner is being ended and finishes nothing that takes long."""
+
+    def __init__(self) -> None:
+        super().__init__("The planner ends and takes no further work.")
