@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.services.cache import Cache
 from app.services.cases import CaseService
+from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position
 from app.services.plans import PlanService
@@ -81,6 +83,15 @@ class Planning:
         self._plans = plans
         self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
         self._sides: Cache[str, SurfaceSide] = Cache(4)
+        self._ended = threading.Event()
+
+    def end(self) -> None:
+        """End the runs that go on, and begin no other one: whoever waits for one gets PlannerEnds."""
+        self._ended.set()
+
+    def _go_on(self) -> None:
+        if self._ended.is_set():
+            raise PlannerEnds
 
     def snap(
         self, case_id: str, point: Sequence[float], *, tool: str = DEFAULT_TOOL, margin_mm: float | None = None
@@ -90,7 +101,7 @@ class Planning:
         Without a CT the surface's normals tell the outside. Raises PlanError when there is no such place near.
         """
         wanted = check_position(point)
-        preparation.wait()
+        preparation.wait(self._go_on)
         margin = ControlSettings().margin_mm if margin_mm is None else margin_mm
         room = float(Tool.load(tool).radius.max()) + margin
         tree = self._cases.tree(case_id)
@@ -140,16 +151,16 @@ class Planning:
 
     def _evaluate(self, plan: Plan) -> PlanEvaluation:
         path = _path(plan)
-        preparation.wait()
+        preparation.wait(self._go_on)
         settings = ControlSettings.from_dict(dict(plan.settings))
         robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
         tree = self._cases.tree(plan.case_id)
         if plan.robot.get("base") is None:
-            placing = place_robot(tree, robot, tool, path, settings)
+            placing = place_robot(tree, robot, tool, path, settings, go_on=self._go_on)
             base, q_start, run = placing.base, placing.q_start, placing.run
         else:
             base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
-            run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings)
+            run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings, self._go_on)
         s = _stations(path)
         return PlanEvaluation(
             s=s,

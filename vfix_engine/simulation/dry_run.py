@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,8 +41,10 @@ class DryRun:
         return float(self.s[-1])
 
 
-def dry_run(scene: Scene, settings: ControlSettings) -> DryRun:
+def dry_run(scene: Scene, settings: ControlSettings, go_on: Callable[[], object] = bool) -> DryRun:
     """Drive the scene's path at full force in coarse steps.
+
+    go_on: called before each step; what it raises ends the run.
 
     Raises:
         StartRefused: the start pose is outside a limit or inside the margin.
@@ -55,6 +58,7 @@ def dry_run(scene: Scene, settings: ControlSettings) -> DryRun:
     stuck, best = 0, snapshot.progress_mm
     most = int(DETOUR * length / STEP_MM) + PATIENCE
     while snapshot.phase != "done" and stuck < PATIENCE and len(rows) <= most:
+        go_on()
         state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
         rows.append(snapshot)
         gained = snapshot.progress_mm > best + 0.02 * STEP_MM
