@@ -126,7 +126,7 @@ def _reader_is_gone() -> bool:
 
 def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, Command | None]:
     """Parser that knows every verb by name, and the chosen one in full; only that one's module is imported."""
-    parser = _Parser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="vfix",
         description=f"Surgical planner and simulator with virtual fixtures from the anatomy. {NOTICE}",
     )

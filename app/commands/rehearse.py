@@ -37,6 +37,7 @@ from vfix_engine.simulation.placing import place_robot
 from vfix_engine.simulation.recorder import CsvRecorder
 from vfix_engine.simulation.rehearsal import Rehearsal
 from vfix_engine.simulation.scene import Scene
+from vfix_engine.simulation.snapshot import Snapshot
 
 NOTICE = "Not for clinical use."
 PUSHING_STEPS = 2000
@@ -180,6 +181,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         last = run.follow()
         done = last.phase == "done"
         result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
+        if not done:
+            result |= _stopped(last)
     path = run.rehearsal.scene.path
     length = math.nan if path is None else path.length
     zones = [
@@ -188,6 +191,26 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     ]
     figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
     return result | figures | ({"zones": zones} if zones else {})
+
+
+def _stopped(last: Snapshot) -> dict[str, Any]:
+    """Where the tool stopped and what is there, LPS mm; on stderr with what can be done about it."""
+    at = [round(float(x), 1) for x in last.tip]
+    blocked = None if last.blocking_point is None else [round(float(x), 1) for x in last.blocking_point]
+    remedy = "Lead the path another way there, or place the robot anew with another --robot or --tool."
+    if blocked is not None:
+        remedy = f"It is in the way at {_place(blocked)}: lead the path farther from it, or take a thinner --tool."
+    say_notes(
+        [
+            f"the tool stopped after {last.progress_mm:.1f} of {last.length_mm:.1f} mm with its tip at {_place(at)}: "
+            f"{last.reason or 'it no longer moves along the path'}. {remedy}"
+        ]
+    )
+    return {"stopped_at_lps_mm": at, "blocked_at_lps_mm": blocked}
+
+
+def _place(point: list[float]) -> str:
+    return f"({', '.join(f'{x:.1f}' for x in point)}) mm, LPS"
 
 
 def _print_for_people(report: dict[str, Any]) -> None:

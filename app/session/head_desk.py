@@ -226,6 +226,7 @@ def case_section(case: Case, loading: str) -> dict[str, Any]:
         "surfaces": [{"name": surface.name, "triangles": surface.triangles} for surface in case.surfaces],
         "has_volume": case.has_volume,
         "beads": len(case.beads),
+        "notes": list(case.notes),
         "detail": case.volumes[1].name if len(case.volumes) > 1 else None,
         "loading": loading or None,
     }

@@ -60,8 +60,10 @@ export class PatientPanel {
     ];
     if (open.beads) facts.push(["Markers", count(open.beads, "bead", "beads")]);
     this.facts.replaceChildren(...facts.flatMap(([term, value]) => [h("dt", {}, term), h("dd", {}, value)]));
-    this.caseWords.textContent = open.loading ?? (open.frame.assumed ? "The file did not name its frame; LPS in millimetres was assumed. Check left and right." : "");
-    this.caseWords.className = open.frame.assumed ? "words caution" : "words";
+    const assumed = open.frame.assumed && !open.notes.length; // of a case that is older than its notes
+    const doubts = assumed ? ["The file did not name its frame or its unit; LPS or millimetres were assumed. Check left and right."] : open.notes;
+    this.caseWords.textContent = open.loading ?? doubts.join(" ");
+    this.caseWords.className = doubts.length ? "words caution" : "words";
   }
 
   renderCases(state) {
