@@ -39,11 +39,13 @@ def run(args: argparse.Namespace) -> int:
             "vfix: the file does not name both frame and unit; what you did not say was assumed to be LPS, mm.",
             file=sys.stderr,
         )
+    if words := case.uncertainty.words():
+        print(f"vfix: {words}; the margin has to cover that.", file=sys.stderr)
     if args.json:
         print(json.dumps(summary(case)))
     else:
         bone = case.surfaces[0]
-        print(f"{case.id}: {case.name}, {bone.triangles:,} triangles of bone. Not for clinical use.")
+        print(f"{case.id}: {case.name}, {bone.triangles:,} triangles of bone; {bone.words}. Not for clinical use.")
     return 0
 
 
@@ -54,14 +56,8 @@ def summary(case: Case) -> dict[str, Any]:
         "name": case.name,
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},
         "spacing_mm": None if case.spacing_mm is None else list(case.spacing_mm),
-        "surfaces": [
-            {
-                "name": surface.name,
-                "triangles": surface.triangles,
-                "bounds_lps_mm": [list(corner) for corner in surface.bounds_lps_mm],
-            }
-            for surface in case.surfaces
-        ],
+        "surface_uncertainty_mm": case.surface_uncertainty_mm,
+        "surfaces": [surface.summary() for surface in case.surfaces],
     }
 
 

@@ -76,7 +76,8 @@ class ImportService:
             raise InputError(f"a case is made of {known}, or of a folder of DICOM files.")
         progress("Storing the case", 0.95)
         surfaces: dict[str, TriangleMesh] = {BONE: bone.control, DISPLAY: bone.display}
-        case = self._cases.create(name, frame=frame, surfaces=surfaces, volume=volume)
+        reports = {BONE: bone.control_report, DISPLAY: bone.display_report}
+        case = self._cases.create(name, frame=frame, surfaces=surfaces, volume=volume, reports=reports)
         progress("Done", 1.0)
         return case
 
