@@ -13,6 +13,7 @@ from app.services.errors import NotFound
 from app.services.exchange import read_plan, read_targets
 from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
 from app.services.plans import Plan, PlanPoint, PlanService
+from app.services.surface_uncertainty import SurfaceUncertainty
 from app.store.database import utc_now
 from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet, zones_from_dict
@@ -21,6 +22,7 @@ from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.mesh_files import is_mesh, read_mesh
 from vfix_engine.imaging.readers import is_volume, read_volume
 from vfix_engine.imaging.surface import extract_surface
+from vfix_engine.imaging.volume import Volume
 
 
 class _Named(Protocol):
@@ -46,13 +48,19 @@ class HasServices(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ResolvedCase:
-    """A head to work in. id: of the stored case, or None for a file; hash: of its content; grow: makes its tree."""
+    """A head to work in.
+
+    id: of the stored case, or None for a file; hash: of its content; grow: makes its tree; scan: reads its CT, None
+    where there is no CT; uncertainty: how far bone may lie off the surface.
+    """
 
     id: str | None
     name: str
     hash: str
     mesh: TriangleMesh
     grow: Callable[[], ProximityTree]
+    scan: Callable[[], Volume | None]
+    uncertainty: SurfaceUncertainty
 
     @cached_property
     def tree(self) -> ProximityTree:
@@ -67,17 +75,22 @@ def resolve_case(services: HasServices, text: str) -> ResolvedCase:
     """
     path = Path(text)
     if (is_mesh(path) or is_volume(path)) and path.exists():
-        mesh = _surface_of(path)
-        return ResolvedCase(None, path.name, mesh.content_hash, mesh, partial(ProximityTree, mesh))
+        mesh, volume = _read(path)
+        voxel_mm = 0.0 if volume is None else float(volume.spacing.max())
+        off = SurfaceUncertainty(0.0, voxel_mm)  # as it was extracted
+        return ResolvedCase(None, path.name, mesh.content_hash, mesh, partial(ProximityTree, mesh), lambda: volume, off)
     case = find(services.cases.list(), text, "case")
     mesh = services.cases.case_surface(case.id)
-    return ResolvedCase(case.id, case.name, case.content_hash, mesh, partial(services.cases.tree, case.id))
+    tree, scan = partial(services.cases.tree, case.id), partial(services.cases.volume, case.id)
+    return ResolvedCase(case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty)
 
 
-def _surface_of(path: Path) -> TriangleMesh:
+def _read(path: Path) -> tuple[TriangleMesh, Volume | None]:
+    """The surface of a file, and the CT that it was extracted from."""
     if is_mesh(path):
-        return read_mesh(path, assume=True)[0]
-    return extract_surface(read_volume(path, assume=True)[0])
+        return read_mesh(path, assume=True)[0], None
+    volume = read_volume(path, assume=True)[0]
+    return extract_surface(volume), volume
 
 
 def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:

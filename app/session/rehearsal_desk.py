@@ -7,6 +7,7 @@ from typing import Any
 
 from app.services import Services
 from app.services.errors import PlanLocked
+from app.services.surface_uncertainty import SurfaceUncertainty
 from app.session import commands as c
 from app.session.board import Board
 from app.session.hints import rehearse_hint
@@ -25,6 +26,7 @@ class RehearsalDesk:
     def __init__(self, services: Services, rooms: RehearsalRooms, executor: Executor, tab: str) -> None:
         self._services, self._rooms, self._executor, self._tab = services, rooms, executor, tab
         self._plan_id: str | None = None
+        self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self.room: RehearsalRoom | None = None
         self.snapshot: Snapshot | None = None
         self._run_when_ready = False
@@ -36,6 +38,7 @@ class RehearsalDesk:
         self.leave()
         if plan_id is not None:
             self._plan_id = plan_id
+            self._uncertainty = self._services.cases.get(self._services.plans.get(plan_id).case_id).uncertainty
             self.room = self._rooms.enter(plan_id, self._tab)
 
     def leave(self) -> None:
@@ -204,7 +207,8 @@ class RehearsalDesk:
         board.publish("rehearsal", section)
         board.publish("details", details_section(self.snapshot))
         settings, answered = (ControlSettings(), 0) if room is None else (room.settings, room.settings_answered)
-        board.publish("settings", settings_section(settings, answered))
+        warning = "" if self._uncertainty is None else self._uncertainty.warning(settings.margin_mm)
+        board.publish("settings", settings_section(settings, answered, warning))
         board.publish("tool", self._tool())
 
     def _tool(self) -> dict[str, Any]:

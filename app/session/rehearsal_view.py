@@ -76,11 +76,15 @@ def _priority(timing: Timing) -> str:
     return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
 
 
-def settings_section(settings: ControlSettings, answered: int) -> dict[str, Any]:
-    """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back."""
+def settings_section(settings: ControlSettings, answered: int, warning: str = "") -> dict[str, Any]:
+    """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
+
+    warning: what the margin in force does not cover; '' where it covers all.
+    """
     bounds, values = ControlSettings.bounds(), settings.to_dict()
     return {
         "answered": answered,
+        "warning": warning,
         "fields": [
             {
                 "name": name,

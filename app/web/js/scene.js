@@ -135,7 +135,7 @@ export class SceneFrame {
       tick.style.left = `${((value - scale.lo) / span) * 100}%`;
       return tick;
     }));
-    legend.replaceChildren(h("div", { class: "legend-title" }, `Clearance of the whole tool, mm; line: margin ${mm(scale.margin, 1)}`), bar, ticks);
+    legend.replaceChildren(h("div", { class: "legend-title" }, `Bone clearance of the whole tool, mm; line: margin ${mm(scale.margin, 1)}`), bar, ticks);
   }
 
   renderScale(perPixel) {

@@ -35,13 +35,14 @@ export class RehearsePanel {
     this.progressWords = h("p", { class: "words" });
     this.fields = h("div", { class: "fields" });
     this.sliders = new Map();
+    this.marginWarning = h("p", { class: "words caution", hidden: true });
     this.element = h("div", {},
       group("Robot", null, this.words, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, h("div", { class: "progress" }, this.progressBar)),
-      group("Hand and margin", null, this.fields));
+      group("Hand and margin", null, this.fields, this.marginWarning));
   }
 
   update(state) {
@@ -97,6 +98,9 @@ export class RehearsePanel {
 
   /** What is in force, also after a change was refused; a slider under the hand is left alone. */
   renderFields(fields, adjustable) {
+    const { warning } = this.connection.state.settings ?? {};
+    this.marginWarning.textContent = warning ? `${sentence(warning)}.` : "";
+    this.marginWarning.hidden = !warning;
     if (this.sliders.size !== fields.length) this.fields.replaceChildren(...fields.map((field) => this.field(field)));
     for (const field of fields) {
       const { input, shown } = this.sliders.get(field.name);
