@@ -25,12 +25,12 @@ class SurfaceUncertainty:
 
     def words(self) -> str:
         """What there is to say, with the figures and without a full stop; '' where that is nothing."""
-        parts = []
+        causes = []
         if hidden := slices_may_hide_mm(self.voxel_mm):
-            parts.append(f"{hidden:.2f} mm since slices are {self.voxel_mm:g} mm apart")
+            causes.append(f"{hidden:.2f} mm: slices {self.voxel_mm:g} mm apart")
         if self.thinning_mm:
-            parts.append(f"{self.thinning_mm:.2f} mm by thinning")
-        return f"bone may lie {self.off_mm:.2f} mm off its surface ({', '.join(parts)})" if parts else ""
+            causes.append(f"{self.thinning_mm:.2f} mm: surface thinned")
+        return f"bone may lie {self.off_mm:.2f} mm off its surface ({'; '.join(causes)})" if causes else ""
 
     def warning(self, margin_mm: float) -> str:
         """The same where the margin does not cover it, else ''."""
@@ -41,9 +41,9 @@ def report_words(report: SurfaceReport) -> str:
     """What making a surface cost, with the figures."""
     dropped, parts = report.dropped, []
     if dropped.pieces:
-        what = "1 loose piece" if dropped.pieces == 1 else f"{dropped.pieces:,} loose pieces"
+        what = "1 loose piece" if dropped.pieces == 1 else f"{dropped.pieces} loose pieces"
         largest = "" if dropped.pieces == 1 else "the largest "
-        parts.append(f"{what} left out ({dropped.triangles:,} triangles, {largest}{dropped.extent_mm:.1f} mm across)")
+        parts.append(f"{what} left out ({dropped.triangles} triangles, {largest}{dropped.extent_mm:.1f} mm across)")
     if report.max_deviation_mm:
         parts.append(
             f"thinned: off by {report.mean_deviation_mm:.2f} mm on average, {report.max_deviation_mm:.2f} mm at most"

@@ -27,12 +27,13 @@ MOVED_WORTH_SAYING_MM = 0.05
 
 @dataclass(frozen=True)
 class Ghost:
-    """Where a click would add: the snapped place, and how far it moved."""
+    """Where a click would add: the snapped place, how far it moved, and what it lies in where that is no air inside."""
 
     kind: Kind
     position: Position
     moved_mm: float
     words: str
+    lies_in: str = ""
 
 
 class PlanDesk:
@@ -116,7 +117,11 @@ class PlanDesk:
             "length_mm": 0.0 if path is None else float(path.length),
             "ghost": None
             if self.ghost is None
-            else {"kind": self.ghost.kind, "position": list(self.ghost.position), "words": self.ghost.words},
+            else {
+                "kind": self.ghost.kind,
+                "position": list(self.ghost.position),
+                "words": f"{self.ghost.words} {self.ghost.lies_in}".strip(),
+            },
         }
 
     def kind_of(self, item_id: str) -> Kind:
@@ -137,8 +142,8 @@ class PlanDesk:
             return
         fitted = self._services.planning.fit_point(self.plan_id, _position(position))
         moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
-        words = f"{moved or 'Clear of bone here.'} {place_words(fitted.lies_in)}".strip()
-        self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words)
+        words = moved or "Clear of bone here."
+        self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, place_words(fitted.lies_in))
 
     def confirm(self) -> None:
         ghost, self.ghost = self.ghost, None

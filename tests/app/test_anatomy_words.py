@@ -38,13 +38,18 @@ def test_only_a_place_in_the_airway_needs_no_word() -> None:
     [
         (0.0, 1.0, 0.05, ""),
         (0.25, 0.8, 0.3, ""),
-        (0.74, 0.8, 0.3, "bone may lie 0.74 mm off its surface (0.74 mm by thinning), more than the margin of 0.30 mm"),
+        (
+            0.74,
+            0.8,
+            0.3,
+            "bone may lie 0.74 mm off its surface (0.74 mm: surface thinned), more than the margin of 0.30 mm",
+        ),
         (0.0, 2.0, 1.0, ""),
         (
             0.4,
             2.0,
             1.0,
-            "bone may lie 1.40 mm off its surface (1.00 mm since slices are 2 mm apart, 0.40 mm by thinning), "
+            "bone may lie 1.40 mm off its surface (1.00 mm: slices 2 mm apart; 0.40 mm: surface thinned), "
             "more than the margin of 1.00 mm",
         ),
     ],

@@ -81,9 +81,8 @@ def test_the_corridor_is_driven_and_every_step_is_kept(
     assert 0 < report["qp_rows"]["min"] <= report["qp_rows"]["max"]
     assert report["path_length_mm"] == pytest.approx(86.3, abs=0.1)
     assert report["min_bone_clearance_mm"] == report["min_clearance_mm"]
-    assert report["soft_tissue"] == {"length_mm": None, "at_mm": None, "complete": False}, (
-        "a surface tells of bone only"
-    )
+    nothing = {"length_mm": None, "at_mm": None, "complete": False}
+    assert report["soft_tissue"] == nothing, "a surface tells of bone alone"
     assert report["warnings"] == []
     assert report["notice"] == "Not for clinical use."
     with file.open() as stream:
@@ -114,10 +113,8 @@ def test_a_ct_tells_the_soft_tissue_and_what_the_margin_does_not_cover(
     assert 4.0 < report["soft_tissue"]["length_mm"] < 30.0
     assert report["soft_tissue"]["complete"]
     (warning,) = report["warnings"]
-    assert "slices are 2 mm apart), more than the margin of 0.30 mm" in warning
+    assert "slices 2 mm apart), more than the margin of 0.30 mm" in warning
     assert warning in told.err
-    assert main(["rehearse", *head, *ct, "--margin", "1.0", "--json"]) in (0, 1)
-    assert json.loads(capsys.readouterr().out)["warnings"] == []
 
 
 @pytest.mark.parametrize("free", [[], ["--free"]])
