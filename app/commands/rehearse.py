@@ -8,7 +8,7 @@ import math
 import subprocess
 import sys
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +30,10 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.imaging.soft_tissue import tissue_passed
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation import preparation
+from vfix_engine.simulation.dry_run import STATION_MM
 from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.placing import place_robot
 from vfix_engine.simulation.recorder import CsvRecorder
@@ -96,15 +98,34 @@ def run(args: argparse.Namespace) -> int:
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
-    report |= _rehearse(Rehearsal(scene, settings), args)
+    poses = Poses()
+    report |= _rehearse(Rehearsal(scene, settings), args, poses)
     if notes:
         report["notes"] = list(notes)
+    report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
+    report["warnings"] = [f"{words}."] if (words := case.uncertainty.warning(settings.margin_mm)) else []
+    say_notes(report["warnings"])
     report["notice"] = NOTICE
     if args.json:
         print(json.dumps(report, allow_nan=False))
     else:
         _print_for_people(report)
     return 0 if report["completed"] else 1
+
+
+class Poses:
+    """Poses of the tool in a drive, each half a millimetre or more from the one before, as `tissue_passed` has them."""
+
+    def __init__(self) -> None:
+        self.kept: list[tuple[float, np.ndarray, np.ndarray]] = []
+
+    def add(self, snapshot: Snapshot) -> None:
+        ends = snapshot.segments_start, snapshot.segments_end
+        if self.kept:
+            moved = max(float(np.abs(new - old).max()) for new, old in zip(ends, self.kept[-1][1:], strict=True))
+            if moved < STATION_MM:
+                return
+        self.kept.append((snapshot.progress_mm, *ends))
 
 
 def prepare_engine() -> None:
@@ -156,12 +177,17 @@ def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]
     return np.array([plan.points[-1].position]), ("the path's end",)
 
 
-def _rehearse(rehearsal: Rehearsal, args: argparse.Namespace) -> dict[str, Any]:
+def _rehearse(rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses) -> dict[str, Any]:
     if args.record is None:
-        return _drive(HeadlessRun(rehearsal, lambda snapshot: None), args)
+        return _drive(HeadlessRun(rehearsal, poses.add), args)
     try:
         with CsvRecorder(args.record) as recorder:
-            return _drive(HeadlessRun(rehearsal, recorder.add), args)
+
+            def keep(snapshot: Snapshot) -> None:
+                recorder.add(snapshot)
+                poses.add(snapshot)
+
+            return _drive(HeadlessRun(rehearsal, keep), args)
     except OSError as error:
         raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
 

@@ -26,6 +26,7 @@ from app.store.scratch import Scratch
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.volume import Volume
 
 __all__ = ["Bead", "Case", "CaseFrame", "CaseService", "SurfaceInfo", "VolumeInfo"]
@@ -75,17 +76,20 @@ class CaseService:
         volume: Volume | None = None,
         beads: Sequence[Bead] = (),
         notes: Sequence[str] = (),
+        reports: Mapping[str, SurfaceReport] | None = None,
     ) -> Case:
         """Make a case; every file is durable before the case is listed.
 
         surfaces: by name; 'bone' is the one the controller uses, the others are for display only.
         notes: what is doubtful about the file, in sentences.
+        reports: what making a surface cost, by the same names, where that was measured.
         Raises InputError when there is no bone or the name cannot be used.
         """
         check_name(name, "case's name")
         if BONE not in surfaces:
             raise InputError("a case needs a bone surface.")
-        infos = tuple(self._files.put_surface(label, mesh) for label, mesh in surfaces.items())
+        known = reports or {}
+        infos = tuple(self._files.put_surface(label, mesh, known.get(label)) for label, mesh in surfaces.items())
         volumes = () if volume is None else (self._files.put_volume("ct", volume),)
         content = CaseContent(frame, infos, volumes, tuple(beads), tuple(notes))
         return self.put(f"case-{secrets.token_hex(6)}", name, content, _hash(content))

@@ -59,6 +59,7 @@ class Tally:
             "held_steps": self.held,
             "tip_error_mm": spread(self.errors, mean=np.mean, max=np.max),
             "min_clearance_mm": self.least_clearance,
+            "min_bone_clearance_mm": self.least_clearance,
             "step_time_us": spread(self.times, median=np.median, p99=lambda a: np.percentile(a, 99)),
             "qp_rows": {"min": min(self.rows), "max": self.rows[1]},
         }
@@ -98,7 +99,12 @@ class HeadlessRun:
             "mode": snapshot.mode,
             # What slowed the last step, or what it went along without being slowed.
             "reason": snapshot.reason or next(iter(snapshot.active), ""),
-            "pushing": {"steps": pushed.steps, "min_clearance_mm": pushed.least_clearance, "held_steps": pushed.held},
+            "pushing": {
+                "steps": pushed.steps,
+                "min_clearance_mm": pushed.least_clearance,
+                "min_bone_clearance_mm": pushed.least_clearance,
+                "held_steps": pushed.held,
+            },
         }
 
     def inspect(self, target: int, steps: int) -> dict[str, Any]:
