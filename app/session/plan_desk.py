@@ -223,7 +223,7 @@ class PlanDesk:
         """Returns words where there is nothing to redo."""
         return self._step(self._editor.redo, self.can_redo, "redo")
 
-    def _step(self, act: Callable[..., None], possible: bool, name: str) -> str:
+    def _step(self, act: Callable[..., object], possible: bool, name: str) -> str:
         self.cancel()
         if not possible and not self.locked:
             return f"There is nothing to {name}."
