@@ -17,7 +17,7 @@ from ..control import ControlSettings
 from ..errors import VfixError
 from .clock import SPIN_S, FixedRateClock
 from .events import Event
-from .handle import Handle
+from .handle import Handle, Hold
 from .mailbox import Mailbox
 from .priority import RealTimePriority
 from .rehearsal import Command, Rehearsal
@@ -46,7 +46,7 @@ class ControlLoop:
         self._handle = Handle()
         self._input = HandInput()
         self._input_seen = 0
-        self._keys_beat_at = -np.inf
+        self._keys = Hold()
         self._running = False
         self._driving = False
         self._open = True
@@ -99,18 +99,15 @@ class ControlLoop:
             settings, tool = self._rehearsal.settings, self._state.tool
             grip = self._rehearsal.scene.tool.grip(tool.tip.rotation, tool.tip.position)
             force = self._handle.force(grip, settings.stiffness_n_per_mm, settings.force_cap_n, now)
-            keys = self._keys_alive(now)
-            command = Command(force, self._input.drive if keys else 0, self._input.twist if keys else 0)
+            keys = self._keys.share(now)
+            command = Command(force, keys * self._input.drive, keys * self._input.twist)
         else:
             command = Command(np.zeros(3))
         self._state, snapshot = self._rehearsal.step(self._state, command)
         self._publish(snapshot)
 
     def _driven(self, now: float) -> bool:
-        return self._handle.active(now) or (self._keys_alive(now) and bool(self._input.drive or self._input.twist))
-
-    def _keys_alive(self, now: float) -> bool:
-        return self._handle.fresh(self._keys_beat_at, now)
+        return self._handle.active(now) or self._keys.active(now)
 
     def _read_hand(self, now: float) -> None:
         news = self._in.read(self._input_seen)
@@ -119,8 +116,12 @@ class ControlLoop:
         self._input_seen = news[0]
         before, self._input = self._input, HandInput.from_bytes(news[1])
         if self._input.beats != before.beats:
-            self._keys_beat_at = now
+            self._keys.beat(now)
             self._handle.beat(now)
+        if self._input.presses != before.presses:
+            self._keys.press(now)
+        if not (self._input.drive or self._input.twist):
+            self._keys.release(now)
         if self._input.moves != before.moves:
             if self._input.pressed and self._input.grip is not None:
                 self._handle.press(np.array(self._input.grip), now)
@@ -150,7 +151,7 @@ class ControlLoop:
             self._running = False
         elif verb == "reset":
             self._running = False
-            self._handle = Handle()
+            self._handle, self._keys = Handle(), Hold()
             self._state = self._rehearsal.start("path" if self._rehearsal.scene.path is not None else "free")
         elif verb == "mode":
             self._state = self._rehearsal.with_mode(self._state, *values)

@@ -116,7 +116,7 @@ class RehearsalProcess:
         self._put(lambda i: replace(i, grip=place, pressed=True, moves=i.moves + 1, beats=i.beats + 1))
 
     def heartbeat(self) -> None:
-        """The button or key is still down."""
+        """The button or key is still down; a hand that has been silent for 100 ms has to take hold anew."""
         self._put(lambda i: replace(i, beats=i.beats + 1))
 
     def release(self) -> None:
@@ -125,11 +125,11 @@ class RehearsalProcess:
 
     def drive(self, direction: int) -> None:
         """Along the path: −1 back, 0 stop, +1 forward; needs heartbeats like the grip."""
-        self._put(lambda i: replace(i, drive=_sign(direction), beats=i.beats + 1))
+        self._put(lambda i: replace(i, drive=_sign(direction), presses=i.presses + (direction != 0)))
 
     def twist(self, direction: int) -> None:
         """About the shaft: −1, 0, +1; needs heartbeats like the grip."""
-        self._put(lambda i: replace(i, twist=_sign(direction), beats=i.beats + 1))
+        self._put(lambda i: replace(i, twist=_sign(direction), presses=i.presses + (direction != 0)))
 
     def run(self) -> None:
         """Let the clock tick; the tool moves when a hand moves it."""

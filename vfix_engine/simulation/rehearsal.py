@@ -41,14 +41,14 @@ GUIDED = ("approach", "inspect_approach")  # phases in which the fixture chooses
 
 @dataclass(frozen=True)
 class Command:
-    """What the hand does during one step: force (3,) in N at the grip, drive and twist as -1, 0 or +1.
+    """What the hand does during one step: force (3,) in N at the grip, drive and twist from -1 to +1 of full force.
 
     With a ``master`` the step is teleoperated, in every mode: its motion counts instead of force and drive.
     """
 
     force: Array
-    drive: int = 0
-    twist: int = 0
+    drive: float = 0
+    twist: float = 0
     master: Master | None = None
 
 
@@ -202,7 +202,8 @@ class Rehearsal:
         else:
             pull = force
             if command.drive > 0:
-                pull = saturate(force + self.settings.force_cap_n * _unit(target - centre), self.settings.force_cap_n)
+                cap = self.settings.force_cap_n
+                pull = saturate(force + command.drive * cap * _unit(target - centre), cap)
             task = approach_target(state.tool, tool, pull, target, self.settings, reach)
         report = self.controller.step(state.tool, task)
         if phase == "inspect_hold":  # the master holds the grip there, and the virtual point before

@@ -16,7 +16,10 @@ INPUT_BYTES = 512
 
 @dataclass(frozen=True)
 class HandInput:
-    """The newest state of the hand: grip (3) in LPS mm or None, number of heartbeats and moves so far, keys held."""
+    """The newest state of the hand: grip (3) in LPS mm or None, keys held, and what has been counted so far.
+
+    moves: of the grip, its presses among them; beats: heartbeats; presses: of keys.
+    """
 
     grip: tuple[float, float, float] | None = None
     pressed: bool = False
@@ -24,6 +27,7 @@ class HandInput:
     beats: int = 0
     drive: int = 0
     twist: int = 0
+    presses: int = 0
 
     def to_bytes(self) -> bytes:
         """Packed for the shared memory, as ``from_bytes`` reads it."""

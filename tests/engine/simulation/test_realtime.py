@@ -95,8 +95,39 @@ def test_a_still_hand_keeps_pushing_and_a_lost_one_stops_in_time(process: Rehear
     beat(process, 1.2)
     first = until(process, lambda s: s.progress_mm > 3.0)
     assert np.linalg.norm(first.force) == pytest.approx(5.0)
-    # Not a word from now on.
-    time.sleep(0.2)
+    stands(process)  # not a word from now on
+    beat(process, 0.3)
+    process.pause()
+    process.run()
+    beat(process, 0.1)
+    stands(process, 0.0)  # a late heartbeat takes no hold
+    later = process.snapshot()
+    assert later is not None
+    process.set_grip(later.grip + np.array([0.0, 30.0, 0.0]))
+    beat(process, 0.2)
+    until(process, lambda s: s.progress_mm > later.progress_mm + 0.2)
+
+
+def test_keys_that_were_lost_are_pressed_anew(process: RehearsalProcess) -> None:
+    """HAZ-11: the heartbeats of a page that answers again move nothing, a key that comes up neither."""
+    process.run()
+    process.twist(1)
+    process.drive(1)
+    beat(process, 0.4)
+    stands(process)
+    process.twist(0)
+    beat(process, 0.3)
+    stands(process, 0.0)
+    start = process.snapshot()
+    assert start is not None
+    process.drive(1)
+    beat(process, 0.3)
+    until(process, lambda s: s.progress_mm > start.progress_mm + 0.5)
+
+
+def stands(process: RehearsalProcess, after: float = 0.2) -> None:
+    """After so many seconds the tool stands, and without a force."""
+    time.sleep(after)
     stopped = process.snapshot()
     time.sleep(0.4)
     later = process.snapshot()
