@@ -1,9 +1,13 @@
 """The virtual handle: a spring between the hand's grip and the tool's, kept alive by a heartbeat (HAZ-11).
 
-All times are seconds of one monotonic clock that the caller reads.
+All times are seconds of the monotonic clock, which all processes of a machine share: whoever hears the hand stamps what
+it does, and the control loop reads the force off it, however late that is.
 """
 
 from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,35 +20,36 @@ INTERPOLATION_S = 0.05  # two drag events of the page are this far apart
 RISE_S = 0.06  # a hand that takes hold has its whole force after this long
 FRESH_S = 0.06  # a heartbeat keeps the force whole for this long
 GONE_S = 0.1  # after it, or after the release, the force is gone
-FARTHEST_MM = 1e6  # a grip further from the origin is no place
 MAX_JUMP_MM = 200.0  # a grip further from the tool than this is an error of the sender, not a pull
 
 
+@dataclass(frozen=True)
 class Hold:
-    """The dead man's switch of a handle or of keys: a press takes hold, heartbeats keep hold, nothing else does."""
+    """The dead man's switch of a handle or of keys: a press takes hold, heartbeats keep hold, nothing else does.
 
-    def __init__(self) -> None:
-        self._begun_at = self._beat_at = -np.inf
-        self._released_at: float | None = 0.0
+    begun_at: when the share of the force began to rise from 0; beat_at: the last sign of the hand; released_at: ∞ while
+    the hand has not let go.
+    """
 
-    def press(self, now: float) -> None:
+    begun_at: float = -math.inf
+    beat_at: float = -math.inf
+    released_at: float = math.inf
+
+    def press(self, now: float) -> Hold:
         """The hand takes hold, or moves on; its share of the force rises from what it is now."""
-        self._begun_at = now - RISE_S * self.share(now)
-        self._beat_at, self._released_at = now, None
+        return Hold(now - RISE_S * self.share(now), now)
 
-    def beat(self, now: float) -> None:
+    def beat(self, now: float) -> Hold:
         """The hand is still there; one that has been lost stays lost until it presses."""
-        if self.alive(now):
-            self.press(now)
+        return self.press(now) if self.alive(now) else self
 
-    def release(self, now: float) -> None:
+    def release(self, now: float) -> Hold:
         """The hand lets go: its share fades."""
-        if self._released_at is None:
-            self._released_at = now
+        return replace(self, released_at=min(self.released_at, now))
 
     def alive(self, now: float) -> bool:
         """The hand holds on: not released, and heard of within the last ``GONE_S``."""
-        return self._released_at is None and now - self._beat_at < GONE_S - 1e-9
+        return self.released_at > now and now - self.beat_at < GONE_S - 1e-9
 
     def active(self, now: float) -> bool:
         """There is a force, or one begins."""
@@ -52,52 +57,37 @@ class Hold:
 
     def share(self, now: float) -> float:
         """Share of the whole force, 0 … 1: rising after a press, fading without heartbeats and after a release."""
-        since = now - self._beat_at
+        since = now - self.beat_at
         if since >= GONE_S - 1e-9:
             return 0.0
-        share = min((now - self._begun_at) / RISE_S, 1.0 - (since - FRESH_S) / (GONE_S - FRESH_S), 1.0)
-        if self._released_at is not None:
-            share = min(share, 1.0 - (now - self._released_at) / GONE_S)
-        return max(share, 0.0)
+        silent = 1.0 - (since - FRESH_S) / (GONE_S - FRESH_S)
+        released = 1.0 - (now - self.released_at) / GONE_S
+        return max(min((now - self.begun_at) / RISE_S, silent, released, 1.0), 0.0)
+
+
+NOBODY = Hold()
 
 
 class Handle:
-    """Force of the hand on the tool's grip."""
+    """Where the hand has its grip, and how it pulls."""
 
     def __init__(self) -> None:
-        self._hold = Hold()
         self._from = self._to = np.zeros(3)
         self._moved_at = 0.0
 
-    def press(self, grip: Array, now: float) -> None:
-        """The hand holds the grip at (3,) in LPS mm; every call is a heartbeat as well."""
-        if not (np.isfinite(grip).all() and np.abs(grip).max() <= FARTHEST_MM):
-            return
-        self._from = self._at(now) if self._hold.alive(now) else np.array(grip)
-        self._to, self._moved_at = np.array(grip), now
-        self._hold.press(now)
-
-    def beat(self, now: float) -> None:
-        """The button is still down; a heartbeat never presses it."""
-        self._hold.beat(now)
-
-    def release(self, now: float) -> None:
-        """The button is up: the force fades."""
-        self._hold.release(now)
-
-    def active(self, now: float) -> bool:
-        """There is a force, rising, whole or fading."""
-        return self._hold.active(now)
+    def move(self, grip: Array, now: float, onwards: bool) -> None:
+        """The grip goes to (3,) in LPS mm: ``onwards`` evenly within ``INTERPOLATION_S``, otherwise at once."""
+        self._from = self._at(now) if onwards else grip
+        self._to, self._moved_at = grip, now
 
     def force(self, tool_grip: Array, stiffness: float, cap: float, now: float) -> Array:
-        """Force (3,) in N on the tool: the hand's share of stiffness [N/mm] × pull, no more than cap [N]."""
+        """Whole force (3,) in N of a hand that holds: stiffness [N/mm] × pull, no more than cap [N]."""
         pull = self._at(now) - tool_grip
         if float(np.linalg.norm(pull)) > MAX_JUMP_MM:
             return np.zeros(3)
-        return self._hold.share(now) * saturate(stiffness * pull, cap)
+        return saturate(stiffness * pull, cap)
 
     def _at(self, now: float) -> Array:
-        """Where the grip is (3,) on its way from drag event to drag event."""
         share = min(max((now - self._moved_at) / INTERPOLATION_S, 0.0), 1.0)
         place: Array = self._from + share * (self._to - self._from)
         return place

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from .handle import NOBODY, Hold
 from .snapshot import Snapshot
 
 SNAPSHOT_BYTES = 16_384
@@ -16,18 +17,14 @@ INPUT_BYTES = 512
 
 @dataclass(frozen=True)
 class HandInput:
-    """The newest state of the hand: grip (3) in LPS mm or None, keys held, and what has been counted so far.
+    """The newest state of the hand: grip (3) in LPS mm, its moves so far, keys held, and the hold on either."""
 
-    moves: of the grip, its presses among them; beats: heartbeats; presses: of keys.
-    """
-
-    grip: tuple[float, float, float] | None = None
-    pressed: bool = False
+    grip: tuple[float, float, float] = (0.0, 0.0, 0.0)
     moves: int = 0
-    beats: int = 0
     drive: int = 0
     twist: int = 0
-    presses: int = 0
+    hand: Hold = NOBODY
+    keys: Hold = NOBODY
 
     def to_bytes(self) -> bytes:
         """Packed for the shared memory, as ``from_bytes`` reads it."""
