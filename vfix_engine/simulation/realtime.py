@@ -21,6 +21,7 @@ from ..control import ControlSettings
 from ..errors import ControlError, VfixError
 from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
+from ..geometry.places import FARTHEST_MM
 from ..geometry.proximity import ProximityTree
 from ..robots import RobotModel, Tool
 from .control_loop import ControlLoop
@@ -37,7 +38,6 @@ from .wire import INPUT_BYTES, SNAPSHOT_BYTES, HandInput, snapshot_from_bytes
 Array = NDArray[np.float64]
 
 START_TIMEOUT_S = 120.0  # the first start after an installation compiles the kernels
-FARTHEST_MM = 1e6  # a grip further from the origin is no place
 CLOSE_TIMEOUT_S = 0.5  # a process that has not ended by itself by then is killed
 LAST_WORD_S = 0.5  # for a process that ends to say why
 UNANSWERED = "the control process does not answer, or nobody reads its events; close the rehearsal and start it again"
