@@ -93,13 +93,15 @@ def run(args: argparse.Namespace) -> int:
     plan = resolve_plan(services, case, args.plan)
     notes = (*case.notes, *outside_notes(plan.points, case.mesh.bounds))
     say_notes(notes)
-    scene, settings = build_scene(services, case, plan, args)
+    scene, settings, obstacle = build_scene(services, case, plan, args)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     poses = Poses()
     report |= _rehearse(Rehearsal(scene, settings), args, poses)
+    if not report["completed"] and obstacle:
+        report["reason"] = obstacle
     if notes:
         report["notes"] = list(notes)
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
@@ -138,8 +140,8 @@ def prepare_engine() -> None:
 
 def build_scene(
     services: Services, case: ResolvedCase, plan: Plan, args: argparse.Namespace
-) -> tuple[Scene, ControlSettings]:
-    """Scene and settings of a plan; a plan without a robot placing gets one."""
+) -> tuple[Scene, ControlSettings, str]:
+    """Scene and settings of a plan; a plan without a robot placing gets one, and in words why it does not arrive."""
     settings = ControlSettings.from_dict(dict(plan.settings))
     if args.margin is not None:
         settings = replace(settings, margin_mm=args.margin)
@@ -160,13 +162,14 @@ def build_scene(
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones)
     if plan.robot.get("base") is not None and all(other is None for other in others):
         base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
+        obstacle = ""
     else:
         placing = place_robot(case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones)
-        base, q_start = placing.base, placing.q_start
+        base, q_start, obstacle = placing.base, placing.q_start, placing.run.reason
     scene = Scene(
         case.tree, robot, tool, base, q_start, path, targets, names, zones=zones.zones, fixtures=zones.soft_zones
     )
-    return scene, settings
+    return scene, settings, obstacle
 
 
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -199,14 +202,16 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         scene = run.rehearsal.scene
         steps = SWINGING_STEPS if args.steps is None else args.steps
         targets = [run.inspect(i, steps) for i in range(len(scene.targets))]
-        result = {"completed": all(t["reached"] for t in targets), "reason": "", "targets": targets}
+        missed = [f"{t['target']}: {t['reason']}" for t in targets if not t["reached"]]
+        result = {"completed": not missed, "reason": "; ".join(missed), "targets": targets}
     elif args.operator == "pushing":
         steps = PUSHING_STEPS if args.steps is None else args.steps
         result = {"completed": True} | run.push(steps, args.seed, args.free)
     else:
         last = run.follow()
         done = last.phase == "done"
-        result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
+        reason = "" if done else last.reason or "the tool no longer moves along the path"
+        result = {"completed": done, "reason": reason, "reached_mm": last.progress_mm}
         if not done:
             result |= _stopped(last)
     path = run.rehearsal.scene.path
