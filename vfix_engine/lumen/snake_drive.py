@@ -37,6 +37,7 @@ Index = NDArray[np.int64]
 
 SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
+TISSUE_SHARE = 0.5  # of the joints' speed at most is for following the tissue; the rest is the hand's
 TISSUE_RESERVE_MM = 0.5  # [mm] four times what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
 _LEAST = 0.01  # of a step: with less of its joint travel left nothing more is tried
@@ -235,7 +236,9 @@ class SnakeDrive:
             if self.tip_s + part * way == self.tip_s:  # eased, the robot would move without coming any nearer
                 return "held", self._why
             if self._certified(blended(self._conformed, ahead, part), dt):
-                self.tip_s, self._goal = self._conformed.tip_s, None  # what conforms here lies elsewhere than the goal
+                self.tip_s = self._conformed.tip_s
+                if self._goal is not None:  # what the tissue asks for goes in with the robot
+                    self._goal = blended(self._goal, ahead, part)
                 if part >= 1.0:
                     self._way.passed()
                 self._settled = False
@@ -272,7 +275,8 @@ class SnakeDrive:
         if now is not None:
             self._packed, self._way.curve = now
             self.tip_s = min(self.tip_s, self._way.curve.length)
-            self._goal = self._way.at(self.tip_s, self._conformed)
+            most = TISSUE_SHARE * self.settings.speed_max * max(self.settings.tissue_s, dt)
+            self._goal = self._way.at(self.tip_s, self._conformed, most)
             self._way.restart(self._goal)
             self._measure()
         was, outcome = self._conformed, self._to_goal(dt)
@@ -284,13 +288,14 @@ class SnakeDrive:
         return outcome
 
     def _to_goal(self, dt: float) -> Outcome:
-        """Towards the shape that the tissue asks for; it takes more than one step where joints are too slow for one."""
+        """Towards the shape that the tissue asks for, so fast that it is there when the tissue is looked at again."""
         goal = self._goal
         if goal is None:
             return "rest", None
+        due = self._live.share(self.t, dt)
         for share in SHARES:
-            whole = share == 1.0 and self._fastest(goal, dt) <= 1.0
-            if self._certified(blended(self._conformed, goal, share), dt):
+            whole = share * due == 1.0 and self._fastest(goal, dt) <= 1.0
+            if self._certified(blended(self._conformed, goal, share * due), dt):
                 self._goal = None if whole else goal
                 return ("moved", None) if share == 1.0 else ("shrunk", self._why)
         self._goal = None  # until the tissue has moved on

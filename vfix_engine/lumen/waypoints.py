@@ -7,6 +7,7 @@ and one step of its joints would have to do.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -79,9 +80,9 @@ class Waypoints:
         if self._still:
             self._insertion.correct(shape)
 
-    def at(self, tip_s: float, near: Conformed) -> Conformed:
-        """The shape that conforms to the curve as it is now, beginning with another."""
-        return conform(self._snake, self.curve, tip_s, near, self._room, self._insertion.roll)
+    def at(self, tip_s: float, near: Conformed, most: float = math.inf) -> Conformed:
+        """The shape that conforms to the curve as it is now, no angle more than ``most`` rad from one before it moved."""
+        return conform(self._snake, self.curve, tip_s, near, self._room, self._insertion.roll, most=most)
 
 
 def moved_off(

@@ -383,3 +383,13 @@ def test_the_end_of_a_path_that_breathes_is_reached() -> None:
     assert report.within_bounds
     assert report.visits[0].looked
     assert math.degrees(report.tally.fastest) < 36.0 + 1e-6
+
+def test_tissue_that_moves_leaves_the_hand_its_steps() -> None:
+    """Where joints are at their limits a moved curve has other shapes; they come no faster than the hand can bear."""
+    pathway = helix(24.0, 12.0, 7.5, radius=10.0, contours=71).moved(breathing([0.3, 1.0, 0.3], 8.0, 2.0, 100.0))
+    for command in (Command(insert_mm_per_s=20.0), Command(camera_mm_per_s=(20.0, 0.0))):
+        settings = DriveSettings(vertices_per_link=30, bends=4)
+        drive = SnakeDrive(SnakeModel(5), pathway, settings, tip_s=60.0)
+        reasons = [drive.step(command, 0.001).held_by or "" for _ in range(400)]
+        assert not any("following the tissue" in reason for reason in reasons)
+        assert drive.tip_s > 63.0 if command.insert_mm_per_s else math.hypot(*drive.state.steering) > 0.03
