@@ -253,8 +253,7 @@ def _note(order: Order, drive: SnakeDrive, visits: list[Visit]) -> Visit | None:
         steered = drive.settings.control == "parameterised"
         visit.turned(state.steering if steered else None, (float(x), float(y)))
         visit.deviation_max_mm = max(visit.deviation_max_mm, float(state.deviation.depth.max()))
-        if state.forces is not None:
-            visit.force_max_n = max(visit.force_max_n, float(np.linalg.norm(state.forces.total)))
+        visit.force_max_n = max(visit.force_max_n, float(np.linalg.norm(state.forces.total)))
     return visit
 
 

@@ -167,7 +167,8 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
         way = target - here
         behind = float(np.linalg.norm(way))
         # Held, the hand goes elsewhere; where the camera hardly moves with the bend, it does not wait for ever.
-        close = behind < _AHEAD or drive.state.outcome in ("held", "shrunk")
+        state = drive.state
+        close = behind < _AHEAD or (state.outcome in ("held", "shrunk") and state.limit != "speed")
         done += dt if close else _IMPATIENT * dt
         step = way * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else way
         camera = shadow.camera_per_steering() @ step / dt

@@ -41,9 +41,9 @@ class Surface(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Memory: Q and its slopes (3, 2L), joints (2L,), the identity (4, 4) for a base, frames (L, 3, 4), ∂x_C/∂q (3, 2L).
+    """Memory: Q and its slopes (3, 2L), joints (2L,), a base (4, 4), frames (L, 3, 4) and ∂x_C/∂q (3, 2L).
 
-    start: (3, 4) the camera as it was, its place in the last column, in {l}.
+    base: the identity. start: (3, 4) the camera as it was, its place in the last column, in {l}.
     """
 
     slopes: Array
