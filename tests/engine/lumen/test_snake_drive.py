@@ -173,7 +173,7 @@ def test_a_link_at_its_bound_is_named_with_its_place_and_enough_digits() -> None
     depth, bound = re.findall(r"([\d.]+) mm", str(state.held_by))
     assert float(depth) > float(bound)
     assert state.held_at is not None
-    x, y, z = state.held_at
+    x, _, z = state.held_at
     assert x == pytest.approx(12.0 + float(bound), abs=0.5)  # to the right
     assert 150.0 < z < 176.0 + 1e-9
     assert told_beyond(4.0 + 1e-4, 4.0) == "4.0001"
@@ -183,9 +183,7 @@ def test_a_link_at_its_bound_is_named_with_its_place_and_enough_digits() -> None
 def test_forces_are_those_of_depth_and_of_real_motion() -> None:
     """(33) at every step, whatever is commanded; a robot that the wall stops pushes nobody towards it, nor jumps."""
     drive = SnakeDrive(SnakeModel(6), straight(300.0), replace(QUICK, step_s=0.001), tip_s=170.0)
-    felt = []
-    for _ in range(2400):
-        felt.append(drive.step(Command(camera_mm_per_s=(60.0, 0.0))).forces)
+    felt = [drive.step(Command(camera_mm_per_s=(60.0, 0.0))).forces for _ in range(2400)]
     assert drive.state.outcome == "held"
     held = felt[-1]
     k, depth = np.array(drive.hand.settings.spring), drive.state.deviation.depth[-5:]
@@ -324,8 +322,8 @@ def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
     assert drive.state.held_by is None  # it has drawn back since
     stopped = _why_it_ended(drive, 300.0, told)
     assert stopped is not None
-    assert stopped.startswith(told[-1].held_by)
-    assert stopped.endswith("mm, where 4 more attempts failed")
+    assert re.match(r"held at \d+ mm, near \(-?[\d.]+, -?[\d.]+, 1[34]\d\.\d\) in LPS mm: link 3 would be", stopped)
+    assert "; 4 more attempts failed there; a larger bound, a thinner robot" in stopped
     assert _why_it_ended(drive, drive.tip_s, told) is None
 
 
