@@ -20,7 +20,7 @@ from app.services.errors import NotFound
 from app.services.names import check_name
 from app.store import Store
 from app.store.database import utc_now
-from app.store.errors import StoreDamaged, told
+from app.store.errors import StoreDamaged, is_of_reading
 from app.store.models import CaseRow
 from app.store.scratch import Scratch
 from vfix_engine.errors import InputError
@@ -167,9 +167,9 @@ def _case(session: Session, case_id: str) -> Case:
     try:
         row = _row(session, case_id)
         content = CaseContent.from_json(row.document)
-    except DBAPIError as error:
-        raise told(error) from error
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+    except (DBAPIError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        if isinstance(error, DBAPIError) and not is_of_reading(error):
+            raise
         raise StoreDamaged(f"the stored case {case_id:.80} is damaged; import it again.") from error
     return Case(
         id=row.id,
