@@ -84,7 +84,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(argv: Sequence[str] | None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     chosen = next((word for word in arguments if not word.startswith("-")), None)
-    parser, command = _build_parser(chosen)
+    try:
+        parser, command = _build_parser(chosen)
+    except VfixError as error:  # of an engine that cannot be loaded
+        print(f"vfix: {error}", file=sys.stderr)
+        return 2
     try:
         args = parser.parse_args(arguments)
     except _UsageError as wrong:
@@ -126,7 +130,7 @@ def _reader_is_gone() -> bool:
 
 def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, Command | None]:
     """Parser that knows every verb by name, and the chosen one in full; only that one's module is imported."""
-    parser = _Parser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="vfix",
         description=f"Surgical planner and simulator with virtual fixtures from the anatomy. {NOTICE}",
     )

@@ -19,6 +19,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
+import numpy as np
+
 from app.services.cases import CaseFrame, CaseService
 from app.services.plan_editor import PlanEditor
 from app.services.plan_model import PlanContent, content_to_json
@@ -85,10 +87,9 @@ def _fight(settings: Settings, kills: int, seed: int, early: bool) -> dict[str, 
     chance = random.Random(seed)
     begin = time.perf_counter()
     with _opened(settings) as store:
-        corners = TriangleMesh(
-            [[0.0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-        )
-        case = CaseService(store).create("Killed", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": corners})
+        corners = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]])
+        bone = TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+        case = CaseService(store).create("Killed", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": bone})
         plan = PlanService(store).create(case.id, "Killed").id
     tally, stored = _Tally(), 0
     for _ in range(kills):

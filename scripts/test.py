@@ -45,7 +45,7 @@ def main(arguments: "list[str]") -> int:
     if "--setup-only" in arguments:
         return 0
     statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
-    run_in_environment(python, *PREPARATION)
+    statuses["preparation"] = run_in_environment(python, *PREPARATION)
     last_line = ""
     if arguments:
         statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)

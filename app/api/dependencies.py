@@ -30,11 +30,9 @@ class Condition:
         ] = None,
     ) -> None:
         self._response = response
-        if if_match in (None, "*"):
-            self._wanted = None
-        elif match := _ETAG.fullmatch(cast(str, if_match)):
-            self._wanted = int(match[1])
-        else:
+        match = _ETAG.fullmatch(if_match or "")
+        self._wanted = int(match[1]) if match else None
+        if match is None and if_match not in (None, "*"):
             raise InputError('If-Match must be * or one ETag of the plan: its revision in quotes, such as "7".')
 
     def expected(self, revision: int | None = None) -> int | None:

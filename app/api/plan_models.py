@@ -8,6 +8,7 @@ from app.api.dependencies import Wish
 from app.services.names import MAX_NAME
 from app.services.plan_model import MAX_COORDINATE
 from app.services.plans import Plan
+from vfix_engine.imaging.soft_tissue import Surroundings
 
 Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow_inf_nan=False)]  # [mm]
 Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
@@ -120,21 +121,41 @@ class SnapWish(Wish):
 
 
 class SnapPublic(BaseModel):
-    """Where the tool fits nearest; LPS mm."""
+    """The nearest place clear of bone, LPS mm; lies_in: what the CT shows there, which does not move it."""
 
     position: tuple[float, float, float]
     moved_mm: float
     reason: str
+    lies_in: Surroundings
+
+
+class SoftTissuePublic(BaseModel):
+    """Tissue above -300 HU that the tool's centreline passes in its worst pose, and where its tip is then.
+
+    length_mm and at_mm are null without a CT or outside of it; complete is false where the scan ends in tissue beside
+    the tool, so that more may be passed.
+    """
+
+    length_mm: float | None
+    at_mm: float | None
+    complete: bool
 
 
 class EvaluationPublic(BaseModel):
-    """The plan as the controller would drive it; clearance of the whole tool per sample, null where it did not get."""
+    """The plan as the controller would drive it.
+
+    bone_clearance_mm: of the whole tool per sample, null where it did not get; clearance_mm is the same under its older
+    name, as is min_clearance_mm. soft_tissue: what the tool passes besides.
+    """
 
     revision: int
     s_mm: list[float]
     positions: list[tuple[float, float, float]]
     clearance_mm: list[float | None]
     min_clearance_mm: float
+    bone_clearance_mm: list[float | None]
+    min_bone_clearance_mm: float
+    soft_tissue: SoftTissuePublic
     completed: bool
     reason: str
     reached_mm: float

@@ -16,6 +16,7 @@ from app.api.plan_models import (
     PointUpdate,
     SnapPublic,
     SnapWish,
+    SoftTissuePublic,
     StepBack,
     TargetCreate,
 )
@@ -97,7 +98,7 @@ def restore_plan(plan_id: Identifier, services: ServicesDep, condition: Conditio
 
 @router.post("/plans/{plan_id}/points", status_code=201)
 def add_point(plan_id: Identifier, wish: PointCreate, services: ServicesDep, condition: ConditionDep) -> EditedPoint:
-    """Add a path point where it is asked for; `snap` tells where the tool fits."""
+    """Add a path point where it is asked for; `snap` tells where it is clear of bone."""
     expected = condition.expected(wish.revision)
     add = services.plans.editor(plan_id).added_point
     return _point(condition, *add(wish.position, wish.label, wish.index, expected_revision=expected))
@@ -161,7 +162,7 @@ def redo(
 
 @router.post("/cases/{case_id}/snap")
 def snap(case_id: Identifier, wish: SnapWish, services: ServicesDep) -> SnapPublic:
-    """The nearest place where the tool fits."""
+    """The nearest place clear of bone, and what it lies in."""
     return SnapPublic.model_validate(services.planning.snap(case_id, wish.position), from_attributes=True)
 
 
@@ -170,12 +171,16 @@ def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
     """Drive the plan dry with the controller; takes seconds the first time."""
     plan = services.plans.get(plan_id)
     result = services.planning.evaluate(plan)
+    clearance = [None if math.isnan(value) else value for value in result.clearance.tolist()]
     return EvaluationPublic(
         revision=plan.revision,
         s_mm=result.s.tolist(),
         positions=result.positions.tolist(),
-        clearance_mm=[None if math.isnan(value) else value for value in result.clearance.tolist()],
+        clearance_mm=clearance,
         min_clearance_mm=result.min_clearance_mm,
+        bone_clearance_mm=clearance,
+        min_bone_clearance_mm=result.min_clearance_mm,
+        soft_tissue=SoftTissuePublic.model_validate(result.soft_tissue, from_attributes=True),
         completed=result.completed,
         reason=result.reason,
         reached_mm=result.reached_mm,

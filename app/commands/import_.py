@@ -52,11 +52,13 @@ def run(args: argparse.Namespace) -> int:
     services = build_services(Settings.from_environment())
     case = services.importing.run(requested(args, args.path, args.name), _show)
     say_notes(case.notes)
+    if words := case.uncertainty.words():
+        say_notes([f"{words}; the margin has to cover that."])
     if args.json:
         print(json.dumps(summary(case)))
     else:
         bone = case.surfaces[0]
-        print(f"{case.id}: {case.name}, {bone.triangles:,} triangles of bone. Not for clinical use.")
+        print(f"{case.id}: {case.name}, {bone.triangles:,} triangles of bone; {bone.words}. Not for clinical use.")
     return 0
 
 
@@ -68,14 +70,8 @@ def summary(case: Case) -> dict[str, Any]:
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},
         "spacing_mm": None if case.spacing_mm is None else list(case.spacing_mm),
         "slice_thickness_mm": case.slice_thickness_mm,
-        "surfaces": [
-            {
-                "name": surface.name,
-                "triangles": surface.triangles,
-                "bounds_lps_mm": [list(corner) for corner in surface.bounds_lps_mm],
-            }
-            for surface in case.surfaces
-        ],
+        "surface_uncertainty_mm": case.surface_uncertainty_mm,
+        "surfaces": [surface.summary() for surface in case.surfaces],
         "notes": list(case.notes),
     }
 

@@ -37,19 +37,20 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until interrupted."""
+    """Serve until interrupted; the process ends with it."""
     if args.allow_remote and not os.environ.get("VFIX_TOKEN"):
         raise InputError("--allow-remote needs a token of your own: set VFIX_TOKEN first.")
     settings = Settings.from_environment(host=args.host, port=args.port, allow_remote=args.allow_remote)
     may_move = args.port is None and "VFIX_PORT" not in os.environ
     allowed_hosts(settings)  # refuses what cannot be guarded before anything is opened
     with bind(settings, may_move=may_move) as listener:
-        from app.gateway.connections import make_server, raise_descriptor_limit
+        from app.gateway.connections import raise_descriptor_limit
+        from app.gateway.server import PlannerServer
         from app.main import build  # takes seconds: a refusal need not wait for it
 
         settings = dataclasses.replace(settings, port=listener.getsockname()[1])
         raise_descriptor_limit()
-        server = make_server(build(settings))
+        server = PlannerServer(build(settings))
         listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
         print(f"vfix is at {login_url(settings)}", flush=True)
         opener = threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True)
@@ -59,7 +60,11 @@ def run(args: argparse.Namespace) -> int:
             server.run(sockets=[listener])
         if opener.is_alive():
             opener.join(1.0)
-    return 0
+    # All is stored and closed. A thread may still compute, which Python would wait for, and taking everything apart
+    # takes seconds on a busy machine.
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0 if server.started else 1)
 
 
 def bind(settings: Settings, *, may_move: bool) -> socket.socket:

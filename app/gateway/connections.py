@@ -10,8 +10,6 @@ import logging
 from time import monotonic
 from typing import Any
 
-import uvicorn
-from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from websockets.asyncio.server import ServerConnection
 from websockets.protocol import State
@@ -101,25 +99,12 @@ class FewLines(logging.Filter):
         return count < _SAME_LINES
 
 
-def make_server(app: ASGIApp) -> uvicorn.Server:
-    """uvicorn as the planner runs it: bounded connections and messages, and a log that cannot be flooded."""
-    config = uvicorn.Config(
-        app,
-        http=BoundedHttp,
-        ws_max_size=MAX_MESSAGE_BYTES,
-        ws_per_message_deflate=False,
-        backlog=128,  # asyncio takes so many at a time, and logs each that it cannot take
-        log_level="warning",
-        access_log=False,  # it would write the token of the address down
-        server_header=False,
-        proxy_headers=False,
-        timeout_graceful_shutdown=3,
-    )
+def quieten_log() -> None:
+    """Keep what anybody can provoke without a token from filling the disk."""
     for name in _NOISY_LOGGERS:
         logger = logging.getLogger(name)
         if not any(isinstance(known, FewLines) for known in logger.filters):
             logger.addFilter(FewLines())
-    return uvicorn.Server(config)
 
 
 def raise_descriptor_limit() -> None:

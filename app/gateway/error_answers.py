@@ -11,7 +11,7 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.error_shape import error_body, error_code, error_details
-from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
+from app.services.errors import NotFound, PlanConflict, PlanLocked, PlannerEnds, TooLarge
 from app.store.errors import StorageError, StoreBusy, StoreUnusable
 from vfix_engine.errors import ControlError, InputError, VfixError
 
@@ -23,6 +23,7 @@ _STATUS: dict[type[VfixError], int] = {
     PlanLocked: 423,
     InputError: 422,
     ControlError: 409,
+    PlannerEnds: 503,
     StoreBusy: 503,
     StoreUnusable: 500,
     StorageError: 507,

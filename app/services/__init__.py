@@ -30,9 +30,14 @@ class Services:
     jobs: Jobs
     import_jobs: ImportJobs
 
-    def close(self) -> None:
-        """End the running import, remove what is temporary, and let go of the database."""
+    def end(self) -> None:
+        """End what takes long, before anybody waits for it: the running import, and dry runs."""
         self.importing.cancel()
+        self.planning.end()
+
+    def close(self) -> None:
+        """End what runs, remove what is temporary, and let go of the database."""
+        self.end()
         self.jobs.close()
         self.store.close()
 

@@ -12,6 +12,7 @@ from app.services.case_model import SurfaceInfo, VolumeInfo, to_bounds, to_tripl
 from app.store import FileStore
 from app.store.errors import StorageError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.mesh_files import read_mesh
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
 from vfix_engine.imaging.volume import Volume
@@ -28,10 +29,10 @@ class CaseFiles:
     def __init__(self, files: FileStore) -> None:
         self._files = files
 
-    def put_surface(self, name: str, mesh: TriangleMesh) -> SurfaceInfo:
+    def put_surface(self, name: str, mesh: TriangleMesh, report: SurfaceReport | None = None) -> SurfaceInfo:
         """Store a surface; every coordinate comes back bit for bit."""
         key = self._files.put_with(lambda file: np.savez(file, vertices=mesh.vertices, faces=mesh.faces))
-        return surface_info(name, mesh, STORED + key)
+        return surface_info(name, mesh, STORED + key, report)
 
     def put_volume(self, name: str, volume: Volume) -> VolumeInfo:
         """Store a volume."""
@@ -62,8 +63,8 @@ class CaseFiles:
             raise StorageError(f"the stored file {path.name[:12]} is damaged; import the case again.") from error
 
 
-def surface_info(name: str, mesh: TriangleMesh, source: str) -> SurfaceInfo:
-    return SurfaceInfo(name, len(mesh.faces), to_bounds(mesh.bounds), source)
+def surface_info(name: str, mesh: TriangleMesh, source: str, report: SurfaceReport | None = None) -> SurfaceInfo:
+    return SurfaceInfo(name, len(mesh.faces), to_bounds(mesh.bounds), source, report)
 
 
 def volume_info(name: str, volume: Volume, source: str) -> VolumeInfo:

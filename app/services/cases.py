@@ -20,12 +20,13 @@ from app.services.errors import NotFound
 from app.services.names import check_name
 from app.store import Store
 from app.store.database import utc_now
-from app.store.errors import StoreDamaged, told
+from app.store.errors import StoreDamaged, is_of_reading
 from app.store.models import CaseRow
 from app.store.scratch import Scratch
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.volume import Volume
 
 __all__ = ["Bead", "Case", "CaseFrame", "CaseService", "SurfaceInfo", "VolumeInfo"]
@@ -75,17 +76,20 @@ class CaseService:
         volume: Volume | None = None,
         beads: Sequence[Bead] = (),
         notes: Sequence[str] = (),
+        reports: Mapping[str, SurfaceReport] | None = None,
     ) -> Case:
         """Make a case; every file is durable before the case is listed.
 
         surfaces: by name; 'bone' is the one the controller uses, the others are for display only.
         notes: what is doubtful about the file, in sentences.
+        reports: what making a surface cost, by the same names, where that was measured.
         Raises InputError when there is no bone or the name cannot be used.
         """
         check_name(name, "case's name")
         if BONE not in surfaces:
             raise InputError("a case needs a bone surface.")
-        infos = tuple(self._files.put_surface(label, mesh) for label, mesh in surfaces.items())
+        known = reports or {}
+        infos = tuple(self._files.put_surface(label, mesh, known.get(label)) for label, mesh in surfaces.items())
         volumes = () if volume is None else (self._files.put_volume("ct", volume),)
         content = CaseContent(frame, infos, volumes, tuple(beads), tuple(notes))
         return self.put(f"case-{secrets.token_hex(6)}", name, content, _hash(content))
@@ -163,9 +167,9 @@ def _case(session: Session, case_id: str) -> Case:
     try:
         row = _row(session, case_id)
         content = CaseContent.from_json(row.document)
-    except DBAPIError as error:
-        raise told(error) from error
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+    except (DBAPIError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        if isinstance(error, DBAPIError) and not is_of_reading(error):
+            raise
         raise StoreDamaged(f"the stored case {case_id:.80} is damaged; import it again.") from error
     return Case(
         id=row.id,

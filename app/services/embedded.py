@@ -15,6 +15,7 @@ from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import PlanRow
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
+from vfix_engine.imaging.phantom.shipped import BONE_REPORT
 from vfix_engine.resources import assets_dir
 
 SAMPLE_PLAN = "head-phantom-sample"
@@ -39,7 +40,7 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
         known = cases.get(HEAD_PHANTOM)
     except (NotFound, StoreDamaged):
         known = None
-    if known is None or known.content_hash != content_hash:
+    if known is None or known.content_hash != content_hash or known.surfaces[0].report is None:
         cases.put(HEAD_PHANTOM, _NAME, _content(CaseFiles(store.files)), content_hash)
     with store.reading() as session:  # whether it is there: what is in it need not be readable to start
         missing = session.get(PlanRow, SAMPLE_PLAN) is None
@@ -61,7 +62,10 @@ def _content(files: CaseFiles) -> CaseContent:
     volumes = {"head": load_head_ct(noise=False), "nose": load_nose_ct(noise=False)}
     return CaseContent(
         CaseFrame(description["frame"], assumed=False),
-        tuple(surface_info(name, files.surface(source), source) for name, source in surfaces.items()),
+        tuple(
+            surface_info(name, files.surface(source), source, BONE_REPORT if name == BONE else None)
+            for name, source in surfaces.items()
+        ),
         tuple(volume_info(name, volume, f"phantom:{name}") for name, volume in volumes.items()),
         tuple(Bead(bead["name"], to_triple(bead["centroid"])) for bead in description["beads"]),
     )

@@ -1,6 +1,6 @@
 """What the services refuse beyond a wrong input: something that is not there, or that changed in between."""
 
-from vfix_engine.errors import InputError, PlanError
+from vfix_engine.errors import InputError, PlanError, VfixError
 
 
 class NotFound(InputError):
@@ -27,3 +27,10 @@ class PlanLocked(PlanError):
 
 class OtherCase(PlanError):
     """The plan was made for another head; whoever knows that says so."""
+
+
+class PlannerEnds(VfixError):
+    """The planner is being ended and finishes nothing that takes long."""
+
+    def __init__(self) -> None:
+        super().__init__("The planner ends and takes no further work.")

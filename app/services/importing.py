@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from app.services.case_model import BONE, Case, CaseFrame
 from app.services.cases import CaseService
 from app.services.names import MAX_NAME, check_name
+from app.services.surface_uncertainty import SurfaceUncertainty
 from app.store.errors import StorageError
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.geometry.kernel_cache import cache_root
@@ -64,6 +65,16 @@ class ReadHead:
     notes: tuple[str, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class ControlHead:
+    """A head to drive in: its bone, its CT where it has one, how far bone may lie off the surface, and the notes."""
+
+    mesh: TriangleMesh
+    scan: Volume | None
+    uncertainty: SurfaceUncertainty
+    notes: tuple[str, ...]
+
+
 class ImportService:
     """Makes cases; a call takes seconds and may run in any thread."""
 
@@ -86,7 +97,10 @@ class ImportService:
         bone = self._bone(head, progress)
         progress("Storing the case", 0.95)
         surfaces: dict[str, TriangleMesh] = {BONE: bone.control, DISPLAY: bone.display}
-        case = self._cases.create(name, frame=head.frame, surfaces=surfaces, volume=head.volume, notes=head.notes)
+        reports = {BONE: bone.control_report, DISPLAY: bone.display_report}
+        case = self._cases.create(
+            name, frame=head.frame, surfaces=surfaces, volume=head.volume, notes=head.notes, reports=reports
+        )
         progress("Done", 1.0)
         return case
 
@@ -105,10 +119,15 @@ class ImportService:
         known = ", ".join((*VOLUME_SUFFIXES, *MESH_SUFFIXES))
         raise InputError(f"a case is made of {known}, or of a folder of DICOM files.")
 
-    def control_surface(self, request: ImportRequest) -> tuple[TriangleMesh, tuple[str, ...]]:
-        """The surface that a case made of the file would be driven in, and the notes on it; nothing is stored."""
+    def control_head(self, request: ImportRequest) -> ControlHead:
+        """The head that a case made of the file would be driven in; nothing is stored."""
         head = self.read(request)
-        return head.surface or self._bone(head, lambda stage, fraction: None).control, head.notes
+        if head.volume is None:
+            assert head.surface is not None
+            return ControlHead(head.surface, None, SurfaceUncertainty(0.0, 0.0), head.notes)
+        bone = self._bone(head, lambda stage, fraction: None)
+        off = SurfaceUncertainty(bone.control_report.max_deviation_mm, float(head.volume.spacing.max()))
+        return ControlHead(bone.control, head.volume, off, head.notes)
 
     def _bone(self, head: ReadHead, progress: Progress) -> BoneSurfaces:
         """Bone out of checked arrays; no decoder runs here, so this worker alone may keep what it compiles."""

@@ -17,6 +17,7 @@ from app.services.exchange import read_plan, read_targets
 from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
 from app.services.importing import ImportRequest, ImportService
 from app.services.plans import Plan, PlanPoint, PlanService
+from app.services.surface_uncertainty import SurfaceUncertainty
 from app.store.database import utc_now
 from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet, zones_from_dict
@@ -24,6 +25,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.mesh_files import is_mesh
 from vfix_engine.imaging.readers import is_volume
+from vfix_engine.imaging.volume import Volume
 
 
 class _Named(Protocol):
@@ -54,8 +56,9 @@ class HasServices(Protocol):
 class ResolvedCase:
     """A head to work in.
 
-    id: of the stored case, or None for a file. hash: of its content. grow: makes its tree. notes: what is doubtful
-    about the file, in sentences.
+    id: of the stored case, or None for a file; hash: of its content; grow: makes its tree; scan: reads its CT, None
+    where there is no CT; uncertainty: how far bone may lie off the surface; notes: what is doubtful about the file, in
+    sentences.
     """
 
     id: str | None
@@ -63,6 +66,8 @@ class ResolvedCase:
     hash: str
     mesh: TriangleMesh
     grow: Callable[[], ProximityTree]
+    scan: Callable[[], Volume | None]
+    uncertainty: SurfaceUncertainty
     notes: tuple[str, ...] = ()
 
     @cached_property
@@ -81,11 +86,15 @@ def resolve_case(services: HasServices, text: str, told: ImportRequest | None = 
     path = Path(text)
     stored = services.cases.list()
     if _is_path(stored, text, "case", (is_mesh(path) or is_volume(path)) and path.exists()):
-        mesh, notes = services.importing.control_surface(told or ImportRequest(path, assume=True))
-        return ResolvedCase(None, path.name, mesh.content_hash, mesh, partial(ProximityTree, mesh), notes)
+        head = services.importing.control_head(told or ImportRequest(path, assume=True))
+        mesh, tree = head.mesh, partial(ProximityTree, head.mesh)
+        return ResolvedCase(
+            None, path.name, mesh.content_hash, mesh, tree, lambda: head.scan, head.uncertainty, head.notes
+        )
     case = find(stored, text, "case")
     mesh = services.cases.case_surface(case.id)
-    return ResolvedCase(case.id, case.name, case.content_hash, mesh, partial(services.cases.tree, case.id), case.notes)
+    tree, scan = partial(services.cases.tree, case.id), partial(services.cases.volume, case.id)
+    return ResolvedCase(case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty, case.notes)
 
 
 def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bool:

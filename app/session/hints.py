@@ -29,9 +29,9 @@ def plan_hint(points: int, targets: int, add_mode: str, ghost: bool, locked: boo
     if completed is False:
         return "The tool does not get through yet. Move or add points where the path turns orange."
     if completed and not targets:
-        return "The tool fits. Add a target to inspect, or go to Rehearse."
+        return "The tool passes clear of bone. Add a target to inspect, or go to Rehearse."
     if completed:
-        return "The tool fits along the whole path. Go to Rehearse."
+        return "The tool passes clear of bone along the whole path. Go to Rehearse."
     return "Add points until the path leads where you need to look; drag a point to move it."
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.services.plans import Plan
+from app.services.tissue_words import place_words
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 
@@ -27,12 +28,13 @@ MOVED_WORTH_SAYING_MM = 0.05
 
 @dataclass(frozen=True)
 class Ghost:
-    """Where a click would add: the snapped place, and how far it moved."""
+    """Where a click would add: the snapped place, how far it moved, and what it lies in where that is no air inside."""
 
     kind: Kind
     position: Position
     moved_mm: float
     words: str
+    lies_in: str = ""
 
 
 class PlanDesk:
@@ -110,7 +112,11 @@ class PlanDesk:
             "length_mm": 0.0 if path is None else float(path.length),
             "ghost": None
             if self.ghost is None
-            else {"kind": self.ghost.kind, "position": list(self.ghost.position), "words": self.ghost.words},
+            else {
+                "kind": self.ghost.kind,
+                "position": list(self.ghost.position),
+                "words": f"{self.ghost.words} {self.ghost.lies_in}".strip(),
+            },
         }
 
     def kind_of(self, item_id: str) -> Kind:
@@ -129,16 +135,10 @@ class PlanDesk:
         if self.add_mode == "target":
             self.ghost = Ghost("target", _position(position), 0.0, "Target on the tissue where you clicked.")
             return
-        placed, moved = self._fitted(position)
-        words = (
-            f"Moved {moved:.1f} mm to where the tool fits." if moved > MOVED_WORTH_SAYING_MM else "The tool fits here."
-        )
-        self.ghost = Ghost("point", placed, moved, words)
-
-    def _fitted(self, position: Floats) -> tuple[Position, float]:
-        """The nearest place where the tool fits, and its distance [mm]; raises PlanError when there is none."""
-        placed = self._services.planning.fit_point(self.plan_id, _position(position))
-        return _position(placed), float(np.linalg.norm(np.asarray(placed) - position))
+        fitted = self._services.planning.fit_point(self.plan_id, _position(position))
+        moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
+        words = moved or "Clear of bone here."
+        self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, place_words(fitted.lies_in))
 
     def confirm(self) -> None:
         ghost, self.ghost = self.ghost, None
@@ -186,16 +186,18 @@ class PlanDesk:
             self._dragged[item_id] = position
 
     def drop(self, item_id: str) -> str:
-        """Store where the item was dragged to; returns words when it was moved to where the tool fits."""
+        """Store where the item was dragged to; returns words when it was moved off bone or lies outside the airway."""
         position = self._dragged.pop(item_id, None)
         if position is None or self.locked:
             return ""
         if self.kind_of(item_id) == "target":
             self._edit(self._editor.move_target, item_id, position)
             return ""
-        placed, moved = self._fitted(np.asarray(position))
-        self._edit(self._editor.move_point, item_id, placed)
-        return f"The point was moved {moved:.1f} mm to where the tool fits." if moved > 0.2 else ""
+        fitted = self._services.planning.fit_point(self.plan_id, position)
+        self._edit(self._editor.move_point, item_id, fitted.position)
+        moved = f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > 0.2 else ""
+        # Without a CT nothing is known of any place: the ghost says so, a drop need not say it each time.
+        return f"{moved} {'' if fitted.lies_in == 'not_known' else place_words(fitted.lies_in)}".strip()
 
     def delete(self, item_id: str) -> None:
         self.let_go()

@@ -118,7 +118,7 @@ class PlanningDesk:
     def _shown_corridor(self) -> Corridor:
         """The dry run that belongs to the points as they are shown; none while a hand drags one of them."""
         if self._desk is not None and self._desk.dragging:
-            return Corridor("computing", "Let go of the point to see whether the tool fits.")
+            return Corridor("computing", "Let go of the point to see whether the tool fits among the bone.")
         return self._corridor.current
 
     def curve(self) -> tuple[Floats | None, Floats | None]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from app.services import Services
 from app.services.errors import PlanLocked
+from app.services.surface_uncertainty import SurfaceUncertainty
 from app.session import commands as c
 from app.session.board import Board
 from app.session.hints import rehearse_hint
@@ -28,6 +29,7 @@ class RehearsalDesk:
     def __init__(self, services: Services, rooms: RehearsalRooms, executor: Executor, tab: str) -> None:
         self._services, self._rooms, self._executor, self._tab = services, rooms, executor, tab
         self._plan_id: str | None = None
+        self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self.room: RehearsalRoom | None = None
         self.snapshot: Snapshot | None = None
         self._before: Snapshot | None = None  # the one that was read before it
@@ -41,6 +43,7 @@ class RehearsalDesk:
         self.leave()
         if plan_id is not None:
             self._plan_id = plan_id
+            self._uncertainty = self._services.cases.get(self._services.plans.get(plan_id).case_id).uncertainty
             self.room = self._rooms.enter(plan_id, self._tab)
 
     def leave(self) -> None:
@@ -239,9 +242,11 @@ class RehearsalDesk:
         if driven is not None:
             board.publish("curve", curve_section(driven.curve))
         board.publish("details", details_section(self.snapshot))
-        nothing = (ControlSettings(), 0, "")
-        told = nothing if room is None else (room.settings, room.settings_answered, room.settings_refusal)
-        board.publish("settings", settings_section(*told))
+        settings, answered, refusal = ControlSettings(), 0, ""
+        if room is not None:
+            settings, answered, refusal = room.settings, room.settings_answered, room.settings_refusal
+        warning = "" if self._uncertainty is None else self._uncertainty.warning(settings.margin_mm)
+        board.publish("settings", settings_section(settings, answered, refusal, warning))
         board.publish("tool", self._tool())
 
     def _tool(self) -> dict[str, Any]:

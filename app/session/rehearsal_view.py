@@ -100,15 +100,17 @@ def _priority(timing: Timing) -> str:
     return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
 
 
-def settings_section(settings: ControlSettings, answered: int, refusal: str) -> dict[str, Any]:
+def settings_section(settings: ControlSettings, answered: int, refusal: str = "", warning: str = "") -> dict[str, Any]:
     """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
 
-    refusal: why the newest change was not taken.
+    refusal: why the newest change was not taken. warning: what the margin in force does not cover; '' where it covers
+    all.
     """
     bounds, values = ControlSettings.bounds(), settings.to_dict()
     return {
         "answered": answered,
         "words": refusal,
+        "warning": warning,
         "fields": [
             {
                 "name": name,

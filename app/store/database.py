@@ -3,6 +3,7 @@
 SQLite in WAL mode with synchronous=FULL: a transaction whose commit returned survives a crash (HAZ-24).
 """
 
+import logging
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,12 +15,14 @@ from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.orm import Session
 
 from app.settings import Settings
-from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, told
+from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, told
 from app.store.files import FileStore
 from app.store.private import private_file, private_folder, private_if_there
-from app.store.schema import bring_up
+from app.store.schema import bring_up, is_newest
 from app.store.scratch import Scratch
+from app.store.snapshot import Snapshot
 
+_LOG = logging.getLogger(__name__)
 BUSY_SECONDS = 5.0  # how long a writer waits for another one, of this process or of another of the same home
 
 
@@ -30,24 +33,49 @@ class Store:
     """
 
     def __init__(self, settings: Settings) -> None:
-        """Raises StorageError, one of its kinds, when the home cannot be used."""
+        """Raises StorageError, one of its kinds, when the home cannot be used.
+
+        One that cannot be written, or whose disk is full, is read as it is, and every change is refused.
+        """
+        self._home = settings.home
+        self.files, self.scratch = FileStore(settings.files_dir), Scratch(settings.temporary_dir)
+        self._one_writer = threading.Lock()
+        self._snapshot: Snapshot | None = None
+        self._refusal: StorageError | None = None
+        self._watch: Any = None  # a connection of its own, opened by the first who watches
+        try:
+            self._engine = self._opened(settings)
+        except (StoreUnusable, StoreBusy):
+            raise
+        except StorageError as error:
+            self._engine = self._read_only(settings, error)
+
+    def _opened(self, settings: Settings) -> Engine:
         try:
             private_folder(settings.home)
             _keep_private(settings.database_path)
-            self.files = FileStore(settings.files_dir)
+            engine = _open(settings.database_path)
+            bring_up(engine, settings)
+            return engine
         except OSError as error:
             raise StorageError(
-                f"the data folder {settings.home} cannot be used: {error.strerror or error}; "
+                f"the data folder {settings.home} cannot be written: {error.strerror or error}; "
                 "name another one in VFIX_HOME."
             ) from error
-        self.scratch = Scratch(settings.temporary_dir)
-        self._engine = _open(settings.database_path)
-        self._one_writer = threading.Lock()
-        self._watch: Any = None  # a connection of its own, opened by the first who watches
-        try:
-            bring_up(self._engine, settings)
         except DATABASE_ERRORS as error:
-            raise told(error) from error
+            raise told(error, self._home) from error
+
+    def _read_only(self, settings: Settings, refusal: StorageError) -> Engine:
+        """The database as it lies there. Raises `refusal` when it cannot be read either."""
+        try:
+            snapshot = Snapshot(settings.database_path)
+            if not is_newest(snapshot.engine):
+                raise refusal
+        except (OSError, StorageError, *DATABASE_ERRORS):
+            raise refusal from None
+        _LOG.warning("%s Until then all can be read and nothing be changed.", refusal)
+        self._snapshot, self._refusal = snapshot, refusal
+        return snapshot.engine
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
@@ -56,7 +84,7 @@ class Store:
             with Session(self._engine, expire_on_commit=False) as session:
                 yield session
         except DATABASE_ERRORS as error:
-            raise told(error) from error
+            raise told(error, self._home) from error
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
@@ -64,6 +92,8 @@ class Store:
 
         Raises StorageError when the disk refuses the commit, and StoreBusy when another writer does not end.
         """
+        if self._refusal is not None:
+            raise type(self._refusal)(str(self._refusal))
         # Threads of this process take turns here: those that wait in the database would each hold a connection.
         if not self._one_writer.acquire(timeout=BUSY_SECONDS):
             raise StoreBusy("the database is busy with other changes; try again in a moment.")
@@ -73,14 +103,15 @@ class Store:
                 yield session
                 session.commit()
         except DATABASE_ERRORS as error:
-            raise told(error) from error
+            raise told(error, self._home) from error
         finally:
             self._one_writer.release()
 
     def sweep(self) -> None:
-        """Remove the temporary data of planners that ended without doing so. Raises StorageError."""
-        self.scratch.open()
-        self.files.scratch.open()
+        """Remove the temporary data of planners that ended without doing so, where anything can be changed."""
+        if self._refusal is None:
+            self.scratch.open()
+            self.files.scratch.open()
 
     def data_version(self) -> int:
         """A number that every commit changes, of this process and of others. For one thread, which asks often."""
@@ -93,6 +124,8 @@ class Store:
         if self._watch is not None:
             self._watch.close()
         self._engine.dispose()
+        if self._snapshot is not None:
+            self._snapshot.close()
         self.scratch.close()
         self.files.scratch.close()
 

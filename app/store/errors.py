@@ -8,12 +8,15 @@ StorageError            the disk refuses: full, read-only or broken
 
 from __future__ import annotations
 
+import shutil
 import sqlite3
+from pathlib import Path
 
 from sqlalchemy.exc import DBAPIError
 
 from vfix_engine.errors import VfixError
 
+_ROOM = 1 << 20  # [byte] without which SQLite cannot even open a database
 COPY = "put back a copy of the data folder, or name another one in VFIX_HOME"
 
 
@@ -36,15 +39,20 @@ class StoreDamaged(StoreUnusable):
 DATABASE_ERRORS = (DBAPIError, sqlite3.Error)  # the second where a connection is opened
 
 
-def told(error: DBAPIError | sqlite3.Error) -> StorageError:
-    """The error of the database in words of ours, which hold no value of a row."""
+def is_of_reading(error: DBAPIError) -> bool:
+    """Whether the database gave something and its text cannot be read: one row is damaged then, not all of them."""
+    return not hasattr(error.orig, "sqlite_errorname")
+
+
+def told(error: DBAPIError | sqlite3.Error, home: Path) -> StorageError:
+    """The error of the database of a home in words of ours, which hold no value of a row."""
     cause = error.orig if isinstance(error, DBAPIError) else error
     name = str(getattr(cause, "sqlite_errorname", ""))
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
         return StoreBusy("another program holds the database; try again when it is done.")
     if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")):
         return StoreDamaged(f"the database is damaged; {COPY}.")
-    if name == "SQLITE_FULL":
+    if name == "SQLITE_FULL" or (name.startswith("SQLITE_IOERR") and shutil.disk_usage(home).free < _ROOM):
         return StorageError("the disk is full: nothing can be stored before there is room.")
     if name.startswith(("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM")):
         return StorageError("the data folder cannot be written: check its rights, or name another one in VFIX_HOME.")

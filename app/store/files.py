@@ -56,7 +56,6 @@ class FileStore:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self.scratch = Scratch(folder / "tmp")  # on the disk of the files, so that a rename is enough
-        folder.mkdir(parents=True, exist_ok=True)
 
     def put_with(self, write: Callable[[BinaryIO], object]) -> str:
         """Store what `write` writes, without ever holding it whole in memory. Raises StorageError."""
@@ -69,7 +68,7 @@ class FileStore:
                 file.seek(0)
                 key = hashlib.file_digest(file, "sha256").hexdigest()
             path = self._path(key)
-            path.parent.mkdir(exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             os.replace(temporary, path)
             sync_folder(path.parent)
             sync_folder(self._folder)

@@ -27,18 +27,23 @@ def bring_up(engine: Engine, settings: Settings) -> None:
     Before an older one is migrated a copy of it is kept beside it.
     Raises StoreUnusable for a newer database, for another program's, and for a new one beside files of an old one.
     """
-    if _version(engine) == NEWEST:
+    if is_newest(engine):
         return
     with engine.connect().execution_options(vfix_writes=True) as connection, connection.begin():
-        version = _version(connection)  # another planner may have been first
-        if version is None:
+        found = _version(connection)  # another planner may have been first
+        if found is None:
             _check_new(connection, settings)
-        elif version == NEWEST:
+        elif found == NEWEST:
             return
-        _migrate(connection, version, settings.database_path)
+        _migrate(connection, found, settings.database_path)
 
 
-def _migrate(connection: Connection, version: str | None, database: Path) -> None:
+def is_newest(engine: Engine) -> bool:
+    """Whether the database can be used as it is."""
+    return _version(engine) == NEWEST
+
+
+def _migrate(connection: Connection, found: str | None, database: Path) -> None:
     from alembic import command
     from alembic.config import Config
     from alembic.script import ScriptDirectory
@@ -47,13 +52,13 @@ def _migrate(connection: Connection, version: str | None, database: Path) -> Non
     config.set_main_option("script_location", str(_MIGRATIONS).replace("%", "%%"))
     config.set_main_option("path_separator", "os")
     known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
-    if version is not None and version not in known:
+    if found is not None and found not in known:
         raise StoreUnusable(
-            f"the database is of version {version:.20} and was made by a newer vfix; this one knows up to {NEWEST}. "
+            f"the database is of version {found:.20} and was made by a newer vfix; this one knows up to {NEWEST}. "
             "Install the newer vfix, or name another data folder in VFIX_HOME."
         )
-    if version is not None:
-        _copy(database, database.with_name(f"{database.stem}-{version}{database.suffix}"))
+    if found is not None:
+        _copy(database, database.with_name(f"{database.stem}-{found}{database.suffix}"))
     config.attributes["connection"] = connection
     command.upgrade(config, "head")
 
@@ -65,8 +70,8 @@ def _version(engine: Engine | Connection) -> str | None:
     if isinstance(engine, Engine):
         with engine.connect() as connection:
             return _version(connection)
-    version: str | None = engine.exec_driver_sql(f"SELECT version_num FROM {_VERSIONS}").scalar()
-    return version
+    found: str | None = engine.exec_driver_sql(f"SELECT version_num FROM {_VERSIONS}").scalar()
+    return found
 
 
 def _check_new(connection: Connection, settings: Settings) -> None:

@@ -20,12 +20,17 @@ from fastapi import FastAPI
 
 from app.api import cases as case_routes
 from app.api import router
+from app.error_shape import error_code
 from app.gateway.body_limit import MAX_BODY_BYTES, BodyLimit
 from app.gateway.error_answers import install_error_answers
 from app.services import Services, build_services, importing
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
+from app.services.errors import PlanLocked
+from app.services.plans import PlanService
 from app.settings import Settings
+from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
+from vfix_engine.errors import VfixError
 
 SURFACE = b"v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 CASE, PLAN = f"/api/cases/{HEAD_PHANTOM}", f"/api/plans/{SAMPLE_PLAN}"
@@ -149,6 +154,25 @@ def test_every_edit_tells_the_revision_that_it_made_and_may_ask_for_the_one_befo
 def test_a_condition_that_is_no_revision_is_refused(client: Client, tag: str) -> None:
     answer = client.post(f"{PLAN}/undo", headers={"If-Match": tag})
     assert (answer.status_code, answer.json()["error"]["code"]) == (422, "input_error")
+
+
+@pytest.mark.parametrize(
+    ("kind", "status"),
+    [(StoreBusy, 503), (StoreDamaged, 500), (StoreUnusable, 500), (StorageError, 507), (PlanLocked, 423)],
+)
+def test_what_the_store_refuses_has_a_status_of_its_own(
+    client: Client, monkeypatch: pytest.MonkeyPatch, kind: type[VfixError], status: int
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise kind("in words.")
+
+    monkeypatch.setattr(PlanService, "rename", refuse)
+    answer = client.patch(PLAN, json={"name": "other"})
+    assert (answer.status_code, answer.json()["error"]) == (
+        status,
+        {"code": error_code(kind("")), "message": "in words."},
+    )
+    assert ("retry-after" in answer.headers) is (status == 503)
 
 
 def test_two_conditions_that_differ_are_refused(client: Client) -> None:

@@ -8,6 +8,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ import pytest
 from app.cli import main
 from app.services import build_services
 from app.services.case_model import HEAD_PHANTOM
-from app.services.cases import Case, CaseService
+from app.services.cases import Case, CaseFrame, CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.plans import PlanService
 from app.settings import Settings
@@ -123,6 +124,47 @@ def test_a_home_that_may_not_be_written_is_told(settings: Settings, monkeypatch:
         Store(settings)
 
 
+@pytest.mark.parametrize("why", ["full", "read-only"])
+def test_a_home_that_takes_nothing_can_be_read_and_says_why_it_cannot_be_changed(
+    used: Settings, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, why: str
+) -> None:
+    """As it is on a disk that is full, or mounted for reading: the planner starts, and every change is refused."""
+    build_services(used).close()
+    code = {"full": errno.ENOSPC, "read-only": errno.EROFS}[why]
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(code, os.strerror(code))
+
+    before = used.database_path.read_bytes()
+    monkeypatch.setattr(database, "private_file", refuse)
+    services = build_services(used)
+    services.store.sweep()
+    head, *_ = services.cases.list()
+    plans = PlanService(services.store)
+    with ThreadPoolExecutor(8) as pool:
+        assert {plan.id for plan in pool.map(plans.get, [SAMPLE_PLAN] * 50)} == {SAMPLE_PLAN}
+    with pytest.raises(StorageError, match=os.strerror(code)):
+        plans.rename(SAMPLE_PLAN, "other")
+    with pytest.raises(StorageError, match=os.strerror(code)):
+        services.cases.delete(head.id)
+    services.close()
+    assert "nothing be changed" in caplog.text
+    assert used.database_path.read_bytes() == before
+    assert not list(used.home.glob("*-wal"))
+
+
+def test_edits_that_only_the_log_holds_are_not_passed_over(used: Settings, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A planner was killed, and then the disk became full: the file alone would be an older state."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    Path(f"{used.database_path}-wal").write_bytes(b"edits")
+    monkeypatch.setattr(database, "private_file", refuse)
+    with pytest.raises(StorageError, match="No space"):
+        Store(used)
+
+
 @pytest.mark.parametrize(
     ("name", "words"), [("SQLITE_FULL", "full"), ("SQLITE_READONLY", "rights"), ("SQLITE_IOERR_WRITE", "disk")]
 )
@@ -184,27 +226,25 @@ def test_a_migration_that_cannot_be_copied_first_is_not_begun(used: Settings, mo
         Store(used)
 
 
-@pytest.mark.parametrize("document", ["{}", "no json", "[[[", "null", "cast(x'ff' as text)"])
-def test_one_bad_row_stops_neither_the_start_nor_the_lists(
-    used: Settings, caplog: pytest.LogCaptureFixture, document: str
+def test_bad_rows_stop_neither_the_start_nor_the_lists(
+    settings: Settings, cases: CaseService, case: Case, store: Store, caplog: pytest.LogCaptureFixture
 ) -> None:
-    build_services(used).close()
-    value = document if document.startswith("cast") else f"'{document}'"
-    execute(used, f"update cases set document = {value}, name = 'Canary^Patient'")
-    execute(used, f"update plan_states set document = {value} where plan_id = '{SAMPLE_PLAN}'")
-    services = build_services(used)
-    assert [case.id for case in services.cases.list()] == [HEAD_PHANTOM]  # brought back from the assets
-    (bad,) = [row for row in rows(used) if row != HEAD_PHANTOM]
-    with pytest.raises(StoreDamaged):
-        services.cases.get(bad)
+    build_services(settings).close()
+    frame, bone = CaseFrame("LPS", assumed=False), {"bone": cases.case_surface(case.id)}
+    documents = ["'{}'", "'no json'", "'[[['", "'null'", "cast(x'ff' as text)"]
+    bad = [cases.create("Canary^Patient", frame=frame, surfaces=bone).id for _ in documents]
+    store.close()
+    for case_id, document in zip([*bad, HEAD_PHANTOM], [*documents, "'no json'"], strict=True):
+        execute(settings, f"update cases set document = {document} where id = '{case_id}'")
+    execute(settings, f"update plan_states set document = 'null' where plan_id = '{SAMPLE_PLAN}'")
+    services = build_services(settings)
+    assert {each.id for each in services.cases.list()} == {HEAD_PHANTOM, case.id}  # the head is back, from the assets
+    for case_id in bad:
+        with pytest.raises(StoreDamaged):
+            services.cases.get(case_id)
+        assert case_id in caplog.text
     services.close()
-    assert bad in caplog.text
     assert "Canary" not in caplog.text
-
-
-def rows(settings: Settings) -> list[str]:
-    with closing(sqlite3.connect(settings.database_path)) as connection:
-        return [row[0] for row in connection.execute("select id from cases order by id")]
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from pydicom.uid import generate_uid
 
 from app.cli import main
 from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
+from app.services.case_model import HEAD_PHANTOM, Case, CaseContent
 from app.services.cases import CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.importing import ImportRequest, ImportService, case_name
@@ -53,6 +53,13 @@ def test_real_head_as_nrrd_and_as_dicom(home: Path, trial_data: Path, capsys: py
         triangles = {surface["name"]: surface["triangles"] for surface in answer["surfaces"]}
         assert 200_000 < triangles["bone"] <= CONTROL_TRIANGLES
         assert triangles["display"] <= 60_001
+        reports = {surface["name"]: surface["report"] for surface in answer["surfaces"]}
+        assert reports["bone"]["max_deviation_mm"] == 0.0, "not thinned"
+        assert 200 < reports["bone"]["dropped"]["pieces"] < reports["bone"]["dropped"]["triangles"] / 4
+        assert 5.0 < reports["bone"]["dropped"]["extent_mm"] < 30.0
+        assert 0.05 < reports["display"]["mean_deviation_mm"] < 0.2
+        assert 1.0 < reports["display"]["max_deviation_mm"] < 4.0
+        assert answer["surface_uncertainty_mm"] == 1.0, "half of the slices' 2 mm"
     assert np.abs(bounds_of(nrrd) - bounds_of(series)).max() < 1.0
     assert nrrd["case"] != series["case"]
 
@@ -132,6 +139,35 @@ def test_what_is_stored_comes_back(tmp_path: Path) -> None:
     bone = cases.case_surface(case.id)
     assert np.allclose(bone.bounds, [[11.25, 9.25, 7.25], [32.75, 24.75, 28.75]], atol=0.02)
     assert [surface.name for surface in case.surfaces] == ["bone", "display"]
+
+
+def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A speck beside the bone is dropped as noise; 5 mm slices hide more than the margin covers."""
+    hu = block(-1000, 1000)
+    hu[17, 2, 2] = 1000
+    file = save_nrrd(tmp_path / "head.nrrd", hu, "space: left-posterior-superior\n")
+    thick = tmp_path / "thick.nrrd"
+    thick.write_bytes(file.read_bytes().replace(b"(0,0,1)", b"(0,0,5)"))
+    answer = imported(capsys, file)
+    bone = answer["surfaces"][0]
+    assert bone["report"] == {
+        "mean_deviation_mm": 0.0,
+        "max_deviation_mm": 0.0,
+        "dropped": {"pieces": 1, "triangles": 8, "extent_mm": pytest.approx(2 * 0.375 * np.sqrt(3.0), abs=0.01)},
+    }
+    assert main(["case", "show", answer["case"]]) == 0
+    assert "1 loose piece left out (8 triangles, 1.3 mm across); not thinned" in capsys.readouterr().out
+    assert main(["import", str(thick)]) == 0
+    assert "bone may lie 2.50 mm off its surface (2.50 mm: slices 5 mm apart)" in capsys.readouterr().err
+
+
+def test_a_case_from_before_says_that_nothing_was_recorded(cases: CaseService, case: Case) -> None:
+    document = CaseContent(case.frame, case.surfaces).to_json()
+    del document["surfaces"][0]["report"]
+    content = CaseContent.from_json(document)
+    assert content.surfaces[0].report is None
+    assert "not recorded" in content.surfaces[0].words
+    assert CaseContent.from_json(CaseContent(case.frame, content.surfaces).to_json()) == content
 
 
 def test_values_that_are_not_hounsfield_units_are_refused(tmp_path: Path, service: ImportService) -> None:

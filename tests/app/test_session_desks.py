@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -128,6 +129,22 @@ def test_the_path_is_coloured_with_what_an_export_says(phantom_services: Service
     assert clearance is not None
     assert [tuple(place) for place in places.tolist()] == [sample.position for sample in samples]
     assert clearance.min() == min(sample.clearance_mm for sample in samples if sample.clearance_mm is not None)
+
+
+def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phantom_services: Services) -> None:
+    desk = _planning(phantom_services)
+    ran: list[Corridor] = []
+    executor = _Later()
+    corridor = CorridorDesk(phantom_services, executor, lambda ticket, answer: ran.append(answer))
+    for margin in (0.3, 0.4):
+        corridor.ask(desk.plan, margin)
+        executor.work.pop()()
+    assert re.fullmatch(
+        r"Fits: bone clearance 0\.\d\d mm at least\. Passes \d\d mm of soft tissue \(tip at \d+ mm\)\.", ran[0].words
+    )
+    assert ran[0].view()["soft_tissue"]["complete"] is True
+    assert ran[0].warning.endswith("(0.38 mm: surface thinned), more than the margin of 0.30 mm")
+    assert ran[1].warning == ""
 
 
 def test_a_deleted_embedded_head_is_not_opened(phantom_services: Services) -> None:

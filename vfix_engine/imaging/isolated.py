@@ -117,7 +117,7 @@ def run_isolated(
 def _code_of(function: Callable[..., Any]) -> list[Path]:
     """Folders of the packages that the function and this module belong to; of a single module, the one it lies in."""
     tops = (sys.modules[name.partition(".")[0]] for name in (function.__module__, __name__))
-    return [Path(top.__file__).parent for top in tops if getattr(top, "__file__", None)]
+    return [Path(file).parent for top in tops if (file := getattr(top, "__file__", None))]
 
 
 def _paths_in(value: Any) -> Iterator[Path]:

@@ -1,7 +1,7 @@
 """Surfaces at the door: .ply, .stl and .obj in, LPS mm out; and .ply out, naming its frame and unit.
 
-trimesh reads the triangles; what it would pass over in silence (a false count, NaN, an index out of range, nothing at
-all) is checked here, before and after.
+trimesh reads the triangles of a PLY; what it would pass over in silence (a false count, NaN, an index out of range,
+nothing at all) is checked here, before and after.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import io
 import re
 import struct
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ def read_mesh(
     head = data[:_HEADER_BYTES]
     named = [match and match[1].decode() for match in (_NAMED_FRAME.search(head), _NAMED_UNIT.search(head))]
     read_frame, read_unit, report = settle((named[0], named[1]), (frame, unit), assume=assume)
-    vertices, faces = _read_stl(data) if kind == "stl" else _read_with_trimesh(data, kind)
+    vertices, faces = {"stl": _read_stl, "obj": _read_obj, "ply": _read_ply}[kind](data)
     _check(vertices, faces)
     placed = to_lps_mm(vertices, read_frame, read_unit)
     farthest = float(np.abs(placed).max())
@@ -135,40 +136,35 @@ def _ascii_stl_corners(data: bytes) -> npt.NDArray[np.float64]:
         raise MeshError("a corner in the text STL file is not three numbers.") from None
 
 
-def _read_with_trimesh(data: bytes, kind: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    import trimesh  # imported here: slow to load
-
-    if kind == "ply":
-        _check_ply(data)
-    options = {"maintain_order": True, "skip_materials": True} if kind == "obj" else {}
-    try:
-        # From memory and without a resolver: a material or texture that the file names is never opened.
-        loaded = trimesh.load_mesh(io.BytesIO(data), file_type=kind, process=False, **options)
-        vertices, faces = np.asarray(loaded.vertices, dtype=np.float64), np.asarray(loaded.faces, dtype=np.int64)
-    # trimesh raises whatever a damaged file provokes; its words quote the file.
-    except Exception as error:
-        raise MeshError(f"the {kind.upper()} file is damaged or cut off ({type(error).__name__}).") from None
-    if kind == "obj":
-        _check_obj(data, len(vertices), len(faces))
-    return vertices, faces
-
-
-def _check_obj(data: bytes, vertices: int, faces: int) -> None:
-    """The corners and triangles that an OBJ lists, line by line, against those that were read."""
+def _read_obj(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Corners and polygons, line by line; normals, textures, materials and groups change no triangle."""
     _check_last_line(data, "OBJ")
-    corners = triangles = 0
+    vertices: list[list[float]] = []
+    faces: list[tuple[int, int, int]] = []
     for number, words in _rows(data):
-        if words[0] not in (b"v", b"f"):
-            continue
-        if len(words) < 4:
-            raise MeshError(f"line {number} of the OBJ file has {len(words) - 1} values; at least 3 are needed.")
-        corners += words[0] == b"v"
-        triangles += len(words) - 3 if words[0] == b"f" else 0
-    if (corners, triangles) != (vertices, faces):
-        raise MeshError(
-            f"the OBJ file lists {corners:,} corners and {triangles:,} triangles, but {vertices:,} and {faces:,} "
-            "can be read; it is damaged."
-        )
+        try:
+            if words[0] == b"v":
+                x, y, z = words[1:4]
+                vertices.append([float(x), float(y), float(z)])
+            elif words[0] == b"f":
+                first, *others = (_obj_corner(word, len(vertices)) for word in words[1:])
+                if len(others) < 2:
+                    raise ValueError
+                faces.extend((first, a, b) for a, b in pairwise(others))
+        except ValueError:
+            raise MeshError(
+                f"line {number} of the OBJ file is not a {'corner' if words[0] == b'v' else 'triangle or polygon'}; "
+                "the file is cut off or damaged."
+            ) from None
+    return np.array(vertices).reshape(-1, 3), np.array(faces, dtype=np.int64).reshape(-1, 3)
+
+
+def _obj_corner(word: bytes, known: int) -> int:
+    """Index, from 0, of the corner that a polygon names: counted from 1, or backwards from the last one so far."""
+    index = int(word.partition(b"/")[0])
+    if index == 0 or index < -known or index >= 1 << 31:
+        raise ValueError
+    return index - 1 if index > 0 else known + index
 
 
 def _check_last_line(data: bytes, kind: str) -> None:
@@ -181,10 +177,23 @@ def _check_last_line(data: bytes, kind: str) -> None:
 
 
 def _rows(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
-    """Number, counted from 1, and words of each line that is not empty."""
+    """Number, counted from 1, and words of each line that is not empty, without the comment after #."""
     for number, line in enumerate(data.splitlines(), start=1):
-        if words := line.split():
+        if words := line.partition(b"#")[0].split():
             yield number, words
+
+
+def _read_ply(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    import trimesh  # imported here: slow to load
+
+    _check_ply(data)
+    try:
+        # From memory and without a resolver: a texture that the file names is never opened.
+        loaded = trimesh.load_mesh(io.BytesIO(data), file_type="ply", process=False)
+        return np.asarray(loaded.vertices, dtype=np.float64), np.asarray(loaded.faces, dtype=np.int64)
+    # trimesh raises whatever a damaged file provokes; its words quote the file.
+    except Exception as error:
+        raise MeshError(f"the PLY file is damaged or cut off ({type(error).__name__}).") from None
 
 
 def _check_ply(data: bytes) -> None:

@@ -1,6 +1,6 @@
 // The three-dimensional scene in its frame: tools on top of it, the ghost's card, scale, legend, and the hand on the grip.
 import { h, whenChanged } from "./dom.js";
-import { fixed, mm } from "./format.js";
+import { fixed } from "./format.js";
 import { LET_GO, letGoOfEverything } from "./keys.js";
 
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
@@ -148,7 +148,7 @@ export class SceneFrame {
       tick.style.left = `${((value - scale.lo) / span) * 100}%`;
       return tick;
     }));
-    legend.replaceChildren(h("div", { class: "legend-title" }, `Clearance of the whole tool, mm; line: margin ${mm(scale.margin, 1)}`), bar, ticks);
+    legend.replaceChildren(h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 1)}`), bar, ticks);
   }
 
   renderScale(perPixel) {

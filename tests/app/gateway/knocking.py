@@ -16,8 +16,8 @@ from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
 
 from app.gateway.application import build_application
-from app.gateway.connections import make_server
 from app.gateway.scene_server import SceneServer
+from app.gateway.server import PlannerServer
 from app.gateway.warm_up import WarmUp
 from app.settings import Settings
 
@@ -134,14 +134,21 @@ def other_routes() -> APIRouter:
     return router
 
 
+class NoServices(contextlib.ExitStack):
+    """In the place of the services: nothing runs that would have to be ended."""
+
+    def end(self) -> None:
+        pass
+
+
 @contextlib.contextmanager
 def listening(home: Path, routers: Sequence[APIRouter]) -> Iterator[Planner]:
     """Serve these routers behind the real gateway until the block ends."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         settings = Settings(home=home, port=listener.getsockname()[1], token=secrets.token_urlsafe(24))
         scene_server = SceneServer()
-        app = build_application(settings, contextlib.ExitStack(), scene_server, WarmUp(()), routers)
-        server = make_server(app)
+        app = build_application(settings, NoServices(), scene_server, WarmUp(()), routers)
+        server = PlannerServer(app)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
         deadline = time.monotonic() + 20

@@ -9,7 +9,7 @@ import pytest
 import SimpleITK as sitk  # noqa: N813
 from imaging_phantoms import asymmetric_volume, dicom_slices, rotation, save_dicom
 
-from vfix_engine.errors import FrameError, ImageError, InputError
+from vfix_engine.errors import FrameError, ImageError
 from vfix_engine.imaging.readers import read_volume
 from vfix_engine.imaging.volume import Volume
 
@@ -241,22 +241,3 @@ def test_a_refused_volume_says_what_is_wrong_with_it(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(data)
         with pytest.raises(ImageError, match=words):
             read_volume(tmp_path / name)
-
-
-@pytest.mark.parametrize("name", ["ct.nrrd", "ct.nii", "ct.mha"])
-def test_mutants_are_read_or_refused(tmp_path: Path, name: str) -> None:
-    """HAZ-16: headers with a few bytes changed or cut end in a volume or in an InputError, nothing else."""
-    file = tmp_path / name
-    sitk.WriteImage(sitk_image(asymmetric_volume()), str(file))
-    original = file.read_bytes()
-    random = np.random.default_rng(16)
-    for _ in range(150):
-        mutant = bytearray(original)
-        for place in random.integers(0, 400, random.integers(1, 5)):
-            mutant[place] = random.integers(0, 256)
-        file.write_bytes(mutant[: len(mutant) if random.random() < 0.8 else random.integers(0, len(mutant))])
-        try:
-            volume, _ = read_volume(file)
-        except InputError:
-            continue
-        assert np.isfinite(volume.bounds).all()

@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from copy import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.attack.bodies import Judges
-from tests.engine.scenes import straight_scene, wall
+from tests.engine.scenes import curved_tube, straight_scene, wall
+from vfix_engine import Simulation
 from vfix_engine.control import Controller, ControlSettings, Task, qp
-from vfix_engine.errors import InputError, StartRefused
+from vfix_engine.errors import InputError, MeshError, PlanError, StartRefused
 from vfix_engine.fixtures import Constraint, Objective, Zone
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
 from vfix_engine.simulation.handle import Handle
 from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
@@ -48,6 +52,34 @@ def commands(random: np.random.Generator) -> Iterator[Command]:
     while True:
         yield Command(spoilt(random), int(random.integers(-1, 2)), int(random.integers(-1, 2)))
         yield Command(spoilt(random), master=Master(spoilt(random), bool(random.random() < 0.9)))
+
+
+@pytest.mark.parametrize("where", [1.1e6, 1e31, 1e200, -1e300])
+def test_coordinates_beyond_a_kilometre_are_refused_in_words(where: float) -> None:
+    """HAZ-05, HAZ-09: squares of them overflow, and then a clearance is none."""
+    mesh, points = curved_tube()
+    vertices = mesh.vertices.copy()
+    vertices[7, 1] = where
+    with pytest.raises(MeshError, match=r"vertex number 7 of the surface lies at .* than 1e\+06 mm; check its unit"):
+        TriangleMesh(vertices, mesh.faces)
+    points = points.copy()
+    points[2, 0] = where
+    with pytest.raises(PlanError, match="point 3 of the path lies at"):
+        SplinePath(points)
+    with pytest.raises(InputError, match="target 2 lies at"):
+        Simulation(mesh, path=points[:2], targets=[points[0], [0.0, where, 0.0]], base=np.eye(4))
+
+
+def test_a_clearance_that_is_no_number_starts_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-04, HAZ-05."""
+    scene = straight_scene(wall(6.0))
+    control = Controller(scene.placed_robot(), scene.tool, scene.tree, ControlSettings())
+    honest = control.measure(scene.q_start)
+    unknown = replace(honest, distance=np.full_like(honest.distance, np.nan))
+    assert np.isnan(unknown.clearance)
+    monkeypatch.setattr(control, "measure", lambda q: unknown)
+    with pytest.raises(StartRefused, match="nan mm from bone"):
+        control.start(scene.q_start)
 
 
 def test_nonsense_from_hand_and_master_never_reaches_the_state(rehearsal: Rehearsal) -> None:

@@ -37,13 +37,14 @@ export class RehearsePanel {
     this.fields = h("div", { class: "fields" });
     this.fieldWords = h("p", { class: "words caution", role: "status" });
     this.sliders = new Map();
+    this.marginWarning = h("p", { class: "words caution", hidden: true });
     this.element = h("div", {},
       group("Robot", null, this.words, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, h("div", { class: "progress" }, this.progressBar)),
-      group("Hand and margin", null, this.fields, this.fieldWords));
+      group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
 
   update(state) {
@@ -107,6 +108,8 @@ export class RehearsePanel {
     const fields = settings?.fields ?? [];
     this.fieldWords.textContent = adjustable ? settings?.words ?? "" : "";
     this.fieldWords.hidden = !this.fieldWords.textContent;
+    this.marginWarning.textContent = settings?.warning ? `${sentence(settings.warning)}.` : "";
+    this.marginWarning.hidden = !settings?.warning;
     if (this.sliders.size !== fields.length) this.fields.replaceChildren(...fields.map((field) => this.field(field)));
     for (const field of fields) {
       const { input, shown } = this.sliders.get(field.name);
