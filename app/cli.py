@@ -12,7 +12,7 @@ import select
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import NoReturn, Protocol, cast
 
 from app import __version__
 from app.error_shape import error_body, error_code
@@ -43,6 +43,21 @@ VERBS = (
 )
 
 
+class _UsageError(Exception):
+    """The command line cannot be understood; `parser` is that of the verb."""
+
+    def __init__(self, parser: argparse.ArgumentParser, message: str) -> None:
+        super().__init__(message)
+        self.parser = parser
+
+
+class _Parser(argparse.ArgumentParser):
+    """Raises what argparse would print, so that it can be told as JSON too."""
+
+    def error(self, message: str) -> NoReturn:
+        raise _UsageError(self, message)
+
+
 class Command(Protocol):
     """What a module of a verb offers."""
 
@@ -69,8 +84,17 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(argv: Sequence[str] | None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     chosen = next((word for word in arguments if not word.startswith("-")), None)
-    parser, command = _build_parser(chosen)
-    args = parser.parse_args(arguments)
+    try:
+        parser, command = _build_parser(chosen)
+    except VfixError as error:  # of an engine that cannot be loaded
+        print(f"vfix: {error}", file=sys.stderr)
+        return 2
+    try:
+        args = parser.parse_args(arguments)
+    except _UsageError as wrong:
+        if "--json" in arguments:
+            print(json.dumps(error_body("usage_error", f"{wrong}.")))
+        argparse.ArgumentParser.error(wrong.parser, str(wrong))  # prints the usage and ends with status 2
     if command is None:
         parser.print_help(sys.stderr)
         return 2
@@ -106,7 +130,7 @@ def _reader_is_gone() -> bool:
 
 def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, Command | None]:
     """Parser that knows every verb by name, and the chosen one in full; only that one's module is imported."""
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="vfix",
         description=f"Surgical planner and simulator with virtual fixtures from the anatomy. {NOTICE}",
     )

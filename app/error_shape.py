@@ -11,6 +11,12 @@ def error_code(error: BaseException) -> str:
     return _WORD_START.sub("_", type(error).__name__).lower()
 
 
+def error_details(error: BaseException) -> dict[str, list[str]] | None:
+    """What a client needs beyond the words: which of 'frame', 'unit' and 'points_as' it has to name."""
+    missing = getattr(error, "missing", ())
+    return {"missing": list(missing)} if missing else None
+
+
 def error_body(code: str, message: str, details: Any = None) -> dict[str, Any]:
     """The JSON object of an error: {"error": {"code", "message", "details"}}; details only where there are some."""
     error: dict[str, Any] = {"code": code, "message": message}

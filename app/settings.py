@@ -70,9 +70,9 @@ class Settings:
         return self.home / "files"
 
     @property
-    def uploads_dir(self) -> Path:
-        """Folder of uploads on their way into a case."""
-        return self.home / "uploads"
+    def temporary_dir(self) -> Path:
+        """Folder of all that does not outlive the planner: uploads, and what the workers decode."""
+        return self.home / "tmp"
 
     @classmethod
     def from_environment(cls, environment: Mapping[str, str] | None = None, **overrides: Any) -> "Settings":

@@ -22,7 +22,8 @@ COAL_SHARE = 0.12  # of all steps: their poses are measured by coal as well
 COAL_REPLAYS = 1000  # finer replays that coal looks at, at a million steps
 SUMMED = (
     "steps", "violations", "held", "moved", "nan", "remeasured", "replayed", "replay_hits", "replay_remeasured",
-    "emergencies", "limit_violations", "disagreements", "exceptions", "episodes", "refused_starts", "inside_starts",
+    "emergencies", "limits_judged", "limit_violations", "beyond_limits", "disagreements",
+    "exceptions", "episodes", "refused_starts", "inside_starts",
 )  # fmt: skip
 
 
@@ -66,6 +67,8 @@ def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
     total |= {
         "scenes": len(fought),
         "deepest_mm": max((scene["deepest_mm"] for scene in fought), default=0.0),
+        "limits_judged_share": total["limits_judged"] / max(total["steps"], 1),
+        "emergency_share": total["emergencies"] / max(total["limits_judged"], 1),
         "correct": bool(fought) and not any(total[name] for name in wrong),
         "least_room_mm": min(rooms, default=None),
         "used": dict(sorted(used.items())),

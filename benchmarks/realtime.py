@@ -15,6 +15,8 @@ from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 SUMMARY = "the rate and lateness of a driven control process"
 BEAT_S = 0.02  # between two heartbeats of the hand
 ANSWER_S = 5.0
+REST_S = 0.3
+SAME_MM = 1e-9
 MOST_OVERRUNS = 0.01  # of all ticks, in a quiet minute
 
 
@@ -27,7 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Rate, lateness and step time of every tick; `overruns_share` counts those that began a period late or more."""
+    """Rate, lateness and step time of every tick; `overruns_share` counts those that began a period late or more.
+
+    `correct`: every tick was one step of the rehearsal, the tool moved, and no pose that was told broke the margin.
+    """
     if not 0.5 <= args.seconds <= 86_400:
         raise report.BenchmarkRefused(f"--seconds {args.seconds:g} is not between 0.5 and 86400")
     found = cases.find_cases(args)
@@ -38,6 +43,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "machine": machine,
         **measured,
         "overruns_share": max(shares),
+        "correct": all(one["correct"] for one in measured["cases"].values() if one is not None),
         "overruns_within_1_percent": max(shares) <= MOST_OVERRUNS,
     }
 
@@ -61,8 +67,10 @@ def _measure(case: cases.BenchCase, seconds: float, real_time: bool) -> dict[str
         process.start()
         process.wait_ready()
         process.run()
-        priority = _drive(process, seconds)
-        return _told(process, settings.dt_s) | priority
+        driven_so = _drive(process, seconds)
+        told = _told(process, settings.dt_s) | driven_so
+        kept = told["steps"] == told["ticks"] and told["min_clearance_mm"] >= settings.margin_mm - SAME_MM
+        return told | {"correct": kept and told["moved_mm"] > 0.0}
     finally:
         process.close()
 
@@ -70,6 +78,7 @@ def _measure(case: cases.BenchCase, seconds: float, real_time: bool) -> dict[str
 def _drive(process: RehearsalProcess, seconds: float) -> dict[str, Any]:
     """Forwards to the end of the path, back to its entry, and so on; whether the priority was held meanwhile."""
     direction, held, watched, why = 1, 0, 0, ""
+    least, way, last = float("inf"), 0.0, 0.0
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         process.drive(direction)
@@ -81,9 +90,32 @@ def _drive(process: RehearsalProcess, seconds: float) -> dict[str, Any]:
             direction = -1
         elif snapshot.progress_mm < 1:
             direction = 1
+        least, way, last = (
+            min(least, snapshot.clearance_mm),
+            way + abs(snapshot.progress_mm - last),
+            snapshot.progress_mm,
+        )
         watched, held, why = watched + 1, held + snapshot.timing.real_time, snapshot.timing.without_why or why
     process.release()
-    return {"real_time_priority": held > 0.9 * watched, "without_priority_because": why}
+    return {
+        "real_time_priority": held > 0.9 * watched,
+        "without_priority_because": why,
+        "min_clearance_mm": least,
+        "moved_mm": way,
+        "steps": _steps_at_rest(process),
+    }
+
+
+def _steps_at_rest(process: RehearsalProcess) -> int:
+    """Steps of the rehearsal once the tool has come to rest."""
+    steps, deadline = -1, time.monotonic() + ANSWER_S
+    while time.monotonic() < deadline:
+        time.sleep(REST_S)
+        snapshot = process.snapshot()
+        if snapshot is not None and snapshot.steps == steps:
+            return steps
+        steps = -1 if snapshot is None else snapshot.steps
+    raise ControlError("the tool did not come to rest")
 
 
 def _told(process: RehearsalProcess, period: float) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import gc
 import time
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -79,6 +80,7 @@ class _Drive:
         self._steps_apart: list[float] = []
         self._clearances_apart: list[float] = []
         self._pairs: list[int] = []
+        self._outcomes: Counter[str] = Counter()
 
     def measure(self) -> dict[str, Any]:
         """Drive, take the steps again in turn with the stack, and tell."""
@@ -148,6 +150,7 @@ class _Drive:
             self._shares.append(theirs.seconds)
             self._pairs.append(theirs.pairs)
             done = controller.step(state, task)
+            self._outcomes[done.outcome] += 1
             if theirs.step is None or theirs.clearance is None:
                 self._steps_apart.append(np.inf)
             elif done.outcome == "moved":
@@ -182,5 +185,8 @@ class _Drive:
                 "pairs": {"median": float(np.median(self._pairs)), "most": int(max(self._pairs))},
             },
             "largest_difference": {"step": apart, "clearance_mm": clearances},
+            # Where a step is cut short or held, the stack has no like of it.
+            "compared": self._outcomes["moved"],
+            "not_compared": {name: self._outcomes[name] for name in ("shrunk", "held", "idle")},
             "correct": apart <= SAME_STEP and clearances <= SAME_CLEARANCE_MM,
         }

@@ -11,6 +11,8 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -43,24 +45,44 @@ def main(arguments: "list[str]") -> int:
     if "--setup-only" in arguments:
         return 0
     statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
-    run_in_environment(python, *PREPARATION)
+    statuses["preparation"] = run_in_environment(python, *PREPARATION)
+    last_line = ""
     if arguments:
         statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
     else:
-        statuses |= run_every_test(python)
+        tested, last_line = run_every_test(python)
+        statuses |= tested
     for name, status in statuses.items():
         print(f"{name}: {'ok' if status == 0 else f'FAILED ({status})'}")
+    print(last_line, flush=True)
     return next((status for status in statuses.values() if status), 0)
 
 
-def run_every_test(python: Path) -> "dict[str, int]":
-    """Status of each run by its name."""
+def run_every_test(python: Path) -> "tuple[dict[str, int], str]":
+    """Status of each run by its name, and the counts of all runs together."""
     folders = [[f"tests/engine/{name}" for name in names] for names in AT_ONCE]
-    with ThreadPoolExecutor(len(folders)) as threads:
-        runs = [threads.submit(run_in_environment, python, "-m", "pytest", "-q", *names) for names in folders]
-        statuses = {f"tests of {', '.join(names)}": run.result() for names, run in zip(AT_ONCE, runs, strict=True)}
     others = [f"--ignore={name}" for names in folders for name in names]
-    return {**statuses, "other tests": run_in_environment(python, "-m", "pytest", *others)}
+    with tempfile.TemporaryDirectory() as reports:
+
+        def run(report: str, *arguments: str) -> int:
+            return run_in_environment(python, "-m", "pytest", f"--junitxml={reports}/{report}.xml", *arguments)
+
+        with ThreadPoolExecutor(len(folders)) as threads:
+            runs = [threads.submit(run, names[0], "-q", *paths) for names, paths in zip(AT_ONCE, folders, strict=True)]
+            statuses = {f"tests of {', '.join(names)}": run.result() for names, run in zip(AT_ONCE, runs, strict=True)}
+        statuses["other tests"] = run("others", *others)
+        return statuses, counts(sorted(Path(reports).glob("*.xml")))
+
+
+def counts(reports: "list[Path]") -> str:
+    """'N passed, N failed, N skipped' of all JUnit reports together; a test that could not begin has failed."""
+    total = dict.fromkeys(("tests", "failures", "errors", "skipped"), 0)
+    for report in reports:
+        for suite in ElementTree.parse(report).getroot().iter("testsuite"):
+            for name in total:
+                total[name] += int(suite.get(name, 0))
+    failed = total["failures"] + total["errors"]
+    return f"{total['tests'] - failed - total['skipped']} passed, {failed} failed, {total['skipped']} skipped"
 
 
 def ensure_browser(python: Path) -> str:

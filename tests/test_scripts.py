@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import importlib.util
 import os
 import subprocess
 import sys
@@ -113,6 +114,25 @@ def test_help_installs_nothing(name: str, tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=30)
     assert f"scripts/{name}" in done.stdout
     assert not (tmp_path.parent / ".venv").exists()
+
+
+def test_the_last_line_counts_the_tests_of_all_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Skipped ones too: without the trial data the attacks on them are missing, and the last line says how many."""
+    (tmp_path / "test_few.py").write_text(
+        "import pytest\ndef test_one(): pass\ndef test_two(): pytest.skip('no data')\ndef test_three(): assert 0\n",
+        encoding="utf-8",
+    )
+    reports = [tmp_path / "a.xml", tmp_path / "b.xml"]
+    for report in reports:
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", f"--junitxml={report}", str(tmp_path)]
+        subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=60)
+    monkeypatch.syspath_prepend(str(SCRIPTS))
+    specification = importlib.util.spec_from_file_location("test_script", SCRIPTS / "test.py")
+    assert specification is not None
+    assert specification.loader is not None
+    script = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(script)
+    assert script.counts(reports) == "2 passed, 2 failed, 2 skipped"
 
 
 def test_the_continuous_integration_runs_the_test_script_and_nothing_else() -> None:

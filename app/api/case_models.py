@@ -18,10 +18,27 @@ class FramePublic(BaseModel):
     assumed: bool
 
 
+class DroppedPublic(BaseModel):
+    """Loose pieces that were left out of a surface; extent_mm is the largest diagonal of a piece's box."""
+
+    pieces: int
+    triangles: int
+    extent_mm: float
+
+
+class SurfaceReportPublic(BaseModel):
+    """What making a surface cost: how far thinning moved it, at every vertex both ways, and what was left out."""
+
+    mean_deviation_mm: float
+    max_deviation_mm: float
+    dropped: DroppedPublic
+
+
 class SurfacePublic(BaseModel):
     name: str
     triangles: int
     bounds_lps_mm: tuple[Triple, Triple]
+    report: SurfaceReportPublic | None
 
 
 class VolumePublic(BaseModel):
@@ -29,6 +46,7 @@ class VolumePublic(BaseModel):
     spacing_mm: Triple
     shape: tuple[int, int, int]
     bounds_lps_mm: tuple[Triple, Triple]
+    slice_thickness_mm: float | None
 
 
 class BeadPublic(BaseModel):
@@ -45,11 +63,13 @@ class CasePublic(BaseModel):
     deleted_at: str | None
     frame: FramePublic
     spacing_mm: Triple | None
+    surface_uncertainty_mm: float | None
     content_hash: str
     surfaces: list[SurfacePublic]
     volumes: list[VolumePublic]
     has_volume: bool
     beads: list[BeadPublic]
+    notes: list[str]
 
     @classmethod
     def of(cls, case: Case) -> "CasePublic":

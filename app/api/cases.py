@@ -5,12 +5,12 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 
 from app.api.case_models import CasePublic, CaseUpdate
-from app.api.dependencies import ERRORS, Identifier, ServiceRoute, ServicesDep
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.uploads import receive
 from app.services.importing import ImportRequest
 
-router = APIRouter(prefix="/cases", tags=["cases"], route_class=ServiceRoute, responses=ERRORS)
+router = APIRouter(prefix="/cases", tags=["cases"], responses=ERRORS)
 
 MAX_CASE_BYTES = 2 << 30  # [byte] of a case's file (HAZ-30)
 _FORM: dict[str, Any] = {
@@ -47,7 +47,7 @@ async def import_case(request: Request, services: ServicesDep) -> JobPublic:
     A file that names neither frame nor unit is not guessed at: its job fails with `frame_error` and says what to name.
     The file is kept meanwhile: `POST /api/jobs/{job_id}/answer` imports it without another upload.
     """
-    upload = await receive(request, services.uploads, MAX_CASE_BYTES, ("name", "frame", "units"))
+    upload = await receive(request, services.store.scratch, MAX_CASE_BYTES, ("name", "frame", "units"))
     wanted = ImportRequest(
         upload.path, upload.fields.get("name"), upload.fields.get("frame"), upload.fields.get("units")
     )

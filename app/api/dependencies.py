@@ -1,51 +1,13 @@
-"""What every router needs: the services, errors with their own status, and identifiers that are checked."""
+"""What every router needs: the services, the errors that it may answer, and identifiers that are checked."""
 
-from collections.abc import Callable, Coroutine
+import re
 from typing import Annotated, Any, cast
 
-from fastapi import Depends, Path, Request, Response
-from fastapi.responses import JSONResponse
-from fastapi.routing import APIRoute
+from fastapi import Depends, Header, Path, Request, Response
 from pydantic import BaseModel, ConfigDict
 
-from app.error_shape import error_body, error_code
 from app.services import Services
-from app.services.errors import NotFound, PlanConflict, PlanLocked, PointsUnclear, TooLarge
-from app.store.files import StorageError
-from vfix_engine.errors import FrameError, VfixError
-
-_STATUS: dict[type[VfixError], int] = {
-    NotFound: 404,
-    PlanConflict: 409,
-    PlanLocked: 409,
-    TooLarge: 413,
-    FrameError: 422,
-    PointsUnclear: 422,
-    StorageError: 507,
-}
-
-
-class ServiceRoute(APIRoute):
-    """A route that answers the services' refusals with a status of their own; the gateway answers all others."""
-
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        handle = super().get_route_handler()
-
-        async def handler(request: Request) -> Response:
-            try:
-                return await handle(request)
-            except tuple(_STATUS) as error:
-                status = next(status for kind, status in _STATUS.items() if isinstance(error, kind))
-                return JSONResponse(error_body(error_code(error), str(error), error_details(error)), status)
-
-        return handler
-
-
-def error_details(error: VfixError) -> dict[str, list[str]] | None:
-    """What a client needs beyond the words: which of 'frame', 'unit' and 'points_as' it has to name."""
-    if isinstance(error, PointsUnclear):
-        return {"missing": ["points_as"]}
-    return {"missing": list(error.missing)} if isinstance(error, FrameError) and error.missing else None
+from vfix_engine.errors import InputError
 
 
 def _services(request: Request) -> Services:
@@ -53,7 +15,38 @@ def _services(request: Request) -> Services:
 
 
 ServicesDep = Annotated[Services, Depends(_services)]
+_ETAG = re.compile(r'"([0-9]{1,15})"')
 Identifier = Annotated[str, Path(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")]
+
+
+class Condition:
+    """What a request asks of a plan's revision by If-Match, and what the answer tells of it by ETag."""
+
+    def __init__(
+        self,
+        response: Response,
+        if_match: Annotated[
+            str | None, Header(description="the ETag that was seen; when the plan has moved on, 412 and no change")
+        ] = None,
+    ) -> None:
+        self._response = response
+        match = _ETAG.fullmatch(if_match or "")
+        self._wanted = int(match[1]) if match else None
+        if match is None and if_match not in (None, "*"):
+            raise InputError('If-Match must be * or one ETag of the plan: its revision in quotes, such as "7".')
+
+    def expected(self, revision: int | None = None) -> int | None:
+        """The revision that the plan must have; revision: what the body of the request says."""
+        if None not in (revision, self._wanted) and revision != self._wanted:
+            raise InputError(f"If-Match says revision {self._wanted} and the request {revision}; say one.")
+        return self._wanted if revision is None else revision
+
+    def tell(self, revision: int) -> None:
+        """The answer's ETag."""
+        self._response.headers["ETag"] = f'"{revision}"'
+
+
+ConditionDep = Annotated[Condition, Depends()]
 
 
 class ErrorWords(BaseModel):
@@ -76,7 +69,16 @@ class Wish(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
+_ANSWERS = {
+    404: "Not there",
+    409: "Changed meanwhile",
+    412: "Not the revision of If-Match",
+    413: "Too large",
+    422: "Refused",
+    423: "Locked",
+    503: "The database is held by another program",
+    507: "The disk does not take it",
+}
 ERRORS: dict[int | str, dict[str, Any]] = {
-    status: {"model": ErrorPublic, "description": text}
-    for status, text in {404: "Not there", 409: "Changed or locked", 413: "Too large", 422: "Refused"}.items()
+    status: {"model": ErrorPublic, "description": text} for status, text in _ANSWERS.items()
 }

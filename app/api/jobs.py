@@ -5,11 +5,11 @@ from typing import Literal
 from fastapi import APIRouter, Response
 from pydantic import BaseModel
 
-from app.api.dependencies import ERRORS, ErrorWords, Identifier, ServiceRoute, ServicesDep, Wish, error_details
-from app.error_shape import error_code
+from app.api.dependencies import ERRORS, ErrorWords, Identifier, ServicesDep, Wish
+from app.error_shape import error_code, error_details
 from app.services.jobs import Job, JobState
 
-router = APIRouter(prefix="/jobs", tags=["jobs"], route_class=ServiceRoute, responses=ERRORS)
+router = APIRouter(prefix="/jobs", tags=["jobs"], responses=ERRORS)
 
 
 class JobPublic(BaseModel):

@@ -9,13 +9,13 @@ import numpy as np
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel
 
-from app.api.dependencies import ERRORS, Identifier, ServiceRoute, ServicesDep
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.services.errors import NotFound
 from app.services.plan_model import NOTICE
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.volume import Volume
 
-router = APIRouter(prefix="/cases/{case_id}", tags=["pictures"], route_class=ServiceRoute, responses=ERRORS)
+router = APIRouter(prefix="/cases/{case_id}", tags=["pictures"], responses=ERRORS)
 
 Axis = Literal["axial", "coronal", "sagittal"]
 _QUALITY = 90
@@ -87,7 +87,7 @@ def slice_picture(
     headers = {
         "X-Transform-Pixel-To-LPS": json.dumps(transform.tolist(), separators=(",", ":")),
         "X-Notice": NOTICE,
-        "Cache-Control": "private, max-age=600",
+        "Cache-Control": "no-store",  # a browser's cache lies on its disk and outlives the planner
     }
     return Response(encoded.tobytes(), media_type="image/jpeg", headers=headers)
 

@@ -6,7 +6,7 @@ from urllib.parse import quote
 from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from app.api.dependencies import ERRORS, Identifier, ServiceRoute, ServicesDep
+from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.plan_models import PlanPublic
 from app.api.uploads import receive_small, safe_name
 from app.services.exchange import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
@@ -14,7 +14,7 @@ from app.services.exchange_parts import MAX_TEXT
 from app.services.plan_model import NOTICE
 from vfix_engine.errors import InputError
 
-router = APIRouter(tags=["plan files"], route_class=ServiceRoute, responses=ERRORS)
+router = APIRouter(tags=["plan files"], responses=ERRORS)
 
 _FORM: dict[str, Any] = {
     "requestBody": {
@@ -72,7 +72,9 @@ def export_plan(
 
 
 @router.post("/cases/{case_id}/plans/import", status_code=201, openapi_extra=_FORM)
-async def import_plan(case_id: Identifier, request: Request, services: ServicesDep) -> PlanPublic:
+async def import_plan(
+    case_id: Identifier, request: Request, services: ServicesDep, condition: ConditionDep
+) -> PlanPublic:
     """Make a plan of a file; its frame, and whether a list of points is a path, are not guessed at."""
     file_name, data, fields = await receive_small(request, MAX_TEXT, ("name", "frame", "points_as", "other_case"))
 
@@ -80,7 +82,9 @@ async def import_plan(case_id: Identifier, request: Request, services: ServicesD
         services.cases.get(case_id)
         file = read_plan(file_name, data, fields.get("frame"), _points_as(fields.get("points_as")))
         other = fields.get("other_case") == "yes"
-        return PlanPublic.of(services.plans.add_file(case_id, file, name=fields.get("name"), other_case=other))
+        plan = services.plans.add_file(case_id, file, name=fields.get("name"), other_case=other)
+        condition.tell(plan.revision)
+        return PlanPublic.of(plan)
 
     return await run_in_threadpool(work)
 

@@ -8,11 +8,15 @@ from app.api.dependencies import Wish
 from app.services.names import MAX_NAME
 from app.services.plan_model import MAX_COORDINATE
 from app.services.plans import Plan
+from vfix_engine.imaging.soft_tissue import Surroundings
 
 Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow_inf_nan=False)]  # [mm]
 Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
 Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
 Label = Annotated[str, Field(max_length=MAX_NAME)]
+SettingsWish = Annotated[
+    dict[Annotated[str, Field(max_length=64)], Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=64)
+]
 Revision = Annotated[int | None, Field(ge=0, description="the revision that was seen; another one gives 409")]
 
 
@@ -20,6 +24,12 @@ class PointPublic(BaseModel):
     id: str
     label: str
     position: tuple[float, float, float]
+
+
+class EditedPoint(PointPublic):
+    """A point as an edit left it, and the revision of the plan that the edit made."""
+
+    revision: int
 
 
 class RobotPublic(BaseModel):
@@ -50,6 +60,7 @@ class PlanPublic(BaseModel):
     revision: int
     locked: bool
     deleted_at: str | None
+    unreadable: Annotated[str, Field(description="in a list: why the content cannot be read; '' where it can")]
     notice: str
 
     @classmethod
@@ -72,7 +83,7 @@ class PlanUpdate(Wish):
     name: Name | None = None
     deleted: bool | None = None
     locked: bool | None = None
-    settings: dict[str, Annotated[float, Field(allow_inf_nan=False)]] | None = None
+    settings: SettingsWish | None = None
     revision: Revision = None
 
 
@@ -110,21 +121,41 @@ class SnapWish(Wish):
 
 
 class SnapPublic(BaseModel):
-    """Where the tool fits nearest; LPS mm."""
+    """The nearest place clear of bone, LPS mm; lies_in: what the CT shows there, which does not move it."""
 
     position: tuple[float, float, float]
     moved_mm: float
     reason: str
+    lies_in: Surroundings
+
+
+class SoftTissuePublic(BaseModel):
+    """Tissue above -300 HU that the tool's centreline passes in its worst pose, and where its tip is then.
+
+    length_mm and at_mm are null without a CT or outside of it; complete is false where the scan ends in tissue beside
+    the tool, so that more may be passed.
+    """
+
+    length_mm: float | None
+    at_mm: float | None
+    complete: bool
 
 
 class EvaluationPublic(BaseModel):
-    """The plan as the controller would drive it; clearance of the whole tool per sample, null where it did not get."""
+    """The plan as the controller would drive it.
+
+    bone_clearance_mm: of the whole tool per sample, null where it did not get; clearance_mm is the same under its older
+    name, as is min_clearance_mm. soft_tissue: what the tool passes besides.
+    """
 
     revision: int
     s_mm: list[float]
     positions: list[tuple[float, float, float]]
     clearance_mm: list[float | None]
     min_clearance_mm: float
+    bone_clearance_mm: list[float | None]
+    min_bone_clearance_mm: float
+    soft_tissue: SoftTissuePublic
     completed: bool
     reason: str
     reached_mm: float

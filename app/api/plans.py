@@ -5,17 +5,18 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from app.api.dependencies import ERRORS, Identifier, ServiceRoute, ServicesDep
+from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
 from app.api.plan_models import (
+    EditedPoint,
     EvaluationPublic,
     PlanCreate,
     PlanPublic,
     PlanUpdate,
     PointCreate,
-    PointPublic,
     PointUpdate,
     SnapPublic,
     SnapWish,
+    SoftTissuePublic,
     StepBack,
     TargetCreate,
 )
@@ -23,7 +24,7 @@ from app.services.errors import NotFound
 from app.services.plans import Plan
 from vfix_engine.errors import PlanError
 
-router = APIRouter(tags=["plans"], route_class=ServiceRoute, responses=ERRORS)
+router = APIRouter(tags=["plans"], responses=ERRORS)
 
 Deleted = Annotated[bool, Query()]
 Seen = Annotated[int | None, Query(ge=0)]
@@ -47,110 +48,121 @@ def list_plans_of_case(
 
 
 @router.post("/cases/{case_id}/plans", status_code=201)
-def create_plan(case_id: Identifier, wish: PlanCreate, services: ServicesDep) -> PlanPublic:
+def create_plan(case_id: Identifier, wish: PlanCreate, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
     """Make a plan."""
     if wish.copy_of is None:
-        return PlanPublic.of(services.plans.create(case_id, wish.name))
+        return _told(condition, services.plans.create(case_id, wish.name))
     if services.plans.get(wish.copy_of).case_id != case_id:
         raise PlanError("the plan to copy belongs to another case.")
-    return PlanPublic.of(services.plans.duplicate(wish.copy_of, wish.name))
+    return _told(condition, services.plans.duplicate(wish.copy_of, wish.name))
 
 
 @router.get("/plans/{plan_id}")
-def show_plan(plan_id: Identifier, services: ServicesDep) -> PlanPublic:
+def show_plan(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
     """One plan, deleted or not."""
-    return PlanPublic.of(services.plans.get(plan_id))
+    return _told(condition, services.plans.get(plan_id))
 
 
 @router.patch("/plans/{plan_id}")
-def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep) -> PlanPublic:
+def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
     """One of these at a time: rename, lock or unlock, set settings, take off the lists or bring back."""
     wanted = change.model_dump(exclude={"revision"}, exclude_none=True)
     if len(wanted) != 1:
         raise PlanError(f"change one thing of a plan at a time, not {len(wanted)}.")
-    editor = services.plans.editor(plan_id)
+    expected = condition.expected(change.revision)
     if change.name is not None:
-        services.plans.rename(plan_id, change.name, expected_revision=change.revision)
+        plan = services.plans.rename(plan_id, change.name, expected_revision=expected)
     elif change.deleted is not None:
         act = services.plans.delete if change.deleted else services.plans.restore
-        act(plan_id, expected_revision=change.revision)
+        plan = act(plan_id, expected_revision=expected)
     elif change.locked is not None:
-        editor.set_locked(change.locked, expected_revision=change.revision)
-    elif change.settings is not None:
-        editor.set_settings(change.settings, expected_revision=change.revision)
-    return PlanPublic.of(editor.plan)
+        plan = services.plans.editor(plan_id).set_locked(change.locked, expected_revision=expected)
+    else:
+        plan = services.plans.editor(plan_id).set_settings(change.settings or {}, expected_revision=expected)
+    return _told(condition, plan)
 
 
 @router.delete("/plans/{plan_id}")
-def delete_plan(plan_id: Identifier, services: ServicesDep, revision: Seen = None) -> PlanPublic:
+def delete_plan(
+    plan_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
+) -> PlanPublic:
     """Take a plan off the lists; it can be restored."""
-    return PlanPublic.of(services.plans.delete(plan_id, expected_revision=revision))
+    return _told(condition, services.plans.delete(plan_id, expected_revision=condition.expected(revision)))
 
 
 @router.post("/plans/{plan_id}/restore")
-def restore_plan(plan_id: Identifier, services: ServicesDep) -> PlanPublic:
+def restore_plan(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
     """Bring a deleted plan back."""
-    return PlanPublic.of(services.plans.restore(plan_id))
+    return _told(condition, services.plans.restore(plan_id, expected_revision=condition.expected()))
 
 
 @router.post("/plans/{plan_id}/points", status_code=201)
-def add_point(plan_id: Identifier, wish: PointCreate, services: ServicesDep) -> PointPublic:
-    """Add a path point where it is asked for; `snap` tells where the tool fits."""
-    editor = services.plans.editor(plan_id)
-    point_id = editor.add_point(wish.position, wish.label, wish.index, expected_revision=wish.revision)
-    return _point(editor.plan, point_id)
+def add_point(plan_id: Identifier, wish: PointCreate, services: ServicesDep, condition: ConditionDep) -> EditedPoint:
+    """Add a path point where it is asked for; `snap` tells where it is clear of bone."""
+    expected = condition.expected(wish.revision)
+    add = services.plans.editor(plan_id).added_point
+    return _point(condition, *add(wish.position, wish.label, wish.index, expected_revision=expected))
 
 
 @router.post("/plans/{plan_id}/targets", status_code=201)
-def add_target(plan_id: Identifier, wish: TargetCreate, services: ServicesDep) -> PointPublic:
+def add_target(plan_id: Identifier, wish: TargetCreate, services: ServicesDep, condition: ConditionDep) -> EditedPoint:
     """Add a target."""
-    editor = services.plans.editor(plan_id)
-    target_id = editor.add_target(wish.position, wish.label, expected_revision=wish.revision)
-    return _point(editor.plan, target_id)
+    add = services.plans.editor(plan_id).added_target
+    return _point(condition, *add(wish.position, wish.label, expected_revision=condition.expected(wish.revision)))
 
 
 @router.patch("/plans/{plan_id}/points/{point_id}")
-def change_point(plan_id: Identifier, point_id: Identifier, change: PointUpdate, services: ServicesDep) -> PointPublic:
+def change_point(
+    plan_id: Identifier, point_id: Identifier, change: PointUpdate, services: ServicesDep, condition: ConditionDep
+) -> EditedPoint:
     """Move a path point or a target, or give it another label: one of these at a time."""
     if (change.position is None) == (change.label is None):
         raise PlanError("give either a position or a label.")
-    editor = services.plans.editor(plan_id)
+    editor, expected = services.plans.editor(plan_id), condition.expected(change.revision)
     if change.label is not None:
-        editor.rename_point(point_id, change.label, expected_revision=change.revision)
-    elif change.position is not None:
+        plan = editor.rename_point(point_id, change.label, expected_revision=expected)
+    else:
+        assert change.position is not None
         move = editor.move_target if _is_target(editor.plan, point_id) else editor.move_point
-        move(point_id, change.position, expected_revision=change.revision)
-    return _point(editor.plan, point_id)
+        plan = move(point_id, change.position, expected_revision=expected)
+    return _point(condition, point_id, plan)
 
 
 @router.delete("/plans/{plan_id}/points/{point_id}")
-def delete_point(plan_id: Identifier, point_id: Identifier, services: ServicesDep, revision: Seen = None) -> PlanPublic:
+def delete_point(
+    plan_id: Identifier,
+    point_id: Identifier,
+    services: ServicesDep,
+    condition: ConditionDep,
+    revision: Seen = None,
+) -> PlanPublic:
     """Take a path point or a target away."""
     editor = services.plans.editor(plan_id)
     act = editor.delete_target if _is_target(editor.plan, point_id) else editor.delete_point
-    act(point_id, expected_revision=revision)
-    return PlanPublic.of(editor.plan)
+    return _told(condition, act(point_id, expected_revision=condition.expected(revision)))
 
 
 @router.post("/plans/{plan_id}/undo")
-def undo(plan_id: Identifier, services: ServicesDep, wish: StepBack | None = None) -> PlanPublic:
+def undo(
+    plan_id: Identifier, services: ServicesDep, condition: ConditionDep, wish: StepBack | None = None
+) -> PlanPublic:
     """Take the newest edit back."""
-    editor = services.plans.editor(plan_id)
-    editor.undo(expected_revision=wish.revision if wish else None)
-    return PlanPublic.of(editor.plan)
+    expected = condition.expected(wish.revision if wish else None)
+    return _told(condition, services.plans.editor(plan_id).undo(expected_revision=expected))
 
 
 @router.post("/plans/{plan_id}/redo")
-def redo(plan_id: Identifier, services: ServicesDep, wish: StepBack | None = None) -> PlanPublic:
+def redo(
+    plan_id: Identifier, services: ServicesDep, condition: ConditionDep, wish: StepBack | None = None
+) -> PlanPublic:
     """Take the newest undo back."""
-    editor = services.plans.editor(plan_id)
-    editor.redo(expected_revision=wish.revision if wish else None)
-    return PlanPublic.of(editor.plan)
+    expected = condition.expected(wish.revision if wish else None)
+    return _told(condition, services.plans.editor(plan_id).redo(expected_revision=expected))
 
 
 @router.post("/cases/{case_id}/snap")
 def snap(case_id: Identifier, wish: SnapWish, services: ServicesDep) -> SnapPublic:
-    """The nearest place where the tool fits."""
+    """The nearest place clear of bone, and what it lies in."""
     return SnapPublic.model_validate(services.planning.snap(case_id, wish.position), from_attributes=True)
 
 
@@ -159,12 +171,16 @@ def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
     """Drive the plan dry with the controller; takes seconds the first time."""
     plan = services.plans.get(plan_id)
     result = services.planning.evaluate(plan)
+    clearance = [None if math.isnan(value) else value for value in result.clearance.tolist()]
     return EvaluationPublic(
         revision=plan.revision,
         s_mm=result.s.tolist(),
         positions=result.positions.tolist(),
-        clearance_mm=[None if math.isnan(value) else value for value in result.clearance.tolist()],
+        clearance_mm=clearance,
         min_clearance_mm=result.min_clearance_mm,
+        bone_clearance_mm=clearance,
+        min_bone_clearance_mm=result.min_clearance_mm,
+        soft_tissue=SoftTissuePublic.model_validate(result.soft_tissue, from_attributes=True),
         completed=result.completed,
         reason=result.reason,
         reached_mm=result.reached_mm,
@@ -179,8 +195,14 @@ def _is_target(plan: Plan, point_id: str) -> bool:
     return any(target.id == point_id for target in plan.targets)
 
 
-def _point(plan: Plan, point_id: str) -> PointPublic:
+def _told(condition: Condition, plan: Plan) -> PlanPublic:
+    condition.tell(plan.revision)
+    return PlanPublic.of(plan)
+
+
+def _point(condition: Condition, point_id: str, plan: Plan) -> EditedPoint:
+    condition.tell(plan.revision)
     for point in (*plan.points, *plan.targets):
         if point.id == point_id:
-            return PointPublic(id=point.id, label=point.label, position=point.position)
+            return EditedPoint(id=point.id, label=point.label, position=point.position, revision=plan.revision)
     raise NotFound(f"there is no point {point_id!r:.80} in this plan.")

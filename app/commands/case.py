@@ -44,13 +44,14 @@ def run(args: argparse.Namespace) -> int:
         _say(args, {"cases": [summary(case) for case in found]}, [_line(case) for case in found])
         return 0
     case = find(cases.list(include_deleted=True), args.case, "case")
+    lines = surface_lines(case) if args.action == "show" else []
     if args.action == "rename":
         case = cases.rename(case.id, args.name)
     elif args.action == "delete":
         case = cases.delete(case.id)
     elif args.action == "restore":
         case = cases.restore(case.id)
-    _say(args, summary(case), [_line(case)])
+    _say(args, summary(case), [_line(case), *lines])
     return 0
 
 
@@ -63,11 +64,17 @@ def summary(case: Case) -> dict[str, Any]:
         "deleted_at": case.deleted_at,
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},
         "spacing_mm": case.spacing_mm,
-        "surfaces": [
-            {"name": item.name, "triangles": item.triangles, "bounds_lps_mm": item.bounds_lps_mm}
-            for item in case.surfaces
-        ],
+        "slice_thickness_mm": case.slice_thickness_mm,
+        "surface_uncertainty_mm": case.surface_uncertainty_mm,
+        "surfaces": [item.summary() for item in case.surfaces],
+        "notes": list(case.notes),
     }
+
+
+def surface_lines(case: Case) -> list[str]:
+    """What making the surfaces cost, and how far bone may lie off its surface."""
+    lines = [f"  {item.name}: {item.triangles:,} triangles; {item.words}" for item in case.surfaces if item.words]
+    return [*lines, *([f"  {words}"] if (words := case.uncertainty.words()) else [])]
 
 
 def _line(case: Case) -> str:

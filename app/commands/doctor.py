@@ -13,7 +13,10 @@ from pathlib import Path
 from app import __version__
 from app.browsers import find_browser
 from app.settings import Settings
+from vfix_engine.errors import VfixError
 from vfix_engine.geometry import kernel_cache
+from vfix_engine.imaging import confinement
+from vfix_engine.imaging.isolated import run_isolated
 from vfix_engine.simulation.priority import why_not
 
 PACKAGES = (
@@ -41,6 +44,7 @@ class Health:
     """What was found; `problems` holds a sentence for everything that stands in the way.
 
     kernel_cache: folder of the compiled kernels, null where none can be kept; compiled_kernels: how many are in it.
+    worker_is_kept_from: what the process that reads a file from outside is kept from here, found by trying.
     real_time_priority: whether a rehearsal gets one; without_priority_because: why not, '' where it does.
     """
 
@@ -56,6 +60,7 @@ class Health:
     kernel_cache: str | None
     real_time_priority: bool
     without_priority_because: str
+    worker_is_kept_from: dict[str, bool]
     problems: tuple[str, ...]
 
 
@@ -97,8 +102,20 @@ def examine(settings: Settings) -> Health:
         kernel_cache=None if kernels is None else str(kernels),
         real_time_priority=not without,
         without_priority_because=without,
+        worker_is_kept_from=_worker(),
         problems=tuple(problems),
     )
+
+
+def _worker() -> dict[str, bool]:
+    """What a worker finds closed, with a file of another folder to try at; nothing where it cannot even run."""
+    with tempfile.TemporaryDirectory(prefix="vfix-doctor-") as folder:
+        file = Path(folder) / "file"
+        file.touch()
+        try:
+            return run_isolated(confinement.probe, str(file))
+        except VfixError:
+            return {}
 
 
 def _kernel_folder() -> Path | None:
@@ -133,5 +150,10 @@ def _print_for_people(health: Health) -> None:
     else:
         print(f"compiled kernels: {health.compiled_kernels} in {health.kernel_cache}")
     print(f"real-time priority while somebody drives: {health.without_priority_because or 'yes'}")
+    kept = [name.replace("_", " ") for name, held in health.worker_is_kept_from.items() if held]
+    open_to = [name.replace("_", " ") for name, held in health.worker_is_kept_from.items() if not held]
+    print(f"the reader of files from outside is kept from: {', '.join(kept) or 'nothing'}")
+    if open_to:
+        print(f"but not from: {', '.join(open_to)}; what it reads is limited in time and memory only")
     for problem in health.problems:
         print(problem, file=sys.stderr)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,28 +23,42 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="PATH",
         help="CT as .nrrd, .nii, .nii.gz, .mha, a folder or zip of one DICOM series; or a surface as .ply, .stl, .obj",
     )
-    parser.add_argument("--frame", choices=("LPS", "RAS"), help="frame of a file that does not name one (else LPS)")
-    parser.add_argument("--units", choices=("mm", "m"), help="unit of a file that does not name one (else mm)")
+    add_file_options(parser)
     parser.add_argument("--name", help="name of the case (else the file's)")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 
 
+def add_file_options(parser: argparse.ArgumentParser) -> None:
+    """What a user may say of a head's file, whichever command reads it."""
+    parser.add_argument("--frame", choices=("LPS", "RAS"), help="frame of a file that does not name one (else LPS)")
+    parser.add_argument("--units", choices=("mm", "m"), help="unit of a file that does not name one (else mm)")
+    parser.add_argument("--series", type=int, metavar="N", help="which of several DICOM series, as the refusal lists")
+
+
+def requested(args: argparse.Namespace, path: Path, name: str | None = None) -> ImportRequest:
+    """The file with what the user says of it; where nobody says, LPS mm is assumed, and noted."""
+    return ImportRequest(path, name, frame=args.frame, unit=args.units, assume=True, series=args.series)
+
+
+def say_notes(notes: Sequence[str]) -> None:
+    """What is doubtful, on stderr."""
+    for note in notes:
+        print(f"vfix: {note}", file=sys.stderr)
+
+
 def run(args: argparse.Namespace) -> int:
     """Import, and say what came of it. Raises VfixError, which becomes exit status 2."""
-    request = ImportRequest(args.path, name=args.name, frame=args.frame, unit=args.units, assume=True)
     services = build_services(Settings.from_environment())
-    case = services.importing.run(request, _show)
-    if case.frame.assumed:
-        print(
-            "vfix: the file does not name both frame and unit; what you did not say was assumed to be LPS, mm.",
-            file=sys.stderr,
-        )
+    case = services.importing.run(requested(args, args.path, args.name), _show)
+    say_notes(case.notes)
+    if words := case.uncertainty.words():
+        say_notes([f"{words}; the margin has to cover that."])
     if args.json:
         print(json.dumps(summary(case)))
     else:
         bone = case.surfaces[0]
-        print(f"{case.id}: {case.name}, {bone.triangles:,} triangles of bone. Not for clinical use.")
+        print(f"{case.id}: {case.name}, {bone.triangles:,} triangles of bone; {bone.words}. Not for clinical use.")
     return 0
 
 
@@ -54,14 +69,10 @@ def summary(case: Case) -> dict[str, Any]:
         "name": case.name,
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},
         "spacing_mm": None if case.spacing_mm is None else list(case.spacing_mm),
-        "surfaces": [
-            {
-                "name": surface.name,
-                "triangles": surface.triangles,
-                "bounds_lps_mm": [list(corner) for corner in surface.bounds_lps_mm],
-            }
-            for surface in case.surfaces
-        ],
+        "slice_thickness_mm": case.slice_thickness_mm,
+        "surface_uncertainty_mm": case.surface_uncertainty_mm,
+        "surfaces": [surface.summary() for surface in case.surfaces],
+        "notes": list(case.notes),
     }
 
 

@@ -15,20 +15,22 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.errors import InputError, MeshError
+from vfix_engine.errors import FrameError, InputError, MeshError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.lumen.drive import OPERATORS, DriveSettings, Shot, drive_lumen
+from vfix_engine.imaging.frame_report import FRAMES, MM_PER_UNIT, FrameReport
+from vfix_engine.imaging.mesh_files import read_mesh, write_ply
+from vfix_engine.lumen.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
 from vfix_engine.lumen.drive_state import CONTROLS
 from vfix_engine.lumen.look_plan import view_of
 from vfix_engine.lumen.pathway import TissueMotion
+from vfix_engine.lumen.pathway_surface import pathway_surface
 from vfix_engine.lumen.picture import LumenPictures
 from vfix_engine.lumen.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 
 Array = NDArray[np.float64]
 
-NOTICE = "Not for clinical use."
+_ASSUMED = "the surface's file does not name its frame and unit; LPS and mm are assumed: say --frame and --unit"
 _DEFAULTS = DriveSettings()
 _TO_THE_HEAD = (0.0, 0.0, 1.0)
 _ENTRY_MM = 300.0  # over that way from the entrance the breathing comes in: the anus stays where it is
@@ -42,6 +44,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     # A place to the patient's right begins with a minus, which is no option.
     drive._negative_number_matcher = re.compile(r"^-[\d.]")
     drive.add_argument("surface", metavar="SURFACE", type=Path, help="the lumen's closed surface (.stl, .ply, .obj)")
+    drive.add_argument("--frame", choices=FRAMES, help="of the surface, where its file does not say")
+    drive.add_argument("--unit", choices=tuple(MM_PER_UNIT), help="of the surface, where its file does not say")
     drive.add_argument("--start", type=place, required=True, metavar="X,Y,Z", help="where it goes in, LPS mm")
     drive.add_argument("--end", type=place, required=True, metavar="X,Y,Z", help="where the way ends, LPS mm")
     drive.add_argument("--links", type=links, metavar="N", help="links of 28 mm; auto: as many as it takes to the end")
@@ -59,6 +63,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     drive.add_argument("--breathing", type=float, metavar="MM", help="the pathway moves to and fro by so much")
     drive.add_argument("--peristalsis", type=float, metavar="SHARE", help="waves narrow the pathway by that share")
     drive.add_argument("--pictures", type=Path, metavar="FOLDER", help="a picture for each landmark")
+    drive.add_argument("--pathway", type=Path, metavar="FILE.ply", help="keep the surface that the links are held to")
     drive.add_argument("--seed", type=natural, default=0, help="of the adversarial hand")
     drive.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
@@ -94,7 +99,11 @@ def natural(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the tip came as far as it was to go and no link left its bound, 1 otherwise."""
-    mesh = _surface(args.surface)
+    if args.pathway is not None and args.pathway.suffix.lower() != ".ply":
+        raise InputError(f"the pathway is written as .ply, not to {args.pathway.name}")
+    mesh, read = _surface(args.surface, args.frame, args.unit)
+    if read.assumed:
+        print(f"vfix: warning: {_ASSUMED}", file=sys.stderr, flush=True)
     file, landmarks = _landmarks(args.landmarks, args.surface)
     changed = {"bound_mm": args.bound, "tip_bound_mm": args.tip_bound, "waypoint_mm": args.waypoint}
     settings = DriveSettings(
@@ -112,9 +121,12 @@ def run(args: argparse.Namespace) -> int:
         tissue=_tissue(args.breathing, args.peristalsis), seed=args.seed,
         progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
     )  # fmt: skip
-    result = {"surface": args.surface.name, "landmarks_from": file, "operator": args.operator} | report.to_dict()
-    result |= {"robot_assumed": list(snake.assumed), "pictures": [] if album is None else album.files}
-    result["notice"] = NOTICE
+    result = {"surface": args.surface.name, "landmarks_from": file} | report.to_dict()
+    result["surface_assumed"] = _ASSUMED if read.assumed else None
+    result["pictures"] = [] if album is None else album.files
+    result["pathway"] = _written(args.pathway, report)
+    if read.assumed:
+        result["warnings"] = [_ASSUMED, *result["warnings"]]
     if args.json:
         print(json.dumps(result, allow_nan=False))
     else:
@@ -130,6 +142,17 @@ def _tissue(breathing_mm: float | None, peristalsis_share: float | None) -> Tiss
     if peristalsis_share is not None:
         motions.append(peristalsis(peristalsis_share))
     return together(*motions) if motions else None
+
+
+def _written(file: Path | None, report: DriveReport) -> str | None:
+    """The pathway at rest, as a surface in a file."""
+    if file is None:
+        return None
+    try:
+        write_ply(file, pathway_surface(report.pathway.moved(None)))
+    except OSError as error:
+        raise InputError(f"the pathway {file} cannot be written: {error.strerror}") from error
+    return str(file)
 
 
 class Album:
@@ -175,7 +198,6 @@ class Album:
             f"farthest out of the pathway: {deepest}",
             f"allowed: {settings.bound_mm:g} mm, the last link {settings.tip_bound:g} mm",
             f"{at_limit} of {shot.snake.dof} joints at their limit",
-            NOTICE,
         ]
 
 
@@ -185,11 +207,11 @@ def _turned(shot: Shot) -> int:
     return round(math.degrees(view_of(straight, shot.camera[:3, 2]).turned))
 
 
-def _surface(path: Path) -> TriangleMesh:
+def _surface(path: Path, frame: str | None, unit: str | None) -> tuple[TriangleMesh, FrameReport]:
     try:
-        return read_mesh(path, assume=True)[0]
-    except MeshError as error:
-        raise MeshError(f"{path.name}: {error}") from error
+        return read_mesh(path, frame, unit, assume=True)
+    except (MeshError, FrameError) as error:
+        raise type(error)(f"{path.name}: {error}") from error
 
 
 def _landmarks(given: str | None, surface: Path) -> tuple[str | None, dict[str, Array]]:

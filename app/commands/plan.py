@@ -7,10 +7,11 @@ import json
 from pathlib import Path
 from typing import Any, get_args
 
+from app.commands.import_ import say_notes
 from app.services import Services, build_services
 from app.services.exchange import FORMATS, PointsAs, export_text, format_of, read_plan, to_native_json, write_export
 from app.services.plans import Plan
-from app.services.resolve import find, read_bytes
+from app.services.resolve import find, outside_notes, read_bytes
 from app.settings import Settings
 
 
@@ -69,29 +70,31 @@ def run(args: argparse.Namespace) -> int:
 
 def _run_named(services: Services, args: argparse.Namespace) -> None:
     """The actions on one plan."""
-    plan = find(services.plans.list(include_deleted=True), args.plan, "plan")
+    plan_id = find(services.plans.titles(include_deleted=True), args.plan, "plan").id
     if args.action == "show":
+        plan = services.plans.get(plan_id)
         print(json.dumps(json.loads(to_native_json(plan))) if args.json else to_native_json(plan), end="\n")
         return
     if args.action == "export":
-        form = args.format or format_of(args.file.name)
+        plan, form = services.plans.get(plan_id), args.format or format_of(args.file.name)
         curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
         write_export(args.file, export_text(plan, form, curve, remark))
         answer = {**summary(plan), "file": str(args.file), "format": form}
         _say(args, answer, [f"{args.file} written. Not for clinical use."])
         return
     if args.action == "rename":
-        plan = services.plans.rename(plan.id, args.name)
+        plan = services.plans.rename(plan_id, args.name)
     elif args.action == "delete":
-        plan = services.plans.delete(plan.id)
-    elif args.action == "restore":
-        plan = services.plans.restore(plan.id)
+        plan = services.plans.delete(plan_id)
+    else:
+        plan = services.plans.restore(plan_id)
     _say(args, summary(plan), [_line(plan)])
 
 
 def _import(services: Services, args: argparse.Namespace) -> Plan:
     case = find(services.cases.list(), args.case, "case")
     file = read_plan(args.file.name, read_bytes(args.file), args.frame, args.points_as)
+    say_notes(outside_notes(file.content.points, case.surfaces[0].bounds_lps_mm))
     return services.plans.add_file(case.id, file, name=args.name, other_case=args.other_case)
 
 
@@ -110,11 +113,12 @@ def summary(plan: Plan) -> dict[str, Any]:
         "modified": plan.modified,
         "deleted_at": plan.deleted_at,
         "notice": plan.notice,
-    }
+    } | ({"unreadable": plan.unreadable} if plan.unreadable else {})
 
 
 def _line(plan: Plan) -> str:
-    return f"{plan.id:24}  {plan.name}{'  (deleted)' if plan.deleted_at else ''}"
+    remarks = ("  (deleted)" if plan.deleted_at else "") + (f"  ({plan.unreadable})" if plan.unreadable else "")
+    return f"{plan.id:24}  {plan.name}{remarks}"
 
 
 def _say(args: argparse.Namespace, data: dict[str, Any], lines: list[str]) -> None:

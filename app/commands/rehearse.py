@@ -8,27 +8,38 @@ import math
 import subprocess
 import sys
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from app.commands.import_ import add_file_options, requested, say_notes
 from app.services import Services, build_services
 from app.services.plans import Plan
-from app.services.resolve import ResolvedCase, resolve_case, resolve_plan, resolve_targets, resolve_zones
+from app.services.resolve import (
+    ResolvedCase,
+    outside_notes,
+    resolve_case,
+    resolve_plan,
+    resolve_targets,
+    resolve_zones,
+)
 from app.settings import Settings
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.imaging.soft_tissue import tissue_passed
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation import preparation
+from vfix_engine.simulation.dry_run import STATION_MM
 from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.placing import place_robot
 from vfix_engine.simulation.recorder import CsvRecorder
 from vfix_engine.simulation.rehearsal import Rehearsal
 from vfix_engine.simulation.scene import Scene
+from vfix_engine.simulation.snapshot import Snapshot
 
 NOTICE = "Not for clinical use."
 PUSHING_STEPS = 2000
@@ -38,6 +49,7 @@ SWINGING_STEPS = 4000
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
     parser = subparsers.add_parser("rehearse", help="run a rehearsal without a page", description=__doc__)
     parser.add_argument("--case", required=True, help="a case's id or name, or a surface or CT file")
+    add_file_options(parser)
     parser.add_argument("--plan", required=True, help="a plan's id or name, or a .json, .mrk.json or .csv file")
     parser.add_argument("--operator", choices=("scripted", "pushing"), default="scripted", help="whose hand it is")
     parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
@@ -77,20 +89,45 @@ def run(args: argparse.Namespace) -> int:
     if args.free and (args.operator != "pushing" or args.task != "path"):
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
     services = build_services(Settings.from_environment())
-    case = resolve_case(services, args.case)
+    case = resolve_case(services, args.case, requested(args, Path(args.case)))
     plan = resolve_plan(services, case, args.plan)
-    scene, settings = build_scene(services, case, plan, args)
+    notes = (*case.notes, *outside_notes(plan.points, case.mesh.bounds))
+    say_notes(notes)
+    scene, settings, obstacle = build_scene(services, case, plan, args)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
-    report |= _rehearse(Rehearsal(scene, settings), args)
+    poses = Poses()
+    report |= _rehearse(Rehearsal(scene, settings), args, poses)
+    if not report["completed"] and obstacle:
+        report["reason"] = obstacle
+    if notes:
+        report["notes"] = list(notes)
+    report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
+    report["warnings"] = [f"{words}."] if (words := case.uncertainty.warning(settings.margin_mm)) else []
+    say_notes(report["warnings"])
     report["notice"] = NOTICE
     if args.json:
         print(json.dumps(report, allow_nan=False))
     else:
         _print_for_people(report)
     return 0 if report["completed"] else 1
+
+
+class Poses:
+    """Poses of the tool in a drive, each half a millimetre or more from the one before, as `tissue_passed` has them."""
+
+    def __init__(self) -> None:
+        self.kept: list[tuple[float, np.ndarray, np.ndarray]] = []
+
+    def add(self, snapshot: Snapshot) -> None:
+        ends = snapshot.segments_start, snapshot.segments_end
+        if self.kept:
+            moved = max(float(np.abs(new - old).max()) for new, old in zip(ends, self.kept[-1][1:], strict=True))
+            if moved < STATION_MM:
+                return
+        self.kept.append((snapshot.progress_mm, *ends))
 
 
 def prepare_engine() -> None:
@@ -103,8 +140,8 @@ def prepare_engine() -> None:
 
 def build_scene(
     services: Services, case: ResolvedCase, plan: Plan, args: argparse.Namespace
-) -> tuple[Scene, ControlSettings]:
-    """Scene and settings of a plan; a plan without a robot placing gets one."""
+) -> tuple[Scene, ControlSettings, str]:
+    """Scene and settings of a plan; a plan without a robot placing gets one, and in words why it does not arrive."""
     settings = ControlSettings.from_dict(dict(plan.settings))
     if args.margin is not None:
         settings = replace(settings, margin_mm=args.margin)
@@ -125,13 +162,14 @@ def build_scene(
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones)
     if plan.robot.get("base") is not None and all(other is None for other in others):
         base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
+        obstacle = ""
     else:
         placing = place_robot(case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones)
-        base, q_start = placing.base, placing.q_start
+        base, q_start, obstacle = placing.base, placing.q_start, placing.run.reason
     scene = Scene(
         case.tree, robot, tool, base, q_start, path, targets, names, zones=zones.zones, fixtures=zones.soft_zones
     )
-    return scene, settings
+    return scene, settings, obstacle
 
 
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -142,12 +180,17 @@ def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]
     return np.array([plan.points[-1].position]), ("the path's end",)
 
 
-def _rehearse(rehearsal: Rehearsal, args: argparse.Namespace) -> dict[str, Any]:
+def _rehearse(rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses) -> dict[str, Any]:
     if args.record is None:
-        return _drive(HeadlessRun(rehearsal, lambda snapshot: None), args)
+        return _drive(HeadlessRun(rehearsal, poses.add), args)
     try:
         with CsvRecorder(args.record) as recorder:
-            return _drive(HeadlessRun(rehearsal, recorder.add), args)
+
+            def keep(snapshot: Snapshot) -> None:
+                recorder.add(snapshot)
+                poses.add(snapshot)
+
+            return _drive(HeadlessRun(rehearsal, keep), args)
     except OSError as error:
         raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
 
@@ -159,14 +202,18 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         scene = run.rehearsal.scene
         steps = SWINGING_STEPS if args.steps is None else args.steps
         targets = [run.inspect(i, steps) for i in range(len(scene.targets))]
-        result = {"completed": all(t["reached"] for t in targets), "reason": "", "targets": targets}
+        missed = [f"{t['target']}: {t['reason']}" for t in targets if not t["reached"]]
+        result = {"completed": not missed, "reason": "; ".join(missed), "targets": targets}
     elif args.operator == "pushing":
         steps = PUSHING_STEPS if args.steps is None else args.steps
         result = {"completed": True} | run.push(steps, args.seed, args.free)
     else:
         last = run.follow()
         done = last.phase == "done"
-        result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
+        reason = "" if done else last.reason or "the tool no longer moves along the path"
+        result = {"completed": done, "reason": reason, "reached_mm": last.progress_mm}
+        if not done:
+            result |= _stopped(last)
     path = run.rehearsal.scene.path
     length = math.nan if path is None else path.length
     zones = [
@@ -175,6 +222,26 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     ]
     figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
     return result | figures | ({"zones": zones} if zones else {})
+
+
+def _stopped(last: Snapshot) -> dict[str, Any]:
+    """Where the tool stopped and what is there, LPS mm; on stderr with what can be done about it."""
+    at = [round(float(x), 1) for x in last.tip]
+    blocked = None if last.blocking_point is None else [round(float(x), 1) for x in last.blocking_point]
+    remedy = "Lead the path another way there, or place the robot anew with another --robot or --tool."
+    if blocked is not None:
+        remedy = f"It is in the way at {_place(blocked)}: lead the path farther from it, or take a thinner --tool."
+    say_notes(
+        [
+            f"the tool stopped after {last.progress_mm:.1f} of {last.length_mm:.1f} mm with its tip at {_place(at)}: "
+            f"{last.reason or 'it no longer moves along the path'}. {remedy}"
+        ]
+    )
+    return {"stopped_at_lps_mm": at, "blocked_at_lps_mm": blocked}
+
+
+def _place(point: list[float]) -> str:
+    return f"({', '.join(f'{x:.1f}' for x in point)}) mm, LPS"
 
 
 def _print_for_people(report: dict[str, Any]) -> None:

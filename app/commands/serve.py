@@ -7,9 +7,11 @@ import os
 import socket
 import sys
 import threading
+import time
 import webbrowser
 from typing import TYPE_CHECKING
 
+from app.browsers import private_page
 from app.gateway.addresses import allowed_hosts, login_url
 from app.settings import Settings
 from vfix_engine.errors import InputError
@@ -17,7 +19,7 @@ from vfix_engine.errors import InputError
 if TYPE_CHECKING:
     import uvicorn
 
-MAX_WEBSOCKET_BYTES = 64 * 2**20
+_BROWSER_STARTS_S = 120.0
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> argparse.ArgumentParser:
@@ -35,37 +37,34 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until interrupted."""
+    """Serve until interrupted; the process ends with it."""
     if args.allow_remote and not os.environ.get("VFIX_TOKEN"):
         raise InputError("--allow-remote needs a token of your own: set VFIX_TOKEN first.")
     settings = Settings.from_environment(host=args.host, port=args.port, allow_remote=args.allow_remote)
     may_move = args.port is None and "VFIX_PORT" not in os.environ
     allowed_hosts(settings)  # refuses what cannot be guarded before anything is opened
     with bind(settings, may_move=may_move) as listener:
-        import uvicorn
-
+        from app.gateway.connections import raise_descriptor_limit
+        from app.gateway.server import PlannerServer
         from app.main import build  # takes seconds: a refusal need not wait for it
 
         settings = dataclasses.replace(settings, port=listener.getsockname()[1])
-        server = uvicorn.Server(
-            uvicorn.Config(
-                build(settings),
-                ws_max_size=MAX_WEBSOCKET_BYTES,
-                ws_per_message_deflate=False,
-                log_level="warning",
-                access_log=False,  # it would write the token of the address down
-                server_header=False,
-                proxy_headers=False,
-                timeout_graceful_shutdown=3,
-            )
-        )
+        raise_descriptor_limit()
+        server = PlannerServer(build(settings))
         listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
         print(f"vfix is at {login_url(settings)}", flush=True)
+        opener = threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True)
         if not args.no_browser and _has_screen():
-            threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True).start()
+            opener.start()
         with contextlib.suppress(KeyboardInterrupt):  # uvicorn raises it again once everything is closed
             server.run(sockets=[listener])
-    return 0
+        if opener.is_alive():
+            opener.join(1.0)
+    # All is stored and closed. A thread may still compute, which Python would wait for, and taking everything apart
+    # takes seconds on a busy machine.
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0 if server.started else 1)
 
 
 def bind(settings: Settings, *, may_move: bool) -> socket.socket:
@@ -100,8 +99,16 @@ def _has_screen() -> bool:
 
 
 def _open_browser(server: "uvicorn.Server", url: str) -> None:
+    """Show the page once it is there; what leads the browser to it stays until a slow one must have read it."""
     while not server.started:
         if server.should_exit:
             return
-        threading.Event().wait(0.05)
-    webbrowser.open(url)
+        time.sleep(0.05)
+    try:
+        with private_page(url) as page:
+            webbrowser.open(page.as_uri())
+            end = time.monotonic() + _BROWSER_STARTS_S
+            while not server.should_exit and time.monotonic() < end:
+                time.sleep(0.05)
+    except OSError as error:
+        print(f"no browser can be opened ({error}); open the address above yourself.", file=sys.stderr)

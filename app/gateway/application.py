@@ -9,6 +9,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Lifespan
 
 from app import __version__
+from app.gateway.body_limit import BodyLimit
 from app.gateway.error_answers import DiscreetErrors, install_error_answers
 from app.gateway.guard import Guard
 from app.gateway.pages import WEB_DIR, page_router
@@ -40,7 +41,7 @@ class GuardedApplication(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Starlette calls this once, before the first request."""
-        return Guard(DiscreetErrors(super().build_middleware_stack()), self.state.settings)
+        return Guard(DiscreetErrors(BodyLimit(super().build_middleware_stack())), self.state.settings)
 
 
 def build_application(

@@ -10,8 +10,9 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from app.error_shape import error_body, error_code
-from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
+from app.error_shape import error_body, error_code, error_details
+from app.services.errors import NotFound, PlanConflict, PlanLocked, PlannerEnds, TooLarge
+from app.store.errors import StorageError, StoreBusy, StoreUnusable
 from vfix_engine.errors import ControlError, InputError, VfixError
 
 # The first kind that fits counts.
@@ -22,7 +23,13 @@ _STATUS: dict[type[VfixError], int] = {
     PlanLocked: 423,
     InputError: 422,
     ControlError: 409,
+    PlannerEnds: 503,
+    StoreBusy: 503,
+    StoreUnusable: 500,
+    StorageError: 507,
 }
+_RETRY = {503: {"Retry-After": "5"}}
+_MOST_DETAILS, _MOST_CHARACTERS = 20, 200  # an answer is not as long as whatever was sent
 _LOG = logging.getLogger(__name__)
 
 
@@ -34,14 +41,23 @@ def install_error_answers(app: FastAPI) -> None:
     app.add_exception_handler(Exception, _unexpected)
 
 
-async def _refused(_: Request, error: Exception) -> JSONResponse:
+async def _refused(request: Request, error: Exception) -> JSONResponse:
     status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), 400)
-    return JSONResponse(error_body(error_code(error), str(error)), status)
+    if isinstance(error, PlanConflict) and "if-match" in request.headers:
+        status = 412  # the condition was HTTP's own
+    body = error_body(error_code(error), str(error), error_details(error))
+    return JSONResponse(body, status, headers=_RETRY.get(status))
 
 
 async def _invalid(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
-    details = [{"where": [str(part) for part in item["loc"]], "message": item["msg"]} for item in error.errors()]
+    wrong = error.errors()
+    details = [
+        {"where": [str(part)[:_MOST_CHARACTERS] for part in item["loc"]], "message": item["msg"][:_MOST_CHARACTERS]}
+        for item in wrong[:_MOST_DETAILS]
+    ]
+    if len(wrong) > _MOST_DETAILS:
+        details.append({"where": ["body"], "message": f"and {len(wrong) - _MOST_DETAILS} more"})
     return JSONResponse(error_body("request_invalid", "The request does not have the form asked for.", details), 422)
 
 

@@ -3,8 +3,10 @@
 Order of the checks, each with its own answer:
 1. Host must be exactly one of ours, else 403 (DNS rebinding).
 2. An Origin, when there is one, must be exactly the page's, else 403; 'null' is not.
-3. The token must come as a cookie, as `Authorization: Bearer`, or once as `/?token=`, else 401.
-4. A browser's WebSocket or changing request (known by its cookie) must carry an Origin, else 403.
+3. A browser that says that another site or another port of this machine asks (`Sec-Fetch-Site`) gets 403, unless the
+   user goes to the page itself: cookies do not know ports, so a GET from there carries ours and needs no Origin.
+4. The token must come as a cookie, as `Authorization: Bearer`, or once as `/?token=`, else 401.
+5. A browser's WebSocket or changing request (known by its cookie) must carry an Origin, else 403.
 """
 
 import hmac
@@ -36,6 +38,7 @@ class Refusal:
 
 _HOST_REFUSED = Refusal(403, "host_refused", "This address is not one the planner answers to.")
 _ORIGIN_REFUSED = Refusal(403, "origin_refused", "Requests from other pages are refused.")
+_SITE_REFUSED = Refusal(403, "site_refused", "Pages of other sites and ports may open the planner's first page only.")
 _TOKEN_MISSING = Refusal(
     401, "token_required", "Open the address that the planner printed when it started; it carries the token."
 )
@@ -61,7 +64,7 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             raise RuntimeError(f"unknown kind of connection: {scope['type']}")
         headers = Headers(scope=scope)
-        refusal = self._check_names(headers)
+        refusal = self._check_names(headers) or self._check_site(scope, headers)
         secured = _SecuredSend(send, scope["path"], headers["host"] if refusal is not _HOST_REFUSED else None)
         if refusal is None and self._is_login(scope):
             await self._log_in(scope)(scope, receive, secured)
@@ -82,6 +85,15 @@ class Guard:
             return _ORIGIN_REFUSED
         return None
 
+    @staticmethod
+    def _check_site(scope: Scope, headers: Headers) -> Refusal | None:
+        """A browser names who asks; other clients and browsers before 2023 do not. 'none' is a typed address."""
+        sites = headers.getlist("sec-fetch-site")
+        if not sites or sites in (["same-origin"], ["none"]):
+            return None
+        is_visit = (headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest")) == ("navigate", "document")
+        return None if is_visit and _is_page(scope) else _SITE_REFUSED
+
     def _check_token(self, scope: Scope, headers: Headers) -> Refusal | None:
         offered = headers.getlist("authorization")
         if offered:
@@ -101,16 +113,18 @@ class Guard:
 
     @staticmethod
     def _is_login(scope: Scope) -> bool:
-        is_page = scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == _LOGIN_PATH
-        return is_page and "token" in _query(scope)
+        return _is_page(scope) and "token" in _query(scope)
 
     def _log_in(self, scope: Scope) -> Response:
-        """Trade the token of the address for a cookie, so that it does not stay in the address bar."""
+        """Trade the token of the address for a cookie, so that it does not stay in the address bar.
+
+        Lax: a link from elsewhere opens the page, which a Strict cookie would show as locked.
+        """
         tokens = _query(scope)["token"]
         if len(tokens) != 1 or not self._matches(tokens[0]):
             return _refusal_page(_TOKEN_WRONG, self._address)
         response = RedirectResponse(_LOGIN_PATH, status_code=303)
-        response.set_cookie(self._cookie, tokens[0], path="/", httponly=True, samesite="strict")
+        response.set_cookie(self._cookie, tokens[0], path="/", httponly=True, samesite="lax")
         return response
 
 
@@ -124,6 +138,10 @@ class _SecuredSend:
         if message["type"] in ("http.response.start", "websocket.http.response.start"):
             secure(MutableHeaders(scope=message), self._path, self._host)
         await self._send(message)
+
+
+def _is_page(scope: Scope) -> bool:
+    return bool(scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == _LOGIN_PATH)
 
 
 def _query(scope: Scope) -> dict[str, list[str]]:

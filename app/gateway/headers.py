@@ -32,8 +32,13 @@ def page_policy(host: str | None) -> str:
 
 
 def scene_policy(host: str | None) -> str:
-    """Policy of viser's client, one file that unpacks and builds its own scripts; it reaches no other host either."""
+    """Policy of viser's client, one file that unpacks and builds its own scripts; it reaches no other host either.
+
+    Its sandbox holds in the page's frame and outside of it: no windows, no downloads, no forms, no going elsewhere with
+    the page around it. The page speaks with its frame, so they stay of one origin.
+    """
     return _policy(
+        "sandbox allow-scripts allow-same-origin",
         "default-src 'none'",
         "script-src 'unsafe-inline' 'unsafe-eval' blob:",
         "worker-src blob:",

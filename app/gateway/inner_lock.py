@@ -14,6 +14,8 @@ import websockets.asyncio.server as websockets_server
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from app.gateway.connections import BoundedWebSocket
+
 Admit = Callable[[ServerConnection, Request], http.HTTPStatus | None]
 
 
@@ -37,7 +39,7 @@ def locked_servers(admit: Admit) -> Iterator[None]:
             answer = process_request(connection, request)
             return cast(Response | None, await answer if inspect.isawaitable(answer) else answer)
 
-        return original(handler, host, port, process_request=guarded, **options)
+        return original(handler, host, port, process_request=guarded, create_connection=BoundedWebSocket, **options)
 
     websockets_server.serve = serve  # type: ignore[assignment,misc]
     try:

@@ -1,13 +1,13 @@
 """Relay of the scene's WebSocket between a browser tab and viser: bytes both ways, nothing kept.
 
 Each side waits for the other, so a slow browser holds back its own picture only: viser then keeps the newest
-value of every property and drops the rest.
+value of every property and drops the rest. A browser that sends too much is read no faster than the relay's pace,
+what it has sent waits in its own buffers, and it is let go when that does not end.
 """
 
 import asyncio
 import contextlib
 
-import msgspec
 from fastapi import APIRouter
 from starlette.responses import JSONResponse, Response
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -15,33 +15,35 @@ from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
 from app.error_shape import error_body
+from app.gateway.scene_messages import is_allowed
 from app.gateway.scene_page import scene_page
 from app.gateway.scene_server import SUBPROTOCOL, SceneServer, TabRefused
 
-# What a picture has to say to its server. Uploads, browser storage and the public share tunnel are not among it.
-ALLOWED_MESSAGES = frozenset(
-    {
-        "ViewerCameraMessage",
-        "ScenePointerMessage",
-        "SceneNodeClickMessage",
-        "SceneNodeDragMessage",
-        "TransformControlsUpdateMessage",
-        "TransformControlsDragStartMessage",
-        "TransformControlsDragEndMessage",
-        "GuiUpdateMessage",
-        "GuiButtonHoldMessage",
-        "CommandTriggerMessage",
-        "GetRenderResponseMessage",
-    }
-)
+MAX_PER_SECOND = 100  # messages of one scene; a camera and a drag send 20 each
+BURST = 100
+FLOOD_S = 5.0  # somebody who sends more than that for so long does not mean it
+RETRY_AFTER_S = 15
 _POLICY_VIOLATION = 1008
 _GOING_AWAY = 1001
+_FLOOD = 4429
+_REASONS = {
+    _POLICY_VIOLATION: "that is no message of a picture",
+    _GOING_AWAY: "the scene has ended",
+    _FLOOD: f"more than {MAX_PER_SECOND} messages a second are not taken; try again in {RETRY_AFTER_S} s",
+}
 
 
-class _Envelope(msgspec.Struct):
-    """The part of viser's message that the relay reads."""
+class Pace:
+    """At most `rate` a second on average, and `burst` at once."""
 
-    type: str
+    def __init__(self, rate: float, burst: int) -> None:
+        self._interval, self._slack = 1.0 / rate, burst / rate
+        self._due = 0.0
+
+    def wait_s(self, now: float) -> float:
+        """How long to wait after the message that has just passed, at the time `now` [s]."""
+        self._due = max(self._due, now - self._slack) + self._interval
+        return max(0.0, self._due - now)
 
 
 def scene_router(scene_server: SceneServer) -> APIRouter:
@@ -70,10 +72,11 @@ async def _relay(websocket: WebSocket, scene_server: SceneServer) -> None:
             code = await _run_both_ways(websocket, upstream)
     except TabRefused as refusal:
         body = error_body(refusal.code, str(refusal))
-        await websocket.send_denial_response(JSONResponse(body, refusal.status))
+        again = {"Retry-After": str(RETRY_AFTER_S)} if refusal.status == 503 else None
+        await websocket.send_denial_response(JSONResponse(body, refusal.status, again))
         return
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):  # the browser was first
-        await websocket.close(code)
+        await websocket.close(code, _REASONS[code])
 
 
 async def _run_both_ways(websocket: WebSocket, upstream: ClientConnection) -> int:
@@ -92,15 +95,22 @@ async def _run_both_ways(websocket: WebSocket, upstream: ClientConnection) -> in
 
 
 async def _from_browser(websocket: WebSocket, upstream: ClientConnection) -> int:
+    pace, kept_up = Pace(MAX_PER_SECOND, BURST), asyncio.get_running_loop().time()
     with contextlib.suppress(ConnectionClosed):
         while True:
             message = await websocket.receive()
             if message["type"] == "websocket.disconnect":
                 break
             data = message.get("bytes")
-            if data is None or not _is_allowed(data):
+            if data is None or not is_allowed(data):
                 return _POLICY_VIOLATION
             await upstream.send(data)
+            wait_s = pace.wait_s(now := asyncio.get_running_loop().time())
+            if wait_s == 0.0:
+                kept_up = now
+            elif now - kept_up > FLOOD_S:
+                return _FLOOD
+            await asyncio.sleep(wait_s)
     return _GOING_AWAY
 
 
@@ -109,10 +119,3 @@ async def _from_viser(websocket: WebSocket, upstream: ClientConnection) -> int:
         while True:
             await websocket.send_bytes(await upstream.recv(decode=False))
     return _GOING_AWAY
-
-
-def _is_allowed(data: bytes) -> bool:
-    try:
-        return msgspec.msgpack.decode(data, type=_Envelope).type in ALLOWED_MESSAGES
-    except msgspec.MsgspecError:
-        return False

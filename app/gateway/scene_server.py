@@ -18,10 +18,11 @@ from websockets.http11 import Request
 from websockets.typing import Subprotocol
 
 from app.gateway.inner_lock import locked_servers
+from app.session.hub import MAX_PAGES
 
 SUBPROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 MAX_MESSAGE_BYTES = 64 * 2**20
-MAX_TABS = 16
+MAX_TABS = MAX_PAGES
 _SECRET_HEADER = "X-Vfix-Relay"
 _TAB_HEADER = "X-Vfix-Tab"
 _TAB_PATTERN = re.compile(r"[A-Za-z0-9_-]{8,64}")

@@ -11,7 +11,6 @@ from app.services.importing import ImportService
 from app.services.jobs import Jobs
 from app.services.planning import Planning
 from app.services.plans import PlanService
-from app.services.uploads import Uploads
 from app.settings import Settings
 from app.store import Store
 
@@ -30,13 +29,16 @@ class Services:
     importing: ImportService
     jobs: Jobs
     import_jobs: ImportJobs
-    uploads: Uploads
+
+    def end(self) -> None:
+        """End what takes long, before anybody waits for it: the running import, and dry runs."""
+        self.importing.cancel()
+        self.planning.end()
 
     def close(self) -> None:
-        """End the running import, remove what was uploaded for it, and let go of the database."""
-        self.importing.cancel()
+        """End what runs, remove what is temporary, and let go of the database."""
+        self.end()
         self.jobs.close()
-        self.uploads.close()
         self.store.close()
 
 
@@ -46,5 +48,4 @@ def build_services(settings: Settings) -> Services:
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
     planning, importing, jobs = Planning(cases, plans), ImportService(cases), Jobs()
-    import_jobs, uploads = ImportJobs(jobs, importing), Uploads(settings.uploads_dir)
-    return Services(settings, store, cases, plans, planning, importing, jobs, import_jobs, uploads)
+    return Services(settings, store, cases, plans, planning, importing, jobs, ImportJobs(jobs, importing))

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from app.services.case_model import SurfaceInfo, VolumeInfo, to_bounds, to_triple
 from app.store import FileStore
-from app.store.files import StorageError
+from app.store.errors import StorageError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.mesh_files import read_mesh
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
 from vfix_engine.imaging.volume import Volume
@@ -27,17 +29,16 @@ class CaseFiles:
     def __init__(self, files: FileStore) -> None:
         self._files = files
 
-    def put_surface(self, name: str, mesh: TriangleMesh) -> SurfaceInfo:
+    def put_surface(self, name: str, mesh: TriangleMesh, report: SurfaceReport | None = None) -> SurfaceInfo:
         """Store a surface; every coordinate comes back bit for bit."""
         key = self._files.put_with(lambda file: np.savez(file, vertices=mesh.vertices, faces=mesh.faces))
-        return surface_info(name, mesh, STORED + key)
+        return surface_info(name, mesh, STORED + key, report)
 
     def put_volume(self, name: str, volume: Volume) -> VolumeInfo:
         """Store a volume."""
-        v = volume
-        key = self._files.put_with(
-            lambda file: np.savez(file, hu=v.hu, origin=v.origin, spacing=v.spacing, direction=v.direction)
-        )
+        values = {field.name: getattr(volume, field.name) for field in fields(volume)}
+        known = {name: value for name, value in values.items() if value is not None}
+        key = self._files.put_with(lambda file: np.savez(file, **known))
         return volume_info(name, volume, STORED + key)
 
     def surface(self, source: str) -> TriangleMesh:
@@ -51,8 +52,7 @@ class CaseFiles:
         """Read a volume. Raises StorageError when its file is gone or damaged."""
         if source in PHANTOM_CT:
             return PHANTOM_CT[source]()
-        arrays = self._arrays(source)
-        return Volume(arrays["hu"], arrays["origin"], arrays["spacing"], arrays["direction"])
+        return Volume(**self._arrays(source))
 
     def _arrays(self, source: str) -> dict[str, Any]:
         path = self._files.path(source.removeprefix(STORED))
@@ -63,10 +63,11 @@ class CaseFiles:
             raise StorageError(f"the stored file {path.name[:12]} is damaged; import the case again.") from error
 
 
-def surface_info(name: str, mesh: TriangleMesh, source: str) -> SurfaceInfo:
-    return SurfaceInfo(name, len(mesh.faces), to_bounds(mesh.bounds), source)
+def surface_info(name: str, mesh: TriangleMesh, source: str, report: SurfaceReport | None = None) -> SurfaceInfo:
+    return SurfaceInfo(name, len(mesh.faces), to_bounds(mesh.bounds), source, report)
 
 
 def volume_info(name: str, volume: Volume, source: str) -> VolumeInfo:
     k, j, i = volume.hu.shape
-    return VolumeInfo(name, to_triple(volume.spacing), (i, j, k), to_bounds(volume.bounds), source)
+    spacing, bounds = to_triple(volume.spacing), to_bounds(volume.bounds)
+    return VolumeInfo(name, spacing, (i, j, k), bounds, source, volume.slice_thickness_mm)

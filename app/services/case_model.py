@@ -6,6 +6,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from app.services.surface_uncertainty import SurfaceUncertainty, report_words
+from vfix_engine.imaging.bone import SurfaceReport
+from vfix_engine.imaging.surface import Dropped
+
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 BONE = "bone"  # the surface that the controller keeps away from
 
@@ -31,12 +35,33 @@ class Bead:
 
 @dataclass(frozen=True)
 class SurfaceInfo:
-    """A surface of a case. source: where it comes from, as `CaseFiles` reads it."""
+    """A surface of a case.
+
+    source: where it comes from, as `CaseFiles` reads it. report: what making it cost; None where that was not measured.
+    """
 
     name: str
     triangles: int
     bounds_lps_mm: Bounds
     source: str
+    report: SurfaceReport | None = None
+
+    @property
+    def words(self) -> str:
+        """What making it cost, for people; '' for a surface on show of which nothing is known."""
+        if self.report is not None:
+            return report_words(self.report)
+        return "what was left out or thinned is not recorded" if self.name == BONE else ""
+
+    def summary(self) -> dict[str, Any]:
+        """What `--json` prints of a surface."""
+        report = None if self.report is None else asdict(self.report)
+        return {
+            "name": self.name,
+            "triangles": self.triangles,
+            "bounds_lps_mm": [list(corner) for corner in self.bounds_lps_mm],
+            "report": report,
+        }
 
 
 @dataclass(frozen=True)
@@ -48,6 +73,7 @@ class VolumeInfo:
     shape: tuple[int, int, int]  # voxels along i, j, k
     bounds_lps_mm: Bounds
     source: str
+    slice_thickness_mm: float | None = None  # as the scanner told it
 
 
 @dataclass(frozen=True)
@@ -64,10 +90,28 @@ class Case:
     surfaces: tuple[SurfaceInfo, ...]
     volumes: tuple[VolumeInfo, ...]
     beads: tuple[Bead, ...]
+    notes: tuple[str, ...] = ()  # what was doubtful about the file, in sentences
 
     @property
     def has_volume(self) -> bool:
         return bool(self.volumes)
+
+    @property
+    def slice_thickness_mm(self) -> float | None:
+        """Of its widest CT, where the file told it."""
+        return self.volumes[0].slice_thickness_mm if self.volumes else None
+
+    @property
+    def uncertainty(self) -> SurfaceUncertainty:
+        """How far the bone surface may lie from bone, as far as that is known."""
+        bone = next(item for item in self.surfaces if item.name == BONE)
+        thinning = 0.0 if bone.report is None else bone.report.max_deviation_mm
+        return SurfaceUncertainty(thinning, max(self.spacing_mm or (0.0,)))
+
+    @property
+    def surface_uncertainty_mm(self) -> float | None:
+        """How far bone may lie off its surface; None for a surface that came without a CT."""
+        return self.uncertainty.off_mm if self.has_volume else None
 
 
 @dataclass(frozen=True)
@@ -78,6 +122,7 @@ class CaseContent:
     surfaces: tuple[SurfaceInfo, ...]
     volumes: tuple[VolumeInfo, ...] = ()
     beads: tuple[Bead, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -86,11 +131,10 @@ class CaseContent:
     def from_json(cls, data: Mapping[str, Any]) -> CaseContent:
         return cls(
             CaseFrame(**data["frame"]),
-            tuple(
-                SurfaceInfo(**{**item, "bounds_lps_mm": to_bounds(item["bounds_lps_mm"])}) for item in data["surfaces"]
-            ),
+            tuple(_surface_info(item) for item in data["surfaces"]),
             tuple(_volume_info(item) for item in data["volumes"]),
             tuple(Bead(item["name"], to_triple(item["position"])) for item in data["beads"]),
+            tuple(data.get("notes", ())),
         )
 
 
@@ -106,8 +150,14 @@ def to_bounds(values: Any) -> Bounds:
     return (to_triple(low), to_triple(high))
 
 
+def _surface_info(item: Mapping[str, Any]) -> SurfaceInfo:
+    report = item.get("report")
+    if report is not None:
+        report = SurfaceReport(**{**report, "dropped": Dropped(**report["dropped"])})
+    return SurfaceInfo(**{**item, "bounds_lps_mm": to_bounds(item["bounds_lps_mm"]), "report": report})
+
+
 def _volume_info(item: Mapping[str, Any]) -> VolumeInfo:
     i, j, k = item["shape"]
-    return VolumeInfo(
-        item["name"], to_triple(item["spacing_mm"]), (i, j, k), to_bounds(item["bounds_lps_mm"]), item["source"]
-    )
+    spacing, bounds = to_triple(item["spacing_mm"]), to_bounds(item["bounds_lps_mm"])
+    return VolumeInfo(item["name"], spacing, (i, j, k), bounds, item["source"], item.get("slice_thickness_mm"))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import secrets
 from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 from sqlalchemy import select
+from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 
 from app.services.cache import Cache
@@ -18,14 +20,18 @@ from app.services.errors import NotFound
 from app.services.names import check_name
 from app.store import Store
 from app.store.database import utc_now
+from app.store.errors import StoreDamaged, is_of_reading
 from app.store.models import CaseRow
+from app.store.scratch import Scratch
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.volume import Volume
 
 __all__ = ["Bead", "Case", "CaseFrame", "CaseService", "SurfaceInfo", "VolumeInfo"]
 
+_LOG = logging.getLogger(__name__)
 Info = TypeVar("Info", SurfaceInfo, VolumeInfo)
 
 
@@ -40,17 +46,22 @@ class CaseService:
         self._trees: Cache[str, ProximityTree] = Cache(4)
 
     def list(self, include_deleted: bool = False) -> tuple[Case, ...]:
-        """Cases, oldest first."""
-        query = select(CaseRow).order_by(CaseRow.created, CaseRow.id)
+        """Cases, oldest first; one that is damaged is told in the log and left out."""
+        query = select(CaseRow.id).order_by(CaseRow.created, CaseRow.id)
         if not include_deleted:
             query = query.where(CaseRow.deleted_at.is_(None))
         with self._store.reading() as session:
-            return tuple(_case(row) for row in session.scalars(query))
+            return tuple(case for case_id in session.scalars(query) if (case := _readable(session, case_id)))
 
     def get(self, case_id: str) -> Case:
-        """The case, deleted or not. Raises NotFound."""
+        """The case, deleted or not. Raises NotFound, and StoreDamaged when what is stored of it cannot be read."""
         with self._store.reading() as session:
-            return _case(_row(session, case_id))
+            return _case(session, case_id)
+
+    @property
+    def scratch(self) -> Scratch:
+        """Folder for temporary data of cases on their way in."""
+        return self._store.scratch
 
     def embedded_case(self) -> Case:
         """The synthetic head that travels with vfix."""
@@ -64,18 +75,23 @@ class CaseService:
         surfaces: Mapping[str, TriangleMesh],
         volume: Volume | None = None,
         beads: Sequence[Bead] = (),
+        notes: Sequence[str] = (),
+        reports: Mapping[str, SurfaceReport] | None = None,
     ) -> Case:
         """Make a case; every file is durable before the case is listed.
 
         surfaces: by name; 'bone' is the one the controller uses, the others are for display only.
+        notes: what is doubtful about the file, in sentences.
+        reports: what making a surface cost, by the same names, where that was measured.
         Raises InputError when there is no bone or the name cannot be used.
         """
         check_name(name, "case's name")
         if BONE not in surfaces:
             raise InputError("a case needs a bone surface.")
-        infos = tuple(self._files.put_surface(label, mesh) for label, mesh in surfaces.items())
+        known = reports or {}
+        infos = tuple(self._files.put_surface(label, mesh, known.get(label)) for label, mesh in surfaces.items())
         volumes = () if volume is None else (self._files.put_volume("ct", volume),)
-        content = CaseContent(frame, infos, volumes, tuple(beads))
+        content = CaseContent(frame, infos, volumes, tuple(beads), tuple(notes))
         return self.put(f"case-{secrets.token_hex(6)}", name, content, _hash(content))
 
     def put(self, case_id: str, name: str, content: CaseContent, content_hash: str) -> Case:
@@ -139,8 +155,22 @@ def _row(session: Session, case_id: str) -> CaseRow:
     return row
 
 
-def _case(row: CaseRow) -> Case:
-    content = CaseContent.from_json(row.document)
+def _readable(session: Session, case_id: str) -> Case | None:
+    try:
+        return _case(session, case_id)
+    except StoreDamaged as error:
+        _LOG.error("the case %s is left out: %s", case_id, error)
+        return None
+
+
+def _case(session: Session, case_id: str) -> Case:
+    try:
+        row = _row(session, case_id)
+        content = CaseContent.from_json(row.document)
+    except (DBAPIError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        if isinstance(error, DBAPIError) and not is_of_reading(error):
+            raise
+        raise StoreDamaged(f"the stored case {case_id:.80} is damaged; import it again.") from error
     return Case(
         id=row.id,
         name=row.name,
@@ -152,6 +182,7 @@ def _case(row: CaseRow) -> Case:
         surfaces=content.surfaces,
         volumes=content.volumes,
         beads=content.beads,
+        notes=content.notes,
     )
 
 

@@ -12,7 +12,10 @@ from app.services.errors import NotFound
 from app.services.plan_model import PlanFile, content_from_json
 from app.services.plans import PlanService
 from app.store import Store
+from app.store.errors import StoreDamaged
+from app.store.models import PlanRow
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
+from vfix_engine.imaging.phantom.shipped import BONE_REPORT
 from vfix_engine.resources import assets_dir
 
 SAMPLE_PLAN = "head-phantom-sample"
@@ -35,16 +38,15 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
     content_hash = _assets_hash()
     try:
         known = cases.get(HEAD_PHANTOM)
-    except NotFound:
+    except (NotFound, StoreDamaged):
         known = None
-    if known is None or known.content_hash != content_hash:
+    if known is None or known.content_hash != content_hash or known.surfaces[0].report is None:
         cases.put(HEAD_PHANTOM, _NAME, _content(CaseFiles(store.files)), content_hash)
-    try:
-        plans.get(SAMPLE_PLAN)
-    except NotFound:
-        if cases.get(HEAD_PHANTOM).deleted_at is None:
-            sample = _sample_plan()
-            plans.create(HEAD_PHANTOM, sample.name, sample.content, plan_id=SAMPLE_PLAN)
+    with store.reading() as session:  # whether it is there: what is in it need not be readable to start
+        missing = session.get(PlanRow, SAMPLE_PLAN) is None
+    if missing and cases.get(HEAD_PHANTOM).deleted_at is None:
+        sample = _sample_plan()
+        plans.create(HEAD_PHANTOM, sample.name, sample.content, plan_id=SAMPLE_PLAN)
 
 
 def _sample_plan() -> PlanFile:
@@ -60,7 +62,10 @@ def _content(files: CaseFiles) -> CaseContent:
     volumes = {"head": load_head_ct(noise=False), "nose": load_nose_ct(noise=False)}
     return CaseContent(
         CaseFrame(description["frame"], assumed=False),
-        tuple(surface_info(name, files.surface(source), source) for name, source in surfaces.items()),
+        tuple(
+            surface_info(name, files.surface(source), source, BONE_REPORT if name == BONE else None)
+            for name, source in surfaces.items()
+        ),
         tuple(volume_info(name, volume, f"phantom:{name}") for name, volume in volumes.items()),
         tuple(Bead(bead["name"], to_triple(bead["centroid"])) for bead in description["beads"]),
     )

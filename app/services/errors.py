@@ -1,6 +1,6 @@
 """What the services refuse beyond a wrong input: something that is not there, or that changed in between."""
 
-from vfix_engine.errors import InputError, PlanError
+from vfix_engine.errors import InputError, PlanError, VfixError
 
 
 class NotFound(InputError):
@@ -14,6 +14,8 @@ class TooLarge(InputError):
 class PointsUnclear(PlanError):
     """A file of one list of points does not say whether they are a path or targets."""
 
+    missing = ("points_as",)
+
 
 class PlanConflict(PlanError):
     """The plan was changed by somebody else since it was read."""
@@ -21,3 +23,14 @@ class PlanConflict(PlanError):
 
 class PlanLocked(PlanError):
     """The plan is locked."""
+
+
+class OtherCase(PlanError):
+    """The plan was made for another head; whoever knows that says so."""
+
+
+class PlannerEnds(VfixError):
+    """The planner is being ended and finishes nothing that takes long."""
+
+    def __init__(self) -> None:
+        super().__init__("The planner ends and takes no further work.")

@@ -13,7 +13,16 @@ from app.services.exchange_csv import from_csv, to_csv
 from app.services.exchange_markups import PointsAs, from_fcsv, from_markups, markups_points, to_markups
 from app.services.exchange_parts import CurveSample, decode, known_frame, parse_json_object, to_json_text
 from app.services.names import check_name
-from app.services.plan_model import NOTICE, SCHEMA, Plan, PlanFile, PlanPoint, content_from_json, content_to_json
+from app.services.plan_model import (
+    NOTICE,
+    SCHEMA,
+    Plan,
+    PlanFile,
+    PlanPoint,
+    check_content,
+    content_from_json,
+    content_to_json,
+)
 from app.store import write_atomically
 from vfix_engine.errors import FrameError, PlanError
 
@@ -72,7 +81,7 @@ def from_native_json(text: str, default_name: str = "Imported plan") -> PlanFile
     if not isinstance(case_hash, (str, type(None))):
         raise PlanError("the case's hash must be text.")
     name = check_name(data.get("name", default_name), "plan's name")
-    return PlanFile(name, content_from_json(data), case_hash or None)
+    return PlanFile(name, check_content(content_from_json(data)), case_hash or None)
 
 
 def export_text(plan: Plan, form: Format, curve: Sequence[CurveSample] = (), remark: str = "") -> str:

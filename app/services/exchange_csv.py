@@ -11,7 +11,7 @@ import json
 from typing import Any
 
 from app.services.exchange_markups import number_text
-from app.services.exchange_parts import known_frame, mm_per_unit, new_point, to_lps
+from app.services.exchange_parts import fault_at, known_frame, mm_per_unit, new_point, parse_json, to_lps
 from app.services.names import check_name
 from app.services.plan_model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
 from vfix_engine.errors import FrameError, PlanError
@@ -45,16 +45,14 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
     if "unit" not in header and "frame" in header:
         raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
     scale = mm_per_unit(header.get("unit", "mm"))  # without any header, a user who names the frame means mm
-    try:
-        rows = list(csv.DictReader([line for line in lines if not line.startswith("#")], strict=True))
-    except csv.Error as error:
-        raise PlanError(f"the table is damaged: {error}.") from None
     content: dict[str, list[PlanPoint]] = {kind: [] for kind in _KINDS}
-    for row in rows:
-        kind = row.get("kind", "point")
-        if kind not in content:
-            raise PlanError(f"a row of the table is a {kind!r:.40}; it must be a point or a target.")
-        content[kind].append(_point(row, system, scale))
+    rows = _rows(lines)
+    for number, row in rows:
+        with fault_at(f"line {number} of the table"):
+            kind = row.get("kind", "point")
+            if kind not in content:
+                raise PlanError(f"this is a {kind!r:.40}; it must be a point or a target.")
+            content[kind].append(_point(row, system, scale))
     if not rows and "schema" not in header:
         raise PlanError("the table holds no points.")
     name = check_name(_name(header.get("name")) or default_name, "plan's name")
@@ -67,11 +65,22 @@ def _header(lines: list[str]) -> dict[str, str]:
     return {key.strip(): value.strip() for key, separator, value in pairs if separator}
 
 
+def _rows(lines: list[str]) -> list[tuple[int, dict[str, Any]]]:
+    """Each row that is no comment, with the number of its line in the file, from 1."""
+    kept = [(number, line) for number, line in enumerate(lines, start=1) if not line.startswith("#")]
+    reader = csv.DictReader([line for _, line in kept], strict=True)
+    try:
+        return [(kept[reader.line_num - 1][0], row) for row in reader]
+    except csv.Error as error:
+        raise PlanError(f"line {kept[reader.reader.line_num - 1][0]} of the table is damaged: {error}.") from None
+
+
 def _name(text: str | None) -> Any:
+    """The plan's name: JSON as we write it, or bare text of a table that somebody typed."""
     if text is None:
         return None
     try:
-        return json.loads(text)
+        return parse_json(text)
     except ValueError:
         return text
 
@@ -79,7 +88,7 @@ def _name(text: str | None) -> Any:
 def _point(row: dict[str, Any], frame: str, scale: float) -> PlanPoint:
     values = [row.get(axis) for axis in "xyz"]
     if None in values or None in row:
-        raise PlanError("a row of the table does not have a label, x, y and z.")
+        raise PlanError("it does not have a label, x, y and z.")
     position = to_lps([number_text(str(value)) for value in values], frame, scale)
     return new_point(_unshield(row.get("label") or ""), position)
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from app.services.errors import PointsUnclear
 from app.services.exchange_parts import (
     CurveSample,
+    fault_at,
     known_frame,
     mm_per_unit,
     new_point,
@@ -118,32 +119,33 @@ def from_fcsv(
     """
     header: dict[str, str] = {}
     rows = []
-    for line in text.splitlines():
+    for at, line in enumerate(text.splitlines(), start=1):
         if line.startswith("#"):
             key, separator, value = line[1:].partition("=")
             if separator:
                 header[key.strip()] = value.strip()
         elif line.strip():
-            rows.append(line)
+            rows.append((at, line))
     if "Markups fiducial file version" not in header:
         raise PlanError("the file does not name the version of its point list.")
     columns = [column.strip() for column in header.get("columns", "").split(",")]
     if not {"x", "y", "z", "label"} <= set(columns):
         raise PlanError("the point list does not name its columns x, y, z and label.")
     system = known_frame(header.get("CoordinateSystem"), frame)
-    try:
-        read = list(csv.reader(rows, strict=True))
-    except csv.Error as error:
-        raise PlanError(f"the point list is damaged: {error}.") from None
-    points = tuple(_fcsv_point(columns, row, system) for row in read)
+    points = tuple(_fcsv_point(columns, line, system, at) for at, line in rows)
     return _listed(points, default_name, points_as)
 
 
-def _fcsv_point(columns: list[str], row: list[str], frame: str) -> PlanPoint:
-    if len(row) < len(columns) - 1:  # an empty last column may be left out
-        raise PlanError(f"a point has {len(row)} of {len(columns)} columns; the file is cut off.")
-    values = dict(zip(columns, row, strict=False))
-    return new_point(values["label"], to_lps([number_text(values[axis]) for axis in "xyz"], frame))
+def _fcsv_point(columns: list[str], line: str, frame: str, at: int) -> PlanPoint:
+    with fault_at(f"line {at} of the point list"):
+        try:
+            (row,) = csv.reader([line], strict=True)
+        except csv.Error as error:
+            raise PlanError(f"it is damaged: {error}.") from None
+        if len(row) < len(columns) - 1:  # an empty last column may be left out
+            raise PlanError(f"a point has {len(row)} of {len(columns)} columns; the file is cut off.")
+        values = dict(zip(columns, row, strict=False))
+        return new_point(values["label"], to_lps([number_text(values[axis]) for axis in "xyz"], frame))
 
 
 def number_text(text: str) -> float:
@@ -218,7 +220,11 @@ def _points(markup: dict[str, Any], given: str | None) -> tuple[PlanPoint, ...]:
     items = markup.get("controlPoints", [])
     if not isinstance(items, list):
         raise PlanError("the control points must be a list.")
-    return tuple(_point(item, frame, scale) for item in items)
+    points = []
+    for at, item in enumerate(items, start=1):
+        with fault_at(f"control point {at}"):
+            points.append(_point(item, frame, scale))
+    return tuple(points)
 
 
 def _point(item: Any, frame: str, scale: float) -> PlanPoint:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from app.services.errors import TooLarge
 from app.services.names import check_label
 from app.services.plan_model import PlanPoint, Position, check_position, new_point_id
-from vfix_engine.errors import FrameError, PlanError
+from vfix_engine.errors import FrameError, InputError, PlanError
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
+MAX_DEPTH = 64  # of lists and objects in each other
+_TOO_DEEP = f"it is nested more than {MAX_DEPTH} deep"
 # 3D Slicer wrote its enumeration before it wrote the names (HAZ-14).
 _FRAMES = {"LPS": "LPS", "RAS": "RAS", "0": "RAS", "1": "LPS"}
 _MM_PER_UNIT = {"mm": 1.0, "um": 1e-3, "m": 1e3}
@@ -45,14 +48,36 @@ def parse_json_object(text: str) -> dict[str, Any]:
     if len(text) > MAX_TEXT:
         raise TooLarge(f"the plan's JSON has {len(text):,} characters; {MAX_TEXT:,} are allowed.")
     try:
-        data = json.loads(text, parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
-        raise PlanError(
-            f"the file is not sound JSON: {error if isinstance(error, ValueError) else 'too deep'}."
-        ) from None
+        data = parse_json(text)
+    except ValueError as error:
+        raise PlanError(f"the file is not sound JSON: {error}.") from None
     if not isinstance(data, dict):
         raise PlanError("the file must hold one JSON object.")
     return data
+
+
+def parse_json(text: str) -> Any:
+    """A JSON value of anybody's making, without NaN and infinity. Raises ValueError, for one nested too deeply too.
+
+    How deep is not left to the interpreter, whose limit depends on where it is called: what is read here can be
+    written, compared and told.
+    """
+    try:
+        data = json.loads(text, parse_constant=_no_constant)
+    except RecursionError:
+        raise ValueError(_TOO_DEEP) from None
+    level = [data]
+    for _ in range(MAX_DEPTH):
+        level = [inner for item in level for inner in _inside(item)]
+        if not level:
+            return data
+    raise ValueError(_TOO_DEEP)
+
+
+def _inside(item: Any) -> Iterable[Any]:
+    if isinstance(item, dict):
+        return item.values()
+    return item if isinstance(item, list) else ()
 
 
 def _no_constant(word: str) -> NoReturn:
@@ -96,6 +121,15 @@ def to_lps(position: Sequence[Any], frame: str, scale: float = 1.0) -> Position:
     sign = -1.0 if frame == "RAS" else 1.0
     # A zero stays a zero: -0.0 would be written differently and read as a change.
     return check_position((sign * x * scale + 0.0, sign * y * scale + 0.0, z * scale))
+
+
+@contextmanager
+def fault_at(where: str) -> Iterator[None]:
+    """An error in there says where it is: a line, a control point."""
+    try:
+        yield
+    except InputError as error:
+        raise PlanError(f"{where}: {error}") from None
 
 
 def new_point(label: Any, position: Position) -> PlanPoint:

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from app.services.errors import NotFound
+from app.services.errors import NotFound, PlannerEnds
 from vfix_engine.errors import VfixError
 
 Progress = Callable[[str, float], None]
@@ -55,7 +55,7 @@ class Jobs:
             self._pool.submit(self._run, job.id, work).add_done_callback(lambda _: clean_up())
         except RuntimeError:  # the pool was closed
             clean_up()
-            raise VfixError("The planner ends and takes no further work.") from None
+            raise PlannerEnds from None
         return job
 
     def get(self, job_id: str) -> Job:

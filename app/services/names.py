@@ -11,11 +11,15 @@ _REFUSED_CATEGORIES = frozenset({"Cc", "Cs", "Zl", "Zp"})
 _REORDERING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
 
+# Letters and a sign that are blank, and therefore no name by themselves.
+_BLANK = frozenset("\u115f\u1160\u3164\uffa0\u2800")
+
+
 def check_name(text: object, what: str) -> str:
-    """The name as it was given. Raises InputError when it is empty, too long or holds a refused character."""
+    """The name as it was given. Raises InputError when nobody sees it, it is too long or holds a refused character."""
     name = check_label(text, what)
-    if not name.strip():
-        raise InputError(f"the {what} is empty; give it a name.")
+    if not any(unicodedata.category(c)[0] in "LNPS" and c not in _BLANK for c in name):
+        raise InputError(f"the {what} is empty or invisible; give it a name of letters, digits or signs.")
     return name
 
 

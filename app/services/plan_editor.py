@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
 from app.services.errors import NotFound, PlanConflict, PlanLocked
@@ -16,8 +17,10 @@ from app.services.plan_model import (
     Plan,
     PlanContent,
     PlanPoint,
+    PlanTitle,
     check_content,
     check_position,
+    check_stored,
     content_from_json,
     content_to_json,
     new_point_id,
@@ -25,7 +28,7 @@ from app.services.plan_model import (
 from app.store import Store
 from app.store.database import utc_now
 from app.store.models import PlanRow, PlanStateRow
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import InputError, PlanError
 
 MAX_STATES = 500  # states of a plan's history that are kept
 
@@ -33,8 +36,9 @@ MAX_STATES = 500  # states of a plan's history that are kept
 class PlanEditor:
     """The one way to change a plan, for the page and every other client; may be called from any thread.
 
-    Each edit is one durable transaction (HAZ-24). `expected_revision` is the revision the caller saw: where the plan
-    has moved on, PlanConflict is raised and nothing changes. A locked plan refuses every edit with PlanLocked.
+    Each edit is one durable transaction (HAZ-24) and returns the plan that it made, or the id of what it added.
+    `expected_revision` is the revision the caller saw: where the plan has moved on, PlanConflict is raised and nothing
+    changes. A locked plan refuses every edit with PlanLocked.
     """
 
     def __init__(self, store: Store, plan_id: str) -> None:
@@ -80,18 +84,25 @@ class PlanEditor:
         expected_revision: int | None = None,
     ) -> str:
         """Add a path point at the end, or before the point at `index`; returns its id."""
-        point_id = new_point_id()
+        return self.added_point(position, label, index, expected_revision=expected_revision)[0]
 
-        def change(content: PlanContent) -> PlanContent:
-            where = len(content.points) if index is None else index
-            if not 0 <= where <= len(content.points):
-                raise PlanError(f"there is no place {where} in a path of {len(content.points)} points.")
-            points = list(content.points)
-            points.insert(where, _new(point_id, position, label, "P", content.points))
-            return content.with_points(points)
+    def added_point(
+        self,
+        position: Sequence[float],
+        label: str | None = None,
+        index: int | None = None,
+        *,
+        expected_revision: int | None = None,
+    ) -> tuple[str, Plan]:
+        """As `add_point`, with the plan that it made."""
 
-        self._edit(change, expected_revision)
-        return point_id
+        def place(points: Sequence[PlanPoint]) -> int:
+            where = len(points) if index is None else index
+            if not 0 <= where <= len(points):
+                raise PlanError(f"there is no place {where} in a path of {len(points)} points.")
+            return where
+
+        return self._insert(position, label, place, expected_revision)
 
     def insert_between(
         self,
@@ -102,42 +113,64 @@ class PlanEditor:
         expected_revision: int | None = None,
     ) -> str:
         """Add a path point right after the one called `before_id`; returns its id."""
-        with self._lock:
-            index = _index(self.plan.points, before_id) + 1
-            return self.add_point(position, label, index, expected_revision=expected_revision)
+        return self._insert(position, label, lambda points: _index(points, before_id) + 1, expected_revision)[0]
 
-    def move_point(self, point_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> None:
+    def _insert(
+        self,
+        position: Sequence[float],
+        label: str | None,
+        place: Callable[[Sequence[PlanPoint]], int],
+        expected_revision: int | None,
+    ) -> tuple[str, Plan]:
+        """Add a path point at the index that `place` finds in the path as it is stored by then."""
+        point_id = new_point_id()
+
+        def change(content: PlanContent) -> PlanContent:
+            points = list(content.points)
+            points.insert(place(content.points), _new(point_id, position, label, "P", content.points))
+            return content.with_points(points)
+
+        return point_id, self._edit(change, expected_revision)
+
+    def move_point(self, point_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> Plan:
         """Put a path point somewhere else."""
         place = check_position(position)
-        self._edit(lambda c: c.with_points(_replaced(c.points, point_id, position=place)), expected_revision)
+        return self._edit(lambda c: c.with_points(_replaced(c.points, point_id, position=place)), expected_revision)
 
-    def delete_point(self, point_id: str, *, expected_revision: int | None = None) -> None:
+    def delete_point(self, point_id: str, *, expected_revision: int | None = None) -> Plan:
         """Take a path point away."""
-        self._edit(lambda c: c.with_points(_without(c.points, point_id)), expected_revision)
+        return self._edit(lambda c: c.with_points(_without(c.points, point_id)), expected_revision)
 
     def add_target(
         self, position: Sequence[float], label: str | None = None, *, expected_revision: int | None = None
     ) -> str:
         """Add a target; returns its id."""
+        return self.added_target(position, label, expected_revision=expected_revision)[0]
+
+    def added_target(
+        self, position: Sequence[float], label: str | None = None, *, expected_revision: int | None = None
+    ) -> tuple[str, Plan]:
+        """As `add_target`, with the plan that it made."""
         target_id = new_point_id()
 
         def change(content: PlanContent) -> PlanContent:
             target = _new(target_id, position, label, "T", content.targets)
             return replace(content, targets=(*content.targets, target))
 
-        self._edit(change, expected_revision)
-        return target_id
+        return target_id, self._edit(change, expected_revision)
 
-    def move_target(self, target_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> None:
+    def move_target(self, target_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> Plan:
         """Put a target somewhere else."""
         place = check_position(position)
-        self._edit(lambda c: replace(c, targets=_replaced(c.targets, target_id, position=place)), expected_revision)
+        return self._edit(
+            lambda c: replace(c, targets=_replaced(c.targets, target_id, position=place)), expected_revision
+        )
 
-    def delete_target(self, target_id: str, *, expected_revision: int | None = None) -> None:
+    def delete_target(self, target_id: str, *, expected_revision: int | None = None) -> Plan:
         """Take a target away."""
-        self._edit(lambda c: replace(c, targets=_without(c.targets, target_id)), expected_revision)
+        return self._edit(lambda c: replace(c, targets=_without(c.targets, target_id)), expected_revision)
 
-    def rename_point(self, item_id: str, label: str, *, expected_revision: int | None = None) -> None:
+    def rename_point(self, item_id: str, label: str, *, expected_revision: int | None = None) -> Plan:
         """Give a path point or a target another label."""
         text = check_label(label, "label")
 
@@ -146,33 +179,41 @@ class PlanEditor:
                 return replace(content, targets=_replaced(content.targets, item_id, label=text))
             return content.with_points(_replaced(content.points, item_id, label=text))
 
-        self._edit(change, expected_revision)
+        return self._edit(change, expected_revision)
 
-    def set_settings(self, settings: Mapping[str, float], *, expected_revision: int | None = None) -> None:
-        """Set some of the controller's settings; the others stay."""
-        self._edit(lambda c: replace(c, settings={**c.settings, **settings}), expected_revision)
+    def set_settings(self, settings: Mapping[str, float], *, expected_revision: int | None = None) -> Plan:
+        """Set some of the controller's settings; the others stay. Not a step of the history: every state gets them."""
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision)
+            content = _content(session, row)
+            kept = check_stored(replace(content, settings={**content.settings, **settings})).settings
+            document = func.json_set(PlanStateRow.document, "$.settings", func.json(json.dumps(dict(kept))))
+            session.execute(update(PlanStateRow).where(PlanStateRow.plan_id == self._plan_id).values(document=document))
+            touch(row)
+            return read_plan(session, self._plan_id)
 
-    def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> None:
+    def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
         """Keep a placing of the robot with the plan."""
-        self._edit(lambda c: replace(c, robot=robot), expected_revision)
+        return self._edit(lambda c: replace(c, robot=robot), expected_revision)
 
-    def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> None:
+    def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> Plan:
         """Lock the plan against edits, or unlock it; not a step of the history."""
         with self._lock, self._store.writing() as session:
             row = self._open(session, expected_revision, even_locked=True)
             if row.locked != locked:
                 row.locked = locked
                 touch(row)
+            return read_plan(session, self._plan_id)
 
-    def undo(self, *, expected_revision: int | None = None) -> None:
+    def undo(self, *, expected_revision: int | None = None) -> Plan:
         """Go back to the state before the newest edit. Raises PlanError when there is none."""
-        self._move(-1, expected_revision)
+        return self._move(-1, expected_revision)
 
-    def redo(self, *, expected_revision: int | None = None) -> None:
+    def redo(self, *, expected_revision: int | None = None) -> Plan:
         """Take an undo back. Raises PlanError when there is none to take back."""
-        self._move(+1, expected_revision)
+        return self._move(+1, expected_revision)
 
-    def _move(self, by: int, expected_revision: int | None) -> None:
+    def _move(self, by: int, expected_revision: int | None) -> Plan:
         with self._lock, self._store.writing() as session:
             row = self._open(session, expected_revision)
             low, high = _span(session, self._plan_id)
@@ -180,8 +221,9 @@ class PlanEditor:
                 raise PlanError("there is nothing to undo." if by < 0 else "there is nothing to redo.")
             row.cursor += by
             touch(row)
+            return read_plan(session, self._plan_id)
 
-    def _edit(self, change: Callable[[PlanContent], PlanContent], expected_revision: int | None) -> None:
+    def _edit(self, change: Callable[[PlanContent], PlanContent], expected_revision: int | None) -> Plan:
         """Apply a change as the newest state of the history; what had been undone is gone."""
         with self._lock, self._store.writing() as session:
             row = self._open(session, expected_revision)
@@ -193,6 +235,7 @@ class PlanEditor:
             oldest = PlanStateRow.plan_id == self._plan_id, PlanStateRow.position <= row.cursor - MAX_STATES
             session.execute(delete(PlanStateRow).where(*oldest))
             touch(row)
+            return read_plan(session, self._plan_id)
 
     def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> PlanRow:
         row = find_row(session, self._plan_id)
@@ -205,9 +248,25 @@ class PlanEditor:
 
 
 def read_plan(session: Session, plan_id: str) -> Plan:
-    """The plan of that id, deleted or not. Raises NotFound."""
+    """The plan of that id, deleted or not. Raises NotFound, and PlanError when its content cannot be read."""
     row = find_row(session, plan_id)
-    content = _content(session, row)
+    return _plan(row, _content(session, row))
+
+
+def list_plan(session: Session, row: PlanRow) -> Plan:
+    """The plan of a row for a list: one whose content cannot be read says why and spoils nothing else."""
+    try:
+        return _plan(row, _content(session, row))
+    except InputError as error:
+        return _plan(row, PlanContent(), unreadable=str(error))
+
+
+def title_of(row: PlanRow) -> PlanTitle:
+    """What a list shows of a plan."""
+    return PlanTitle(row.id, row.name, row.case_id, row.modified, row.locked, row.deleted_at)
+
+
+def _plan(row: PlanRow, content: PlanContent, unreadable: str = "") -> Plan:
     return Plan(
         id=row.id,
         name=row.name,
@@ -223,6 +282,7 @@ def read_plan(session: Session, plan_id: str) -> Plan:
         revision=row.revision,
         locked=row.locked,
         deleted_at=row.deleted_at,
+        unreadable=unreadable,
     )
 
 
@@ -237,8 +297,14 @@ def find_row(session: Session, plan_id: str) -> PlanRow:
 def _content(session: Session, row: PlanRow) -> PlanContent:
     state = session.get(PlanStateRow, (row.id, row.cursor))
     if state is None:
-        raise PlanError("the plan's content is missing from the store.")
-    return content_from_json(state.document)
+        raise PlanError(f"the content of the plan {row.name!r} is missing from the store.")
+    try:
+        return content_from_json(state.document)
+    except InputError as error:
+        raise PlanError(
+            f"the plan {row.name!r} cannot be read: {str(error).rstrip('.')}. "
+            f"Take its newest edit back with POST /api/plans/{row.id}/undo, or delete it."
+        ) from error
 
 
 def _span(session: Session, plan_id: str) -> tuple[int, int]:

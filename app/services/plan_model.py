@@ -19,7 +19,7 @@ NOTICE = "Not for clinical use"
 DEFAULT_TOOL = "bent_30"
 DEFAULT_ROBOT = "steady_hand"
 MAX_COORDINATE = 1e4  # [mm]
-MAX_POINTS = 10_000  # of path points, and of targets
+MAX_POINTS = 300  # of path points, and of targets
 
 Position = tuple[float, float, float]
 
@@ -61,7 +61,10 @@ class PlanContent:
 
 @dataclass(frozen=True)
 class Plan:
-    """A stored plan. `revision` grows with every change; a deleted plan carries the time it was deleted at."""
+    """A stored plan. `revision` grows with every change; a deleted plan carries the time it was deleted at.
+
+    unreadable: in a list, why the plan's content cannot be read; it has no points there then.
+    """
 
     id: str
     name: str
@@ -77,6 +80,7 @@ class Plan:
     revision: int = 0
     locked: bool = False
     deleted_at: str | None = None
+    unreadable: str = ""
     schema: str = SCHEMA
     frame: str = "LPS"
     unit: str = "mm"
@@ -86,6 +90,18 @@ class Plan:
     def content(self) -> PlanContent:
         """The part that edits change."""
         return PlanContent(self.points, self.targets, self.tool, self.robot, self.settings)
+
+
+@dataclass(frozen=True)
+class PlanTitle:
+    """A line of a list of plans: all but the content."""
+
+    id: str
+    name: str
+    case_id: str
+    modified: str
+    locked: bool
+    deleted_at: str | None
 
 
 @dataclass(frozen=True)
@@ -127,13 +143,21 @@ def number(value: Any, what: str) -> float:
 
 
 def check_content(content: PlanContent) -> PlanContent:
-    """The content, validated as a whole, without settings that are retired. Raises InputError or one of its kinds."""
+    """The content of a new state: checked like a stored one, and for the number of its points as well.
+
+    Raises InputError or one of its kinds.
+    """
     for points, what in ((content.points, "path points"), (content.targets, "targets")):
         if len(points) > MAX_POINTS:
-            raise TooLarge(f"{len(points)} {what} are too many; {MAX_POINTS} are allowed.")
-        for point in points:
-            check_label(point.label, "label")
-            check_position(point.position)
+            raise TooLarge(f"{len(points)} {what} are too many; a plan has {MAX_POINTS} at most. Keep every nth.")
+    return check_stored(content)
+
+
+def check_stored(content: PlanContent) -> PlanContent:
+    """The content, validated as a whole, without settings that are retired. Raises InputError or one of its kinds."""
+    for point in (*content.points, *content.targets):
+        check_label(point.label, "label")
+        check_position(point.position)
     ids = [point.id for point in (*content.points, *content.targets)]
     if len(set(ids)) != len(ids):
         raise PlanError("two points have the same identifier.")
@@ -185,11 +209,11 @@ def content_to_json(content: PlanContent) -> dict[str, Any]:
 
 
 def content_from_json(data: Mapping[str, Any]) -> PlanContent:
-    """The inverse of `content_to_json`, checked. Raises InputError or one of its kinds."""
+    """The inverse of `content_to_json`, checked as `check_stored` does. Raises InputError or one of its kinds."""
     settings = data.get("settings", {})
     if not isinstance(settings, Mapping):
         raise PlanError("a plan's settings must be named numbers.")
-    return check_content(
+    return check_stored(
         PlanContent(
             _points_from_json(data.get("points", []), "points"),
             _points_from_json(data.get("targets", []), "targets"),
@@ -207,8 +231,6 @@ def _point_to_json(point: PlanPoint) -> dict[str, Any]:
 def _points_from_json(data: Any, what: str) -> tuple[PlanPoint, ...]:
     if not isinstance(data, list):
         raise PlanError(f"a plan's {what} must be a list.")
-    if len(data) > MAX_POINTS:
-        raise TooLarge(f"{len(data)} {what} are too many; {MAX_POINTS} are allowed.")
     return tuple(_point_from_json(item, what) for item in data)
 
 

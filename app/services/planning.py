@@ -1,8 +1,9 @@
-"""What the tool makes of a plan: where it fits, and how it would really pass along the path."""
+"""What the tool makes of a plan: where it is clear of bone, and how it would really pass along the path."""
 
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.services.cache import Cache
 from app.services.cases import CaseService
+from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position
 from app.services.plans import PlanService
@@ -20,6 +22,7 @@ from vfix_engine.geometry.fit import Inside, nearest_place
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.side import SurfaceSide
+from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation import preparation
 from vfix_engine.simulation.dry_run import DryRun, dry_run
@@ -35,19 +38,24 @@ _MOVED_MM = 0.01  # a shorter move is not worth a word
 
 @dataclass(frozen=True)
 class SnapResult:
-    """Where a path point is put, how far that is from where it was wanted, and why it moved; '' where it did not."""
+    """Where a path point is put, how far that is from where it was wanted, and why it moved; '' where it did not.
+
+    lies_in: what the CT shows at that place; only bone decides where it is.
+    """
 
     position: Position
     moved_mm: float
     reason: str
+    lies_in: Surroundings = "not_known"
 
 
 @dataclass(frozen=True, eq=False)
 class PlanEvaluation:
     """A plan as the controller would drive it; lengths in mm, positions in LPS.
 
-    s (n,), positions (n, 3): samples of the spline. clearance (n,): of the whole tool when its tip is there, NaN where
-    it did not get. base (4, 4) transform_base_to_patient and q_start: the placing that was driven.
+    s (n,), positions (n, 3): samples of the spline. clearance (n,): bone clearance of the whole tool when its tip is
+    there, NaN where it did not get. soft_tissue: what the tool passes besides.
+    base (4, 4) transform_base_to_patient and q_start: the placing that was driven.
     completed, reason: whether the end was reached, and what held the tool where it was not.
     """
 
@@ -62,9 +70,11 @@ class PlanEvaluation:
     length_mm: float
     reached_mm: float
     run: DryRun
+    soft_tissue: TissuePassed
 
     @property
     def min_clearance_mm(self) -> float:
+        """Least bone clearance of the whole tool."""
         return float(self.run.clearance.min())
 
     def samples(self) -> tuple[CurveSample, ...]:
@@ -81,32 +91,42 @@ class Planning:
         self._plans = plans
         self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
         self._sides: Cache[str, SurfaceSide] = Cache(4)
+        self._ended = threading.Event()
+
+    def end(self) -> None:
+        """End the runs that go on, and begin no other one: whoever waits for one gets PlannerEnds."""
+        self._ended.set()
+
+    def _go_on(self) -> None:
+        if self._ended.is_set():
+            raise PlannerEnds
 
     def snap(
         self, case_id: str, point: Sequence[float], *, tool: str = DEFAULT_TOOL, margin_mm: float | None = None
     ) -> SnapResult:
-        """The nearest place where the tool fits with its margin: outside the bone, with room for the shaft all around.
+        """The nearest place clear of bone: outside of it, with room for the shaft and the margin all around.
 
-        Without a CT the surface's normals tell the outside. Raises PlanError when there is no such place near.
+        Without a CT the surface's normals tell the outside of bone. Soft tissue does not move a point; what it lies in
+        is told. Raises PlanError when there is no such place near.
         """
         wanted = check_position(point)
-        preparation.wait()
+        preparation.wait(self._go_on)
         margin = ControlSettings().margin_mm if margin_mm is None else margin_mm
         room = float(Tool.load(tool).radius.max()) + margin
         tree = self._cases.tree(case_id)
         place = check_position(nearest_place(tree, wanted, room, inside_bone=self._inside_bone(case_id, tree)).tolist())
         moved = float(np.linalg.norm(np.subtract(place, wanted)))
-        reason = f"moved {moved:.1f} mm to where the tool fits" if moved > _MOVED_MM else ""
-        return SnapResult(place, moved, reason)
+        reason = f"moved {moved:.1f} mm, clear of bone" if moved > _MOVED_MM else ""
+        return SnapResult(place, moved, reason, surroundings(self._cases.volume(case_id), place))
 
-    def fit_point(self, plan_id: str, position: Sequence[float]) -> Position:
-        """`snap` with the tool and the margin of a plan; the position alone."""
+    def fit_point(self, plan_id: str, position: Sequence[float]) -> SnapResult:
+        """`snap` with the tool and the margin of a plan."""
         plan = self._plans.get(plan_id)
         settings = ControlSettings.from_dict(dict(plan.settings))
-        return self.snap(plan.case_id, position, tool=plan.tool, margin_mm=settings.margin_mm).position
+        return self.snap(plan.case_id, position, tool=plan.tool, margin_mm=settings.margin_mm)
 
     def evaluate(self, plan: Plan) -> PlanEvaluation:
-        """Spline, clearance of the whole tool along it, and the placing.
+        """Spline, bone clearance of the whole tool along it, the soft tissue that it passes, and the placing.
 
         Raises PlanError for fewer than two points, and StartRefused when the tool does not fit at the entry.
         """
@@ -140,16 +160,16 @@ class Planning:
 
     def _evaluate(self, plan: Plan) -> PlanEvaluation:
         path = _path(plan)
-        preparation.wait()
+        preparation.wait(self._go_on)
         settings = ControlSettings.from_dict(dict(plan.settings))
         robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
         tree = self._cases.tree(plan.case_id)
         if plan.robot.get("base") is None:
-            placing = place_robot(tree, robot, tool, path, settings)
+            placing = place_robot(tree, robot, tool, path, settings, go_on=self._go_on)
             base, q_start, run = placing.base, placing.q_start, placing.run
         else:
             base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
-            run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings)
+            run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings, self._go_on)
         s = _stations(path)
         return PlanEvaluation(
             s=s,
@@ -163,6 +183,7 @@ class Planning:
             length_mm=path.length,
             reached_mm=run.reached_mm,
             run=run,
+            soft_tissue=tissue_passed(self._cases.volume(plan.case_id), run.stations()),
         )
 
 
@@ -177,7 +198,7 @@ def _stations(path: SplinePath) -> Array:
 
 
 def _clearance_at(s: Array, run: DryRun) -> Array:
-    """Least clearance (n,) of the driven poses around each sample; NaN beyond the end of the run.
+    """Least bone clearance (n,) of the driven poses around each sample; NaN beyond the end of the run.
 
     The least of a neighbourhood, not an interpolation: a narrow place between two samples must be seen.
     """

@@ -5,16 +5,17 @@ from __future__ import annotations
 import secrets
 import threading
 
-from sqlalchemy import select
+from sqlalchemy import Select, select
 
-from app.services.errors import PlanLocked
+from app.services.errors import OtherCase, PlanLocked
 from app.services.names import MAX_NAME, check_name
-from app.services.plan_editor import PlanEditor, check_revision, find_row, read_plan, touch
+from app.services.plan_editor import PlanEditor, check_revision, find_row, list_plan, read_plan, title_of, touch
 from app.services.plan_model import (
     Plan,
     PlanContent,
     PlanFile,
     PlanPoint,
+    PlanTitle,
     check_content,
     content_to_json,
     unplaced_robot,
@@ -24,7 +25,7 @@ from app.store.database import utc_now
 from app.store.models import CaseRow, PlanRow, PlanStateRow
 from vfix_engine.errors import PlanError
 
-__all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanService"]
+__all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
 
 
 class PlanService:
@@ -36,17 +37,17 @@ class PlanService:
         self._lock = threading.Lock()
 
     def list(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[Plan, ...]:
-        """Plans of a case, or of all, oldest first."""
-        query = select(PlanRow.id).order_by(PlanRow.created, PlanRow.id)
-        if case_id is not None:
-            query = query.where(PlanRow.case_id == case_id)
-        if not include_deleted:
-            query = query.where(PlanRow.deleted_at.is_(None))
+        """Plans of a case, or of all, oldest first; one whose content cannot be read says why (`unreadable`)."""
         with self._store.reading() as session:
-            return tuple(read_plan(session, plan_id) for plan_id in session.scalars(query))
+            return tuple(list_plan(session, row) for row in session.scalars(_listed(case_id, include_deleted)))
+
+    def titles(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[PlanTitle, ...]:
+        """Plans of a case, or of all, oldest first, without reading what they contain."""
+        with self._store.reading() as session:
+            return tuple(title_of(row) for row in session.scalars(_listed(case_id, include_deleted)))
 
     def get(self, plan_id: str) -> Plan:
-        """The plan, deleted or not. Raises NotFound."""
+        """The plan, deleted or not. Raises NotFound, and PlanError when its content cannot be read."""
         with self._store.reading() as session:
             return read_plan(session, plan_id)
 
@@ -82,7 +83,7 @@ class PlanService:
     def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
         """Make a plan out of an imported file. `name` wins over the file's.
 
-        Raises PlanError when the file was made for another head, unless `other_case` says that this is known; the
+        Raises OtherCase when the file was made for another head, unless `other_case` says that this is known; the
         robot's placing is dropped then.
         """
         content = file.content
@@ -90,7 +91,7 @@ class PlanService:
             case = session.get(CaseRow, case_id)
         if case is not None and file.case_hash not in (None, case.content_hash):
             if not other_case:
-                raise PlanError("the plan was made for another case; its points may lie in other anatomy.")
+                raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
             content = PlanContent(
                 content.points, content.targets, content.tool, unplaced_robot(content.robot["name"]), content.settings
             )
@@ -110,8 +111,6 @@ class PlanService:
 
     def delete(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
         """Take a plan off the lists; `restore` brings it back. Raises PlanLocked for a locked one."""
-        if self.get(plan_id).locked:
-            raise PlanLocked("the plan is locked; unlock it to delete it.")
         return self._change(plan_id, expected_revision, deleted_at=utc_now())
 
     def restore(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
@@ -120,7 +119,8 @@ class PlanService:
 
     def editor(self, plan_id: str) -> PlanEditor:
         """The plan's editor, the same for every caller. Raises NotFound."""
-        self.get(plan_id)
+        with self._store.reading() as session:
+            find_row(session, plan_id)
         with self._lock:
             if plan_id not in self._editors:
                 self._editors[plan_id] = PlanEditor(self._store, plan_id)
@@ -130,8 +130,18 @@ class PlanService:
         with self._store.writing() as session:
             row = find_row(session, plan_id)
             check_revision(row, expected_revision)
+            if row.locked and values.get("deleted_at") is not None:
+                raise PlanLocked("the plan is locked; unlock it to delete it.")
             for name, value in values.items():
                 setattr(row, name, value)
             touch(row)
             session.flush()
-            return read_plan(session, plan_id)
+            return list_plan(session, row)
+
+
+def _listed(case_id: str | None, include_deleted: bool) -> Select[PlanRow]:
+    """Rows of plans, oldest first."""
+    query = select(PlanRow).order_by(PlanRow.created, PlanRow.id)
+    if case_id is not None:
+        query = query.where(PlanRow.case_id == case_id)
+    return query if include_deleted else query.where(PlanRow.deleted_at.is_(None))

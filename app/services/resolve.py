@@ -8,19 +8,24 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Protocol, TypeVar
 
+import numpy as np
+import numpy.typing as npt
+
 from app.services.cases import CaseService
-from app.services.errors import NotFound
+from app.services.errors import NotFound, OtherCase
 from app.services.exchange import read_plan, read_targets
 from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
+from app.services.importing import ImportRequest, ImportService
 from app.services.plans import Plan, PlanPoint, PlanService
+from app.services.surface_uncertainty import SurfaceUncertainty
 from app.store.database import utc_now
 from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet, zones_from_dict
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.mesh_files import is_mesh, read_mesh
-from vfix_engine.imaging.readers import is_volume, read_volume
-from vfix_engine.imaging.surface import extract_surface
+from vfix_engine.imaging.mesh_files import is_mesh
+from vfix_engine.imaging.readers import is_volume
+from vfix_engine.imaging.volume import Volume
 
 
 class _Named(Protocol):
@@ -43,16 +48,27 @@ class HasServices(Protocol):
     @property
     def plans(self) -> PlanService: ...
 
+    @property
+    def importing(self) -> ImportService: ...
+
 
 @dataclass(frozen=True, eq=False)
 class ResolvedCase:
-    """A head to work in. id: of the stored case, or None for a file; hash: of its content; grow: makes its tree."""
+    """A head to work in.
+
+    id: of the stored case, or None for a file; hash: of its content; grow: makes its tree; scan: reads its CT, None
+    where there is no CT; uncertainty: how far bone may lie off the surface; notes: what is doubtful about the file, in
+    sentences.
+    """
 
     id: str | None
     name: str
     hash: str
     mesh: TriangleMesh
     grow: Callable[[], ProximityTree]
+    scan: Callable[[], Volume | None]
+    uncertainty: SurfaceUncertainty
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def tree(self) -> ProximityTree:
@@ -60,24 +76,38 @@ class ResolvedCase:
         return self.grow()
 
 
-def resolve_case(services: HasServices, text: str) -> ResolvedCase:
-    """A stored case by id or name, or the surface or CT at a path, taken as LPS mm where the file does not say.
+def resolve_case(services: HasServices, text: str, told: ImportRequest | None = None) -> ResolvedCase:
+    """A stored case by id or name, or the head in the surface or CT at a path, checked as an import checks it.
 
-    Raises NotFound, or InputError for a file that cannot be used.
+    told: the file with what the user says of it; without it, LPS mm is taken where the file does not say, and noted.
+
+    Raises NotFound, or InputError for a file that cannot be used or a word that names a case and a file.
     """
     path = Path(text)
-    if (is_mesh(path) or is_volume(path)) and path.exists():
-        mesh = _surface_of(path)
-        return ResolvedCase(None, path.name, mesh.content_hash, mesh, partial(ProximityTree, mesh))
-    case = find(services.cases.list(), text, "case")
+    stored = services.cases.list()
+    if _is_path(stored, text, "case", (is_mesh(path) or is_volume(path)) and path.exists()):
+        head = services.importing.control_head(told or ImportRequest(path, assume=True))
+        mesh, tree = head.mesh, partial(ProximityTree, head.mesh)
+        return ResolvedCase(
+            None, path.name, mesh.content_hash, mesh, tree, lambda: head.scan, head.uncertainty, head.notes
+        )
+    case = find(stored, text, "case")
     mesh = services.cases.case_surface(case.id)
-    return ResolvedCase(case.id, case.name, case.content_hash, mesh, partial(services.cases.tree, case.id))
+    tree, scan = partial(services.cases.tree, case.id), partial(services.cases.volume, case.id)
+    return ResolvedCase(case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty, case.notes)
 
 
-def _surface_of(path: Path) -> TriangleMesh:
-    if is_mesh(path):
-        return read_mesh(path, assume=True)[0]
-    return extract_surface(read_volume(path, assume=True)[0])
+def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bool:
+    """Whether a word means the path of that name. An id is never one; raises InputError for a name that is both."""
+    if not exists or any(item.id == text for item in stored):
+        return False
+    ids = [item.id for item in stored if item.name == text]
+    if ids:
+        raise InputError(
+            f"{text!r:.80} is the name of a {what} and of a file or folder here; "
+            f"say {ids[0]} for the {what}, or ./{text:.80} for the file."
+        )
+    return True
 
 
 def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
@@ -86,10 +116,11 @@ def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
     Raises NotFound, or InputError for a file that cannot be used.
     """
     path = Path(text)
-    if path.is_file():
+    stored = () if case.id is None else services.plans.titles(case.id)
+    if _is_path(stored, text, "plan of this case", path.is_file()):
         file = read_plan(path.name, read_bytes(path), points_as="path")
         if case.id is not None and file.case_hash not in (None, case.hash):
-            raise InputError("the plan was made for another case; its points may lie in other anatomy.")
+            raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
         now, content = utc_now(), file.content
         return Plan(
             id=path.name,
@@ -106,7 +137,7 @@ def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
         )
     if case.id is None:
         raise NotFound(f"{text!r:.80} is no file of a plan; a case from a file has no stored plans.")
-    return find(services.plans.list(case.id), text, "plan of this case")
+    return services.plans.get(find(stored, text, "plan of this case").id)
 
 
 def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
@@ -117,6 +148,20 @@ def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
 def resolve_zones(path: Path, anatomy: TriangleMesh) -> ZoneSet:
     """No-fly zones and soft zones of a file, in LPS mm; patches are parts of ``anatomy``. Raises InputError."""
     return zones_from_dict(parse_json_object(decode(read_bytes(path))), anatomy)
+
+
+def outside_notes(points: Sequence[PlanPoint], bounds: npt.ArrayLike) -> tuple[str, ...]:
+    """Words for a path whose points lie, all of them, outside the box (2, 3) LPS mm around the anatomy."""
+    places = np.array([point.position for point in points]).reshape(-1, 3)
+    low, high = np.asarray(bounds, dtype=np.float64)
+    away = np.linalg.norm(np.maximum(np.maximum(low - places, places - high), 0.0), axis=1)
+    if len(away) == 0 or away.min() == 0.0:
+        return ()
+    box = ", ".join(f"{axis} {a:.0f} to {b:.0f}" for axis, a, b in zip("xyz", low, high, strict=True))
+    return (
+        f"The path lies wholly outside the head, at least {away.min():.0f} mm from the box around its bone ({box} mm, "
+        "LPS). Check the frame and the unit of both.",
+    )
 
 
 def find(items: Sequence[Item], text: str, what: str) -> Item:

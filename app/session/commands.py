@@ -78,7 +78,14 @@ class AddMode(Command):
 
 class PlainCommand(Command):
     type: Literal[
-        "undo", "redo", "ghost.confirm", "ghost.cancel", "rehearsal.start", "rehearsal.pause", "rehearsal.reset"
+        "undo",
+        "redo",
+        "ghost.confirm",
+        "ghost.cancel",
+        "rehearsal.start",
+        "rehearsal.pause",
+        "rehearsal.reset",
+        "rehearsal.end",
     ]
 
 
@@ -125,7 +132,7 @@ class SetCamera(Command):
 class SetMode(Command):
     type: Literal["rehearsal.mode"]
     mode: Literal["path", "free", "inspect"]
-    target_index: Annotated[int, Field(ge=0, le=999)] | None = None
+    target_id: Identifier | None = None
 
 
 class SetRehearsalSettings(Command):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ import numpy.typing as npt
 from app.scene import palette
 from app.services import Services
 from app.services.planning import PlanEvaluation
+from app.services.tissue_words import tissue_words
+from app.session.lanes import Lanes
 from vfix_engine.errors import VfixError
 
 Floats = npt.NDArray[np.float64]
@@ -22,7 +24,10 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Corridor:
-    """The state of the dry run of one plan. status: 'none', 'computing', 'done' or 'failed'."""
+    """The state of the dry run of one plan.
+
+    status: 'none', 'computing', 'done' or 'failed'. warning: what the margin does not cover; '' where it covers all.
+    """
 
     status: str = "none"
     words: str = ""
@@ -30,9 +35,10 @@ class Corridor:
     completed: bool | None = None
     evaluation: PlanEvaluation | None = None
     margin_mm: float = 0.3
+    warning: str = ""
 
     def samples(self) -> tuple[Floats, Floats] | None:
-        """Places (n, 3) along the path and the clearance (n,) of the whole tool there, as an export has them."""
+        """Places (n, 3) along the path and the bone clearance (n,) of the whole tool there, as an export has them."""
         return None if self.evaluation is None else (self.evaluation.positions, self.evaluation.clearance)
 
     def view(self) -> dict[str, Any]:
@@ -52,6 +58,8 @@ class Corridor:
             "caution": self.caution,
             "completed": self.completed,
             "min_clearance_mm": least,
+            "soft_tissue": None if self.evaluation is None else asdict(self.evaluation.soft_tissue),
+            "warning": self.warning,
             "scale": scale,
         }
 
@@ -61,7 +69,7 @@ class CorridorDesk:
 
     def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
         """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
-        self._services, self._executor, self._done = services, executor, done
+        self._services, self._lanes, self._done = services, Lanes(executor), done
         self._ticket = 0
         self.current = Corridor()
 
@@ -77,12 +85,12 @@ class CorridorDesk:
 
         def work() -> None:
             if ticket != self._ticket:
-                return  # a newer plan waits behind this one
+                return  # this plan is not open any more
             answer = self._answer(plan, margin_mm)
             if ticket == self._ticket:
                 self._done(ticket, answer)
 
-        self._executor.submit(work)
+        self._lanes.submit(plan.id, work)
 
     def accept(self, ticket: int, corridor: Corridor) -> None:
         """Show an answer, unless the plan has changed while it waited."""
@@ -98,7 +106,9 @@ class CorridorDesk:
             _LOG.exception("the dry run of a plan failed")
             return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
         if evaluation.completed:
-            words = f"The tool fits along the whole path; least clearance {evaluation.min_clearance_mm:.2f} mm."
+            words = f"Fits: bone clearance {evaluation.min_clearance_mm:.2f} mm at least."
         else:
             words = f"The tool gets {evaluation.reached_mm:.0f} of {evaluation.length_mm:.0f} mm: {evaluation.reason}."
-        return Corridor("done", words, not evaluation.completed, evaluation.completed, evaluation, margin_mm)
+        words = f"{words} {tissue_words(evaluation.soft_tissue)}"
+        warning = self._services.cases.get(plan.case_id).uncertainty.warning(margin_mm)
+        return Corridor("done", words, not evaluation.completed, evaluation.completed, evaluation, margin_mm, warning)

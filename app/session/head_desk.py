@@ -223,9 +223,13 @@ def case_section(case: Case, loading: str) -> dict[str, Any]:
         "name": case.name,
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},
         "spacing_mm": None if case.spacing_mm is None else [float(value) for value in case.spacing_mm],
-        "surfaces": [{"name": surface.name, "triangles": surface.triangles} for surface in case.surfaces],
+        "surfaces": [
+            {"name": surface.name, "triangles": surface.triangles, "words": surface.words} for surface in case.surfaces
+        ],
+        "uncertainty": case.uncertainty.words(),
         "has_volume": case.has_volume,
         "beads": len(case.beads),
+        "notes": list(case.notes),
         "detail": case.volumes[1].name if len(case.volumes) > 1 else None,
         "loading": loading or None,
     }

@@ -29,13 +29,14 @@ def plan_hint(points: int, targets: int, add_mode: str, ghost: bool, locked: boo
     if completed is False:
         return "The tool does not get through yet. Move or add points where the path turns orange."
     if completed and not targets:
-        return "The tool fits. Add a target to inspect, or go to Rehearse."
+        return "The tool passes clear of bone. Add a target to inspect, or go to Rehearse."
     if completed:
-        return "The tool fits along the whole path. Go to Rehearse."
+        return "The tool passes clear of bone along the whole path. Go to Rehearse."
     return "Add points until the path leads where you need to look; drag a point to move it."
 
 
-def rehearse_hint(points: int, state: str, mine: bool, mode: str, done: bool, targets: int) -> str:
+def rehearse_hint(points: int, state: str, mine: bool, mode: str, done: bool, targets: int, changed: bool) -> str:
+    """changed: the plan is another one than what is driven; targets: of what is driven."""
     if points < 2:
         return "A rehearsal needs a path of two points at least. Go back to Plan."
     if state == "absent":
@@ -44,8 +45,14 @@ def rehearse_hint(points: int, state: str, mine: bool, mode: str, done: bool, ta
         return "The robot could not be placed; the panel says why. Change the path, or try again with Start."
     if state == "starting":
         return "The robot is being placed at the entry."
+    if state == "silent":
+        return "The control process does not answer. End it in the panel, then start again."
     if not mine:
         return "You are watching. Another window holds the handle."
+    if changed:
+        return "The plan has changed. Reset to entry takes it as it is now; until then the path before is driven."
+    if state == "paused":
+        return "Paused. Press Continue to go on from here, or Reset to entry."
     if state != "running":
         return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
     if mode == "inspect":

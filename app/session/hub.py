@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -17,10 +18,14 @@ from app.session.rehearsals import RehearsalRooms
 if TYPE_CHECKING:
     from app.session.workspace import Workspace
 
-MAX_WORKSPACES = 24
-MAX_CONNECTED = 16  # windows at a time, as many as there can be scenes: no page waits for a scene that cannot come
+_LOG = logging.getLogger(__name__)
+MAX_PAGES = 16  # open at a time, each with a scene
+MAX_WORKSPACES = 24  # with those whose page is away
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
-ABANDONED_S = 600.0  # and its rehearsal for so long
+ABANDONED_S = 600.0  # its rehearsal for so long
+ENDED_S = 900.0  # and what it had selected and looked at for so long
+TICK_S = 0.05  # a robot is shown at 20 Hz
+LOOK_S = 1.0  # between looks whether the store has changed, and at what changes seldom
 
 
 @dataclass
@@ -28,6 +33,7 @@ class _Entry:
     workspace: Workspace
     connected: bool = False
     seen_at: float = field(default_factory=time.monotonic)
+    given_up: int = 0  # how much of what an absent page had is given up: its handle, its rehearsal
 
 
 class SceneTabs(Protocol):
@@ -45,7 +51,7 @@ class TabTaken(Exception):
 
 
 class TooManyTabs(Exception):
-    """Every workspace is in use."""
+    """As many pages are open as may be."""
 
 
 class SessionHub:
@@ -55,11 +61,42 @@ class SessionHub:
         """warming: words for what the planner still gets ready, empty once it is."""
         self._services, self._scene_server, self._warming = services, scene_server, warming
         self._rooms = RehearsalRooms()
-        self._executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="session-work")
+        # A load, a dry run and a start for every tab: what is slow for one keeps none of the others waiting.
+        self._executor = ThreadPoolExecutor(max_workers=3 * MAX_WORKSPACES, thread_name_prefix="session-work")
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
+        self._look_at, self._stored = 0.0, -1
+        self._stopped = threading.Event()
+        self._clock = threading.Thread(target=self._run, name="session-clock", daemon=True)
         scene_server.on_tab_connected(self._scene_connected)
         scene_server.on_tab_gone(self._scene_gone)
+
+    def start(self) -> None:
+        """Let the one clock of all workspaces tick."""
+        self._clock.start()
+
+    def _run(self) -> None:
+        while not self._stopped.wait(TICK_S):
+            try:
+                self.beat(time.monotonic())
+            except Exception:
+                _LOG.exception("the clock of the workspaces stumbled")
+
+    def beat(self, now: float) -> None:
+        """One tick: pages that are there are shown what changes by itself, those that are away cost nothing."""
+        look = now >= self._look_at
+        changed = False
+        if look:
+            self._look_at = now + LOOK_S
+            before, self._stored = self._stored, self._services.store.data_version()
+            changed = self._stored != before
+        with self._lock:
+            entries = list(self._entries.items())
+        for tab, entry in entries:
+            if not entry.connected:
+                self._wait_for(tab, entry, now)
+            elif look or entry.workspace.lively:
+                entry.workspace.tick(changed)
 
     def connect(self, tab: str, wanted: dict[str, str]) -> Workspace:
         """The workspace of a tab, new or as it was left. Raises TabTaken or TooManyTabs."""
@@ -69,10 +106,10 @@ class SessionHub:
             entry = self._entries.get(tab)
             if entry is not None and entry.connected:
                 raise TabTaken
-            if sum(other.connected for other in self._entries.values()) >= MAX_CONNECTED:
+            if sum(known.connected for known in self._entries.values()) >= MAX_PAGES:
                 raise TooManyTabs
             if entry is not None:
-                entry.connected = True
+                entry.connected, entry.given_up = True, 0
                 entry.workspace.page_back()
                 return entry.workspace
             self._make_room()
@@ -92,9 +129,8 @@ class SessionHub:
                 return
             entry.connected, entry.seen_at = False, time.monotonic()
         entry.workspace.hand_gone()
-        self._wait_for(entry)
 
-    def _wait_for(self, entry: _Entry) -> None:
+    def _wait_for(self, tab: str, entry: _Entry, now: float) -> None:
         """Give up by and by what a page had that does not come back; each time it is asked again whether it did."""
         seen_at, workspace = entry.seen_at, entry.workspace
 
@@ -102,21 +138,23 @@ class SessionHub:
             with self._lock:
                 return not entry.connected and entry.seen_at == seen_at
 
-        def give_up_handle() -> None:
-            if still_away():
-                workspace.give_up_handle(still_away)
-                _later(ABANDONED_S - LEASE_GRACE_S, give_up_rehearsal)
-
-        def give_up_rehearsal() -> None:
+        if entry.given_up == 0 and now - seen_at >= LEASE_GRACE_S:
+            entry.given_up = 1
+            workspace.give_up_handle(still_away)
+        elif entry.given_up == 1 and now - seen_at >= ABANDONED_S:
+            entry.given_up = 2
             workspace.give_up_rehearsal(still_away)
+        elif now - seen_at >= ENDED_S and self._end(tab, entry):
+            workspace.close()
 
-        _later(LEASE_GRACE_S, give_up_handle)
+    def _end(self, tab: str, entry: _Entry) -> bool:
+        """Forget a tab, unless its page has come back just now."""
+        with self._lock:
+            return not entry.connected and self._entries.pop(tab, None) is not None
 
     def _make_room(self) -> None:
         while len(self._entries) >= MAX_WORKSPACES:
             idle = [tab for tab, entry in self._entries.items() if not entry.connected]
-            if not idle:
-                raise TooManyTabs
             oldest = min(idle, key=lambda tab: self._entries[tab].seen_at)
             self._entries.pop(oldest).workspace.close()
 
@@ -137,6 +175,9 @@ class SessionHub:
 
     def close(self) -> None:
         """End every workspace and every control process."""
+        self._stopped.set()
+        if self._clock.is_alive():
+            self._clock.join()
         with self._lock:
             entries = list(self._entries.values())
             self._entries.clear()
@@ -144,9 +185,3 @@ class SessionHub:
             entry.workspace.close()
         self._executor.shutdown(wait=False, cancel_futures=True)
         self._rooms.close()
-
-
-def _later(seconds: float, action: Callable[[], None]) -> None:
-    timer = threading.Timer(seconds, action)
-    timer.daemon = True
-    timer.start()

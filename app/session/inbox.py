@@ -37,8 +37,8 @@ class Inbox:
         """The last thing a reader gets is None."""
         self._queue.put(None)
 
-    def get(self, timeout: float) -> Request | None:
-        """The next request; None at the end. Raises ``queue.Empty`` after ``timeout`` seconds."""
+    def get(self, timeout: float | None = None) -> Request | None:
+        """The next request; None at the end. Raises ``queue.Empty`` after ``timeout`` seconds, where it is given."""
         entry = self._queue.get(timeout=timeout)
         if isinstance(entry, str):
             with self._lock:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from app.scene.plan import PlanItem
 from app.services import Services
+from app.services.plans import Plan
+from app.services.tissue_words import place_words
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 
@@ -26,12 +28,13 @@ MOVED_WORTH_SAYING_MM = 0.05
 
 @dataclass(frozen=True)
 class Ghost:
-    """Where a click would add: the snapped place, and how far it moved."""
+    """Where a click would add: the snapped place, how far it moved, and what it lies in where that is no air inside."""
 
     kind: Kind
     position: Position
     moved_mm: float
     words: str
+    lies_in: str = ""
 
 
 class PlanDesk:
@@ -74,12 +77,7 @@ class PlanDesk:
 
     def items(self) -> list[PlanItem]:
         """Points and targets, with a place under a dragging hand where there is one."""
-        plan = self.plan
-        return [
-            PlanItem(entry.id, kind, entry.label, self._dragged.get(entry.id, _position(entry.position)))
-            for kind, entries in (("point", plan.points), ("target", plan.targets))
-            for entry in entries
-        ]
+        return [replace(item, position=self._dragged.get(item.id, item.position)) for item in plan_items(self.plan)]
 
     def points(self) -> list[Position]:
         return [item.position for item in self.items() if item.kind == "point"]
@@ -104,8 +102,7 @@ class PlanDesk:
             "name": plan.name,
             "frame": plan.frame,
             "unit": plan.unit,
-            "points": [_entry(item) for item in items if item.kind == "point"],
-            "targets": [_entry(item) for item in items if item.kind == "target"],
+            **entries(items),
             "selected": self.selected,
             "locked": plan.locked,
             "can_undo": self.can_undo,
@@ -115,7 +112,11 @@ class PlanDesk:
             "length_mm": 0.0 if path is None else float(path.length),
             "ghost": None
             if self.ghost is None
-            else {"kind": self.ghost.kind, "position": list(self.ghost.position), "words": self.ghost.words},
+            else {
+                "kind": self.ghost.kind,
+                "position": list(self.ghost.position),
+                "words": f"{self.ghost.words} {self.ghost.lies_in}".strip(),
+            },
         }
 
     def kind_of(self, item_id: str) -> Kind:
@@ -134,16 +135,10 @@ class PlanDesk:
         if self.add_mode == "target":
             self.ghost = Ghost("target", _position(position), 0.0, "Target on the tissue where you clicked.")
             return
-        placed, moved = self._fitted(position)
-        words = (
-            f"Moved {moved:.1f} mm to where the tool fits." if moved > MOVED_WORTH_SAYING_MM else "The tool fits here."
-        )
-        self.ghost = Ghost("point", placed, moved, words)
-
-    def _fitted(self, position: Floats) -> tuple[Position, float]:
-        """The nearest place where the tool fits, and its distance [mm]; raises PlanError when there is none."""
-        placed = self._services.planning.fit_point(self.plan_id, _position(position))
-        return _position(placed), float(np.linalg.norm(np.asarray(placed) - position))
+        fitted = self._services.planning.fit_point(self.plan_id, _position(position))
+        moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
+        words = moved or "Clear of bone here."
+        self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, place_words(fitted.lies_in))
 
     def confirm(self) -> None:
         ghost, self.ghost = self.ghost, None
@@ -191,16 +186,18 @@ class PlanDesk:
             self._dragged[item_id] = position
 
     def drop(self, item_id: str) -> str:
-        """Store where the item was dragged to; returns words when it was moved to where the tool fits."""
+        """Store where the item was dragged to; returns words when it was moved off bone or lies outside the airway."""
         position = self._dragged.pop(item_id, None)
         if position is None or self.locked:
             return ""
         if self.kind_of(item_id) == "target":
             self._edit(self._editor.move_target, item_id, position)
             return ""
-        placed, moved = self._fitted(np.asarray(position))
-        self._edit(self._editor.move_point, item_id, placed)
-        return f"The point was moved {moved:.1f} mm to where the tool fits." if moved > 0.2 else ""
+        fitted = self._services.planning.fit_point(self.plan_id, position)
+        self._edit(self._editor.move_point, item_id, fitted.position)
+        moved = f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > 0.2 else ""
+        # Without a CT nothing is known of any place: the ghost says so, a drop need not say it each time.
+        return f"{moved} {'' if fitted.lies_in == 'not_known' else place_words(fitted.lies_in)}".strip()
 
     def delete(self, item_id: str) -> None:
         self.let_go()
@@ -218,13 +215,20 @@ class PlanDesk:
         self.cancel()
         self._edit(self._editor.set_locked, locked)
 
-    def undo(self) -> None:
-        self.cancel()
-        self._edit(self._editor.undo)
+    def undo(self) -> str:
+        """Returns words where there is nothing to undo: a key pressed once too often is no error."""
+        return self._step(self._editor.undo, self.can_undo, "undo")
 
-    def redo(self) -> None:
+    def redo(self) -> str:
+        """Returns words where there is nothing to redo."""
+        return self._step(self._editor.redo, self.can_redo, "redo")
+
+    def _step(self, act: Callable[..., object], possible: bool, name: str) -> str:
         self.cancel()
-        self._edit(self._editor.redo)
+        if not possible and not self.locked:
+            return f"There is nothing to {name}."
+        self._edit(act)
+        return ""
 
 
 def _spline(points: tuple[Position, ...]) -> SplinePath | None:
@@ -243,8 +247,27 @@ def curve_points(path: SplinePath | None) -> Floats | None:
     return np.asarray(path.position(np.linspace(0.0, path.length, CURVE_SAMPLES)))
 
 
-def _entry(item: PlanItem) -> dict[str, Any]:
-    return {"id": item.id, "label": item.label, "position": [round(value, 4) for value in item.position]}
+def curve_section(places: Floats | None) -> dict[str, Any]:
+    """The page's section of a curve (n, 3)."""
+    return {"points": [] if places is None else np.round(places[::2], 2).tolist()}
+
+
+def plan_items(plan: Plan) -> list[PlanItem]:
+    """Points and targets of a plan, as they are drawn and driven."""
+    return [
+        PlanItem(entry.id, kind, entry.label, _position(entry.position))
+        for kind, listed in (("point", plan.points), ("target", plan.targets))
+        for entry in listed
+    ]
+
+
+def entries(items: Iterable[PlanItem]) -> dict[str, list[dict[str, Any]]]:
+    """Points and targets as the page's sections have them."""
+    found: dict[str, list[dict[str, Any]]] = {"points": [], "targets": []}
+    for item in items:
+        position = [round(value, 4) for value in item.position]
+        found[f"{item.kind}s"].append({"id": item.id, "label": item.label, "position": position})
+    return found
 
 
 def _position(values: Any) -> Position:

@@ -18,7 +18,7 @@ from app.session.board import Board
 from app.session.corridor_desk import Corridor, CorridorDesk
 from app.session.head_desk import HeadDesk
 from app.session.hints import plan_hint
-from app.session.plan_desk import Ghost, PlanDesk, curve_points
+from app.session.plan_desk import Ghost, PlanDesk, curve_points, curve_section
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
 
@@ -45,13 +45,23 @@ class PlanningDesk:
 
     # -- opening
 
-    def open(self, case_id: str, plan_id: str | None) -> None:
-        """Open a plan of a case: the named one, else the newest, else a new one."""
+    def open(self, case_id: str, plan_id: str | None) -> str:
+        """Open a plan of a case: the named one, else the newest that can be read, else a new one.
+
+        Returns why others could not be opened, '' where none was passed over.
+        """
+        self.close()
         self._case_id = case_id
-        ids = [plan.id for plan in self._services.plans.list(case_id)]  # oldest first
-        if plan_id not in ids:
-            plan_id = ids[-1] if ids else self._services.plans.create(case_id, "Plan 1").id
-        self._load(plan_id)
+        ids = [plan.id for plan in self._services.plans.titles(case_id)]  # oldest first
+        ids.sort(key=lambda known: known == plan_id)  # stable: the wanted one is the last
+        unreadable: list[str] = []
+        for known in reversed(ids or [self._services.plans.create(case_id, "Plan 1").id]):
+            try:
+                self._load(known)
+                break
+            except InputError as error:
+                unreadable.append(str(error))
+        return " ".join(unreadable)
 
     def close(self) -> None:
         self._case_id = self._desk = None
@@ -108,7 +118,7 @@ class PlanningDesk:
     def _shown_corridor(self) -> Corridor:
         """The dry run that belongs to the points as they are shown; none while a hand drags one of them."""
         if self._desk is not None and self._desk.dragging:
-            return Corridor("computing", "Let go of the point to see whether the tool fits.")
+            return Corridor("computing", "Let go of the point to see whether the tool fits among the bone.")
         return self._corridor.current
 
     def curve(self) -> tuple[Floats | None, Floats | None]:
@@ -152,7 +162,7 @@ class PlanningDesk:
             case c.ItemCommand():
                 return self._item(desk, command)
             case c.PlainCommand():
-                self._plain(desk, command.type)
+                return self._plain(desk, command.type)
             case _:
                 raise InputError(f"the command {command.type} cannot be used here.")
         return ""
@@ -170,11 +180,12 @@ class PlanningDesk:
             desk.selected = command.item_id
         return ""
 
-    def _plain(self, desk: PlanDesk, name: str) -> None:
-        {"undo": desk.undo, "redo": desk.redo, "ghost.confirm": desk.confirm, "ghost.cancel": desk.cancel}[name]()
+    def _plain(self, desk: PlanDesk, name: str) -> str:
+        act = {"undo": desk.undo, "redo": desk.redo, "ghost.confirm": desk.confirm, "ghost.cancel": desk.cancel}[name]
+        return act() or ""
 
-    def do_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> None:
-        """Open, make, rename, duplicate, delete and restore plans."""
+    def do_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> str:
+        """Open, make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
         plans = self._services.plans
         match command:
             case c.NewPlan():
@@ -195,7 +206,8 @@ class PlanningDesk:
             case c.PlanCommand():
                 plans.delete(command.plan_id)
                 if command.plan_id == self.plan_id and self._case_id is not None:
-                    self.open(self._case_id, None)
+                    return self.open(self._case_id, None)
+        return ""
 
     def _reload(self) -> None:
         """Read the open plan again, keeping what is selected."""
@@ -251,7 +263,7 @@ class PlanningDesk:
     def hint(self) -> str:
         desk = self._desk
         if desk is None:
-            return "Open a head first."
+            return "Open a head first." if self._case_id is None else "Choose a plan below, or make a new one."
         plan = desk.plan
         return plan_hint(
             len(plan.points),
@@ -263,19 +275,27 @@ class PlanningDesk:
         )
 
     def publish(self, fresh: bool) -> None:
-        if fresh and self._desk is not None:
-            self._desk.refresh()
-        self._refresh_corridor()
+        """Publish the sections; ``fresh`` reads plan and list anew, which others may have changed.
+
+        Raises InputError when the open plan cannot be read any more; it is closed then.
+        """
         if self._case_id is not None and (fresh or not self._plans):
-            self._plans = list(self._services.plans.list(self._case_id, include_deleted=True))
+            self._plans = list(self._services.plans.titles(self._case_id, include_deleted=True))
+        if fresh and self._desk is not None:
+            try:
+                self._desk.refresh()
+            except InputError:
+                self._desk = None
+                self._corridor.clear()
+                raise
+        self._refresh_corridor()
         items = [
             {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
             for plan in self._plans
         ]
         self._board.publish("plans", {"items": items})
         self._board.publish("plan", None if self._desk is None else self._desk.view())
-        points, _ = self.curve()
-        self._board.publish("curve", {"points": [] if points is None else np.round(points[::2], 2).tolist()})
+        self._board.publish("curve", curve_section(self.curve()[0]))
         self._board.publish("corridor", self._shown_corridor().view())
 
     def _refresh_corridor(self) -> None:

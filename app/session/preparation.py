@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from app.services import Services
+from app.session.plan_desk import curve_points, plan_items
 from app.session.rehearsals import Prepared
 from vfix_engine.control import ControlSettings
+from vfix_engine.geometry.path import SplinePath
 from vfix_engine.simulation.realtime import SceneSpec
 
 
@@ -21,7 +23,7 @@ def plan_key(plan: Any) -> Any:
         repr(plan.settings),
         repr(plan.robot),
         tuple(tuple(point.position) for point in plan.points),
-        tuple(tuple(target.position) for target in plan.targets),
+        tuple((target.id, tuple(target.position)) for target in plan.targets),
     )
 
 
@@ -33,6 +35,7 @@ def prepare(services: Services, plan: Any) -> Prepared:
     settings = ControlSettings.from_dict(dict(plan.settings))
     placing = services.planning.evaluate(plan)  # the very poses whose clearance colours the path
     targets = np.array([target.position for target in plan.targets], dtype=np.float64).reshape(-1, 3)
+    points = np.array([point.position for point in plan.points], dtype=np.float64)
     mesh = services.cases.case_surface(plan.case_id)
     spec = SceneSpec(
         vertices=np.asarray(mesh.vertices),
@@ -41,8 +44,8 @@ def prepare(services: Services, plan: Any) -> Prepared:
         tool=plan.tool,
         base=placing.base,
         q_start=placing.q_start,
-        path_points=np.array([point.position for point in plan.points], dtype=np.float64),
+        path_points=points,
         targets=targets,
         target_names=tuple(target.label for target in plan.targets),
     )
-    return Prepared(spec, settings)
+    return Prepared(spec, settings, tuple(plan_items(plan)), curve_points(SplinePath(points)))

@@ -7,16 +7,20 @@ from typing import Any
 
 from app.services import Services
 from app.services.errors import PlanLocked
+from app.services.surface_uncertainty import SurfaceUncertainty
 from app.session import commands as c
 from app.session.board import Board
 from app.session.hints import rehearse_hint
+from app.session.plan_desk import curve_section, entries
 from app.session.preparation import plan_key, prepare
 from app.session.rehearsal_view import details_section, rehearsal_section, settings_section
-from app.session.rehearsals import RehearsalRoom, RehearsalRooms
+from app.session.rehearsals import Prepared, RehearsalRoom, RehearsalRooms
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.simulation.snapshot import Snapshot
+
+_NOT_HELD = "only the window that holds the handle can do that; you can watch, or take over when it lets go."
 
 
 class RehearsalDesk:
@@ -25,8 +29,11 @@ class RehearsalDesk:
     def __init__(self, services: Services, rooms: RehearsalRooms, executor: Executor, tab: str) -> None:
         self._services, self._rooms, self._executor, self._tab = services, rooms, executor, tab
         self._plan_id: str | None = None
+        self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self.room: RehearsalRoom | None = None
         self.snapshot: Snapshot | None = None
+        self._before: Snapshot | None = None  # the one that was read before it
+        self._changed = False  # the plan is another one than what is driven
         self._run_when_ready = False
         self._arrived = False
         self.plan_edited = False  # the plan in the store has changed by what was done here
@@ -36,12 +43,14 @@ class RehearsalDesk:
         self.leave()
         if plan_id is not None:
             self._plan_id = plan_id
+            self._uncertainty = self._services.cases.get(self._services.plans.get(plan_id).case_id).uncertainty
             self.room = self._rooms.enter(plan_id, self._tab)
 
     def leave(self) -> None:
         """Go out of the room."""
         self.away()
-        self.room = self.snapshot = self._plan_id = None
+        self.room = self.snapshot = self._before = self._plan_id = None
+        self._run_when_ready = self._changed = False
 
     @property
     def mine(self) -> bool:
@@ -53,7 +62,7 @@ class RehearsalDesk:
 
     @property
     def state(self) -> str:
-        """'absent', 'starting', 'ready', 'running', 'paused' or 'failed'."""
+        """'absent', 'starting', 'ready', 'running', 'paused', 'silent' or 'failed'."""
         if self.room is None:
             return "absent"
         state = self.room.state
@@ -70,10 +79,23 @@ class RehearsalDesk:
         x, y, z = (float(value) for value in self.snapshot.grip)
         return [(x, y, z)]
 
+    def driven(self) -> Prepared | None:
+        """What is driven, where that is not the plan as it is now."""
+        return self.room.prepared if self.room is not None and self._changed else None
+
+    def compare(self, plan: Any) -> None:
+        """Look whether the robot was placed for the plan as it is now."""
+        if (room := self.room) is None or room.prepared is None:
+            self._changed = False
+        else:
+            self._changed = plan is None or not room.is_for(plan_key(plan))
+
     def give_up(self) -> None:
         """Nobody is at this desk for now: the robot pauses where it is and the handle is free."""
+        self._run_when_ready = False
         if self.room is None:
             return
+        self._keep_settings(self.room)
         try:
             self.room.pause(self._tab)
         finally:  # a process that has just ended cannot be paused; the handle is free all the same
@@ -109,29 +131,38 @@ class RehearsalDesk:
             self._open(room, plan)
 
     def do_plain(self, name: str, plan: Any, case_id: str | None) -> None:
-        """Start, pause or reset."""
+        """Start, pause, reset, or end a process that hangs. Raises PlanError where this window may not."""
         room = self.room
         if room is None or plan is None or case_id is None:
             raise PlanError("open a plan first.")
-        if name == "rehearsal.pause":
-            room.pause(self._tab)
-        elif name == "rehearsal.reset":
-            self._reset(room, plan)
-        else:
+        if name == "rehearsal.start":
             self._start(room, plan)
+        elif name == "rehearsal.end":
+            self._take(room)
+            room.close()
+        elif not room.lease.held_by(self._tab):
+            raise PlanError(_NOT_HELD)
+        elif name == "rehearsal.pause":
+            self._run_when_ready = False
+            room.pause(self._tab)
+        else:
+            self._reset(room, plan)
+
+    def _take(self, room: RehearsalRoom) -> None:
+        if not room.lease.take(self._tab):
+            raise PlanError(_NOT_HELD)
 
     def _start(self, room: RehearsalRoom, plan: Any) -> None:
-        if room.is_for(plan_key(plan)):
+        """A robot that stands goes on along what it was placed for; one that is not there comes and runs then."""
+        self._take(room)
+        if room.state == "ready":
             room.run(self._tab)
             return
-        if not room.lease.take(self._tab):
-            raise PlanError("another window holds the handle; you can watch, or take over when it lets go.")
-        self._open(room, plan)
+        if not room.is_for(plan_key(plan)):
+            self._open(room, plan)
         self._run_when_ready = True
 
     def _reset(self, room: RehearsalRoom, plan: Any) -> None:
-        if not room.lease.held_by(self._tab):
-            return
         if room.is_for(plan_key(plan)):
             room.reset(self._tab)
         else:
@@ -143,10 +174,13 @@ class RehearsalDesk:
         room.open(plan_key(plan), lambda: prepare(self._services, plan), self._executor)
 
     def do(self, command: c.SetMode | c.SetRehearsalSettings) -> None:
+        """Raises PlanError where this window does not hold the handle."""
         if self.room is None:
             return
+        if not self.room.lease.held_by(self._tab):
+            raise PlanError(_NOT_HELD)
         if isinstance(command, c.SetMode):
-            self.room.set_mode(self._tab, command.mode, command.target_index)
+            self.room.set_mode(self._tab, command.mode, command.target_id)
         else:
             self.room.change_settings(self._tab, command.values)
 
@@ -165,6 +199,7 @@ class RehearsalDesk:
         room.check()
         words = room.take_words(self._tab) + self._keep_settings(room)
         before, self.snapshot = self.snapshot, room.snapshot()
+        self._before = before if before is not self.snapshot else self._before
         self._arrived |= before is None and self.snapshot is not None
         if self._run_when_ready and room.state == "ready":
             self._run_when_ready = False
@@ -192,19 +227,26 @@ class RehearsalDesk:
     def hint(self, plan: Any) -> str:
         points, targets = (0, 0) if plan is None else (len(plan.points), len(plan.targets))
         mode, done = ("path", False) if self.snapshot is None else (self.snapshot.mode, self.snapshot.phase == "done")
-        return rehearse_hint(points, self.state, self.mine, mode, done, targets)
+        return rehearse_hint(points, self.state, self.mine, mode, done, targets, self._changed)
 
-    def publish(self, board: Board) -> None:
+    def publish(self, board: Board, driven: Prepared | None) -> None:
+        """driven: what is to be shown instead of the plan, where the plan is another one by now."""
         room = self.room
         holder = room is not None and room.lease.holder is not None
         words = "" if room is None else room.words
-        section = rehearsal_section(self.snapshot, self.state, words, self.mine, holder)
-        if room is not None and section.get("mode") == "inspect":
-            section["target_index"] = room.target_index
+        section = rehearsal_section(self.snapshot, self.state, words, self.mine, holder, self._before)
+        section["plan_changed"] = self._changed
+        section["target_id"] = room.target_id if room is not None and section.get("mode") == "inspect" else None
         board.publish("rehearsal", section)
+        board.publish("driven", None if driven is None else entries(driven.items))
+        if driven is not None:
+            board.publish("curve", curve_section(driven.curve))
         board.publish("details", details_section(self.snapshot))
-        settings, answered = (ControlSettings(), 0) if room is None else (room.settings, room.settings_answered)
-        board.publish("settings", settings_section(settings, answered))
+        settings, answered, refusal = ControlSettings(), 0, ""
+        if room is not None:
+            settings, answered, refusal = room.settings, room.settings_answered, room.settings_refusal
+        warning = "" if self._uncertainty is None else self._uncertainty.warning(settings.margin_mm)
+        board.publish("settings", settings_section(settings, answered, refusal, warning))
         board.publish("tool", self._tool())
 
     def _tool(self) -> dict[str, Any]:

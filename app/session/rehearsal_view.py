@@ -20,8 +20,20 @@ SHOWN_SETTINGS = {
 }
 
 
-def rehearsal_section(snapshot: Snapshot | None, state: str, words: str, mine: bool, holder: bool) -> dict[str, Any]:
-    """Lengths in mm, force in N; numbers that do not exist are null."""
+FELT_N = 0.05  # a force on the grip that is worth a word
+STOOD_MM = 1e-3  # a grip that moved less between two pictures stands
+_ACROSS = {  # by phase: why a force moves nothing although nothing is in the way
+    "follow": "The pull is across the path: it moves the tool neither forward nor back",
+    "done": "The pull is across the path: it moves the tool neither forward nor back",
+    "inspect_hold": "The pull is along the shaft: it does not turn the tool about the target",
+}
+_STANDS = "The pull points where the tool does not go in this mode"
+
+
+def rehearsal_section(
+    snapshot: Snapshot | None, state: str, words: str, mine: bool, holder: bool, before: Snapshot | None = None
+) -> dict[str, Any]:
+    """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
     base: dict[str, Any] = {
         "state": state,
         "words": words,
@@ -36,6 +48,7 @@ def rehearsal_section(snapshot: Snapshot | None, state: str, words: str, mine: b
         "phase": snapshot.phase,
         "held": snapshot.held,
         "reason": snapshot.reason,
+        "holding": holding_words(snapshot, before),
         "force_n": _number(np.linalg.norm(snapshot.force), 3),
         "tip_error_mm": _number(snapshot.tip_error_mm, 4),
         "clearance_mm": _number(snapshot.clearance_mm, 3),
@@ -49,6 +62,17 @@ def rehearsal_section(snapshot: Snapshot | None, state: str, words: str, mine: b
         "grip": _place(snapshot.grip),
         "virtual_point": _place(snapshot.virtual_point),
     }
+
+
+def holding_words(snapshot: Snapshot, before: Snapshot | None) -> str:
+    """What holds the tool, as a sentence; a tool that stands against a force is not free to move."""
+    if snapshot.reason or snapshot.held:
+        return snapshot.reason or "held"
+    driven = before is not None and snapshot.steps > before.steps
+    stands = before is not None and float(np.linalg.norm(snapshot.grip - before.grip)) < STOOD_MM
+    if driven and stands and float(np.linalg.norm(snapshot.force)) > FELT_N:
+        return _ACROSS.get(snapshot.phase, _STANDS)
+    return "Nothing, the tool is free to move"
 
 
 def details_section(snapshot: Snapshot | None) -> dict[str, Any]:
@@ -76,11 +100,17 @@ def _priority(timing: Timing) -> str:
     return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
 
 
-def settings_section(settings: ControlSettings, answered: int) -> dict[str, Any]:
-    """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back."""
+def settings_section(settings: ControlSettings, answered: int, refusal: str = "", warning: str = "") -> dict[str, Any]:
+    """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
+
+    refusal: why the newest change was not taken. warning: what the margin in force does not cover; '' where it covers
+    all.
+    """
     bounds, values = ControlSettings.bounds(), settings.to_dict()
     return {
         "answered": answered,
+        "words": refusal,
+        "warning": warning,
         "fields": [
             {
                 "name": name,

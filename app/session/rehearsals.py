@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import logging
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
@@ -12,26 +14,43 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
+from app.scene.plan import PlanItem
 from app.session.lease import Lease
+from app.session.settings_talk import SettingsTalk
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import VfixError
+from vfix_engine.errors import ControlError, PlanError, VfixError
 from vfix_engine.robots import PlacedRobot, RobotModel
 from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 from vfix_engine.simulation.snapshot import Snapshot
 
-RoomState = Literal["absent", "starting", "ready", "failed"]
+RoomState = Literal["absent", "starting", "ready", "silent", "failed"]
 Position = tuple[float, float, float]
 MAX_ROOMS = 4
+SILENT_S = 2.0  # a process that shows no new snapshot for so long hangs; one that rests shows several a second
+_ENDED = "The control process ended. Start the rehearsal again."
 _LOG = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Prepared:
-    """A scene that is ready to be handed to a control process."""
+    """A scene that is ready to be handed to a control process.
+
+    items: points and targets of the plan it was made of; curve: places (n, 3) along its path, LPS [mm].
+    """
 
     spec: SceneSpec
     settings: ControlSettings
+    items: tuple[PlanItem, ...] = ()
+    curve: npt.NDArray[np.float64] | None = None
+
+    def target_index(self, target_id: str) -> int:
+        """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
+        ids = [item.id for item in self.items if item.kind == "target"]
+        if target_id not in ids:
+            raise PlanError("that target is not part of this rehearsal; ‘Reset to entry’ takes the plan as it is now.")
+        return ids.index(target_id)
 
 
 class RehearsalRoom:
@@ -41,19 +60,20 @@ class RehearsalRoom:
         self.lease = Lease()
         self._lock = threading.Lock()
         self._process: RehearsalProcess | None = None
+        self._coming: RehearsalProcess | None = None  # being started
+        self._prepared: Prepared | None = None
         self._robot: PlacedRobot | None = None
         self._state: RoomState = "absent"
         self._words = ""
         self._plan_key: object = None
         self._generation = 0
-        self._settings = ControlSettings()  # in force, as the process says
-        self._wished: ControlSettings | None = None  # asked for last, until the process has answered everything
-        self._asked: deque[frozenset[str]] = deque()  # names of settings asked for, oldest first
-        self._answered = 0
-        self._accepted: dict[str, float] = {}
+        self._talk = SettingsTalk(ControlSettings())
+        self._notes: list[str] = []  # of the process, until it is known whether they are about a setting
         self._words_for_holder: deque[str] = deque(maxlen=8)
-        self._hand: tuple[str, Position] | None = None  # the tab whose hand holds the grip, and where, LPS [mm]
-        self._target_index = 0
+        self._hand: str | None = None  # the tab whose hand holds the grip
+        self._target_id: str | None = None
+        self._newest: Snapshot | None = None
+        self._newest_at = self._checked_at = 0.0
         self.watchers: set[str] = set()
 
     @property
@@ -71,28 +91,40 @@ class RehearsalRoom:
     def settings(self) -> ControlSettings:
         """What is in force, as the control process has confirmed it."""
         with self._lock:
-            return self._settings
+            return self._talk.in_force
 
     @property
     def settings_answered(self) -> int:
         """How many changes of the settings the process has answered, refusals included."""
         with self._lock:
-            return self._answered
+            return self._talk.answered
 
     @property
-    def target_index(self) -> int:
+    def settings_refusal(self) -> str:
+        """Why the newest change of the settings was not taken; empty where it was."""
+        with self._lock:
+            return self._talk.refusal
+
+    @property
+    def target_id(self) -> str | None:
         """The target that was chosen last for inspection."""
-        return self._target_index
+        return self._target_id
 
     @property
     def robot(self) -> PlacedRobot | None:
         with self._lock:
             return self._robot
 
-    def is_for(self, plan_key: object) -> bool:
-        """Whether the robot that stands here was placed for this revision of the plan."""
+    @property
+    def prepared(self) -> Prepared | None:
+        """The scene that is driven; None while there is no robot."""
         with self._lock:
-            return self._plan_key == plan_key and self._state in ("starting", "ready")
+            return self._prepared
+
+    def is_for(self, plan_key: object) -> bool:
+        """Whether the robot that stands here, or comes, was placed for this revision of the plan."""
+        with self._lock:
+            return self._plan_key == plan_key and self._state in ("starting", "ready", "silent")
 
     def open(self, plan_key: object, prepare: Callable[[], Prepared], executor: Executor) -> None:
         """Place the robot and start its process in the background; a room that is open is closed first."""
@@ -101,7 +133,7 @@ class RehearsalRoom:
             self._generation += 1
             generation = self._generation
             self._state, self._words, self._plan_key = "starting", "Placing the robot at the entry …", plan_key
-            self._target_index = 0
+            self._target_id = None
         executor.submit(self._start, generation, prepare)
 
     def _start(self, generation: int, prepare: Callable[[], Prepared]) -> None:
@@ -109,43 +141,49 @@ class RehearsalRoom:
         try:
             prepared = prepare()
             process = RehearsalProcess(prepared.spec, prepared.settings)
+            with self._lock:
+                if generation != self._generation:
+                    raise ControlError("the start is not wanted any more")
+                self._coming = process
             process.start()
             process.wait_ready()
+            robot = RobotModel.load(prepared.spec.robot).placed(np.asarray(prepared.spec.base))
         except VfixError as error:
-            if process is not None:
-                process.close()
-            self._settle(generation, "failed", str(error))
+            self._not_started(generation, process, str(error))
             return
         except Exception:
             _LOG.exception("a rehearsal could not be started")
-            if process is not None:
-                process.close()
-            self._settle(generation, "failed", "The rehearsal could not be started; the planner's log says why.")
+            self._not_started(generation, process, "The rehearsal could not be started; the planner's log says why.")
             return
-        robot = RobotModel.load(prepared.spec.robot).placed(np.asarray(prepared.spec.base))
         with self._lock:
             if generation == self._generation:
-                self._process, self._robot, self._settings = process, robot, prepared.settings
-                self._wished = None
-                self._asked.clear()
-                self._accepted.clear()
+                self._process, self._coming = process, None
+                self._prepared, self._robot = prepared, robot
+                self._talk = SettingsTalk(prepared.settings)
+                self._notes.clear()
                 self._words_for_holder.clear()
+                self._newest = None
                 self._state, self._words = "ready", ""
                 return
         process.close()
 
-    def _settle(self, generation: int, state: RoomState, words: str) -> None:
+    def _not_started(self, generation: int, process: RehearsalProcess | None, words: str) -> None:
+        if process is not None:
+            process.close()
         with self._lock:
             if generation == self._generation:
-                self._state, self._words = state, words
+                self._coming = None
+                self._state, self._words = "failed", words
 
     def close(self) -> None:
+        """End the process, one that is only coming as well."""
         with self._lock:
             self._generation += 1
             self._hand = None
-            process, self._process, self._robot = self._process, None, None
+            processes = [process for process in (self._process, self._coming) if process is not None]
+            self._process = self._coming = self._prepared = self._robot = None
             self._state, self._words, self._plan_key = "absent", "", None
-        if process is not None:
+        for process in processes:
             process.close()
 
     def snapshot(self) -> Snapshot | None:
@@ -153,30 +191,50 @@ class RehearsalRoom:
         return None if process is None else process.snapshot()
 
     def check(self) -> None:
-        """Hear what the process has said since the last call; notices when it has ended."""
+        """Hear what the process has said since the last call; notices when it has ended, and when it hangs."""
         process = self._live()
         if process is None:
             return
+        words = ""
         for event in process.events():
             if event.kind == "note":
-                self._words_for_holder.append(event.text)
+                self._notes.append(event.text)
             elif event.kind == "settings":
-                self._settings_told(ControlSettings.from_dict(json.loads(event.text)))
-        if not process.alive:
+                self._settings_told(process, ControlSettings.from_dict(json.loads(event.text)))
+            elif event.kind == "failed":
+                words = words or event.text
+        if not self._talk.open:
+            self._words_for_holder.extend(self._notes)
+            self._notes.clear()
+        if words or not process.alive:
             self.close()
             with self._lock:
-                self._state, self._words = "failed", "The control process ended. Start the rehearsal again."
+                self._state, self._words = "failed", words or _ENDED
+        else:
+            self._watch(process, time.monotonic())
 
-    def _settings_told(self, in_force: ControlSettings) -> None:
-        """The answer to one change: what is in force now, the old settings where it was refused."""
+    def _watch(self, process: RehearsalProcess, now: float) -> None:
+        """The age of the newest snapshot tells a process that hangs; while nobody looked, nobody knows."""
+        snapshot = process.snapshot()
         with self._lock:
-            before, self._settings = self._settings.to_dict(), in_force
-            self._answered += 1
-            names = self._asked.popleft() if self._asked else frozenset()
-            if not self._asked:
-                self._wished = None
-            now = in_force.to_dict()
-            self._accepted |= {name: now[name] for name in names if now[name] != before[name]}
+            if snapshot is not self._newest or now - self._checked_at > SILENT_S / 2:
+                self._newest, self._newest_at = snapshot, now
+            self._checked_at = now
+            silent = now - self._newest_at
+            if self._process is process and self._state in ("ready", "silent"):
+                self._state, self._words = ("ready", "") if silent < SILENT_S else ("silent", _silence(silent))
+
+    def _settings_told(self, process: RehearsalProcess, in_force: ControlSettings) -> None:
+        """The answer to one change: what is in force now, the old settings where it was refused."""
+        snapshot = process.snapshot()
+        reason = self._notes[-1] if self._notes else ""
+        with self._lock:
+            following = self._talk.told(in_force, reason, None if snapshot is None else snapshot.clearance_mm)
+            if self._talk.refusal and self._notes:
+                self._notes.pop()  # it is said beside the slider
+        if following is not None:
+            with contextlib.suppress(ControlError):  # it has ended: said by the check that follows
+                process.set_settings(following)
 
     def take_words(self, tab: str) -> list[str]:
         """What the process has said to the holder of the handle, once; nothing for other tabs."""
@@ -190,8 +248,7 @@ class RehearsalRoom:
         if not self.lease.held_by(tab):
             return {}
         with self._lock:
-            accepted, self._accepted = self._accepted, {}
-            return accepted
+            return self._talk.take_accepted()
 
     def plan_changed(self, before: object, after: object) -> None:
         """The plan has changed in nothing but what this rehearsal has already: it is still the rehearsal of it."""
@@ -210,37 +267,30 @@ class RehearsalRoom:
 
     def set_grip(self, tab: str, position: Position) -> None:
         if (process := self._held(tab)) is not None:
-            self._hand = (tab, position)
+            self._hand = tab
             process.set_grip(position)
 
     def move_grip(self, tab: str, position: Position) -> None:
         """The hand moves on; a hand that was let go of has to take hold again first."""
-        if self._hand_of(tab) is not None:
+        if self._hand == tab:
             self.set_grip(tab, position)
 
     def heartbeat(self, tab: str) -> None:
-        """The button or key is still down. A hand whose force faded while the line was slow takes hold again."""
+        """The button or key is still down. It never takes hold: a hand that was lost has to press or to move."""
         if (process := self._held(tab)) is not None:
-            if (hand := self._hand_of(tab)) is None:
-                process.heartbeat()
-            else:
-                process.set_grip(hand)
+            process.heartbeat()
 
     def release(self, tab: str) -> None:
         """The hand lets go of everything, keys included; it is forgotten also when there is no process just now."""
-        if self._hand_of(tab) is not None:
+        if self._hand == tab:
             self._hand = None
         if (process := self._held(tab)) is not None:
             process.release()
 
     def release_grip(self, tab: str) -> None:
         """The pointer is up; keys that are down go on when there was no hand on the grip."""
-        if self._hand_of(tab) is not None:
+        if self._hand == tab:
             self.release(tab)
-
-    def _hand_of(self, tab: str) -> Position | None:
-        hand = self._hand
-        return hand[1] if hand is not None and hand[0] == tab else None
 
     def drive(self, tab: str, direction: int) -> None:
         if (process := self._held(tab)) is not None:
@@ -264,28 +314,36 @@ class RehearsalRoom:
         if (process := self._held(tab)) is not None:
             process.reset()
 
-    def set_mode(self, tab: str, mode: str, target_index: int | None) -> None:
-        if (process := self._held(tab)) is not None:
-            if target_index is not None:
-                self._target_index = target_index
-            process.set_mode(mode, target_index)
+    def set_mode(self, tab: str, mode: str, target_id: str | None) -> None:
+        """Another mode; target_id: what to inspect, a target of the scene that is driven. Raises PlanError."""
+        prepared, process = self.prepared, self._held(tab)
+        if process is None or prepared is None:
+            return
+        index = None if target_id is None else prepared.target_index(target_id)
+        process.set_mode(mode, index)
+        self._target_id = target_id or self._target_id
 
-    def change_settings(self, tab: str, values: dict[str, float]) -> ControlSettings | None:
-        """Clamp the values, ask the process; the settings that were asked for, None when this tab may not."""
+    def change_settings(self, tab: str, values: dict[str, float]) -> None:
+        """Ask the process for other settings, clamped; raises InputError for an unknown name."""
         process = self._held(tab)
         if process is None:
-            return None
+            return
         with self._lock:
-            settings = (self._wished or self._settings).clamped(**values)
-            self._wished = settings
-            self._asked.append(frozenset(values))
-        process.set_settings(settings)
-        return settings
+            settings = self._talk.wish(values)
+        if settings is not None:
+            process.set_settings(settings)
 
     def leave(self, tab: str) -> None:
         """The tab's page is gone: whatever it held is let go of at once (HAZ-11)."""
         self.release(tab)
         self.lease.let_go(tab)
+
+
+def _silence(seconds: float) -> str:
+    return (
+        f"The control process has not answered for {seconds:.0f} s: nobody knows where the robot is, "
+        "and what was shown last is old. End it, and start the rehearsal again."
+    )
 
 
 class RehearsalRooms:

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.session.commands import parse_command
-from app.session.hub import SessionHub, TabTaken, TooManyTabs
+from app.session.hub import MAX_PAGES, SessionHub, TabTaken, TooManyTabs
 
 if TYPE_CHECKING:
     from app.session.workspace import Workspace
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MAX_MESSAGE_CHARS = 64_000
 MIN_INTERVAL_S = 0.05  # the page is told at most 20 times a second
 MAX_PER_SECOND = 400  # messages of one page; a hand, keys and a heartbeat stay below 100
-TAB_TAKEN, TOO_MANY, FLOOD = 4409, 4503, 4429
+INVALID, NOT_TEXT, TAB_TAKEN, TOO_MANY, FLOOD = 1008, 1003, 4409, 4503, 4429
 _LOG = logging.getLogger(__name__)
 _TAB = re.compile(r"[A-Za-z0-9_-]{8,64}")
 _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
@@ -34,6 +34,7 @@ _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     hub = SessionHub(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
     app.state.sessions = hub
+    hub.start()
     yield
     await asyncio.to_thread(hub.close)
 
@@ -45,9 +46,9 @@ router = APIRouter(lifespan=_lifespan)
 async def session(websocket: WebSocket) -> None:
     """One page. The gateway's guard has already checked token, Host and Origin."""
     tab = websocket.query_params.get("tab", "")
-    await websocket.accept()
+    await websocket.accept()  # before a refusal as well: a browser tells a page the code and reason of a close alone
     if not _TAB.fullmatch(tab):
-        await websocket.close(1008)
+        await websocket.close(INVALID, "a tab is 8 to 64 letters, digits, '-' or '_'")
         return
     wanted = {
         name: value
@@ -57,8 +58,11 @@ async def session(websocket: WebSocket) -> None:
     hub: SessionHub = websocket.app.state.sessions
     try:
         workspace = await _connect(hub, tab, wanted)
-    except (TabTaken, TooManyTabs) as refused:
-        await websocket.close(TAB_TAKEN if isinstance(refused, TabTaken) else TOO_MANY)
+    except TabTaken:
+        await websocket.close(TAB_TAKEN, "another connection speaks for this tab; take another name for it")
+        return
+    except TooManyTabs:
+        await websocket.close(TOO_MANY, f"{MAX_PAGES} pages of this planner are open; close one, or try again in 15 s")
         return
     try:
         await _serve(websocket, workspace)
@@ -151,12 +155,19 @@ async def _read(websocket: WebSocket, workspace: Workspace, send_soon: Any) -> N
     loop = asyncio.get_running_loop()
     second, count = loop.time(), 0
     while True:
-        text = await websocket.receive_text()
+        message = await websocket.receive()
+        if message["type"] == "websocket.disconnect":
+            return
+        text = message.get("text")
+        if text is None:
+            await websocket.close(NOT_TEXT, "commands are text, not bytes")
+            return
         if loop.time() - second >= 1.0:
             second, count = loop.time(), 0
         count += 1
         if count > MAX_PER_SECOND or len(text) > MAX_MESSAGE_CHARS:
-            await websocket.close(FLOOD)
+            bounds = f"{MAX_PER_SECOND} messages a second of {MAX_MESSAGE_CHARS} characters each"
+            await websocket.close(FLOOD, f"more than {bounds} are not taken; try again in 10 s")
             return
         try:
             command = parse_command(text)

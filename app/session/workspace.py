@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import logging
-import queue
 import threading
-import time
 from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import Any
@@ -24,12 +22,10 @@ from app.session.head_desk import HeadDesk
 from app.session.inbox import Inbox, Request
 from app.session.planning_desk import PlanningDesk
 from app.session.rehearsal_desk import RehearsalDesk
-from app.session.rehearsals import RehearsalRooms
+from app.session.rehearsals import Prepared, RehearsalRooms
 from app.session.scene_link import Head, Picture, SceneLink
 from vfix_engine.errors import VfixError
 
-TICK_S = 0.05  # a running rehearsal is shown at 20 Hz
-LIST_S = 2.0  # lists of cases and plans
 Reply = Callable[[bool, Any], None]
 Note = Callable[[str, bool], None]
 _LOG = logging.getLogger(__name__)
@@ -50,7 +46,6 @@ class Workspace:
         self._link: SceneLink | None = None
         self._lens: Lens | None = None
         self._viewed: Head | None = None  # the head that the camera was turned to
-        self._list_at = 0.0
         self._list_stale = True
         self.head = HeadDesk(services, self.board, executor, self.ask)
         self.planning = PlanningDesk(services, self.board, executor, self.ask)
@@ -65,8 +60,20 @@ class Workspace:
         self._thread.start()
 
     def close(self) -> None:
-        self.ask(self.rehearsal.leave)
+        """The thread ends after what waits already, and leaves the rehearsal."""
         self._inbox.close()
+
+    def tick(self, changed: bool) -> None:
+        """The planner's clock: look at the rehearsal; changed: at the stored cases and plans as well."""
+        if changed:
+            self.ask(self._look_again, "look again")
+        self.ask(self._tick, "tick")
+
+    @property
+    def lively(self) -> bool:
+        """A robot is there or comes: what is shown of it changes by itself."""
+        room = self.rehearsal.room
+        return room is not None and room.state != "absent"
 
     def hand_gone(self) -> None:
         """The page is not there any more: whatever the hand held is let go of."""
@@ -84,6 +91,7 @@ class Workspace:
 
     def page_back(self) -> None:
         self.ask(self.rehearsal.back)
+        self.ask(self._look_again, "look again")
 
     def ask(self, request: Request, slot: str | None = None) -> bool:
         return self._inbox.put(request, slot)
@@ -140,19 +148,11 @@ class Workspace:
     # -- on the workspace's own thread
 
     def _run(self) -> None:
-        due = time.monotonic() + TICK_S
-        while True:
-            try:
-                request = self._inbox.get(max(due - time.monotonic(), 0.001))
-                if request is None:
-                    return
-                self._guarded(request)
+        while (request := self._inbox.get()) is not None:
+            self._guarded(request)
+            if request != self._tick:
                 self._guarded(self._publish)
-            except queue.Empty:
-                pass  # nobody asked for anything: only the tick is due
-            if time.monotonic() >= due:
-                self._guarded(self._tick)
-                due = time.monotonic() + TICK_S
+        self._guarded(self.rehearsal.leave)
 
     def _guarded(self, request: Request) -> None:
         try:
@@ -167,12 +167,18 @@ class Workspace:
         for words in self.rehearsal.tick():
             self.note(words, True)
         edited, self.rehearsal.plan_edited = self.rehearsal.plan_edited, False
-        if self._list_due() or edited:
-            self._list_stale = True
+        self._list_stale |= edited
+        drawn = self._driven()
+        self.rehearsal.compare(self.planning.plan)
+        if edited or self._driven() is not drawn:
             self._publish()
         else:
             self._publish_rehearsal()
             self.board.commit()
+
+    def _look_again(self) -> None:
+        """Other tabs and the command line change cases and plans too."""
+        self._list_stale = True
 
     def _open_first(self, wanted: dict[str, str]) -> None:
         self.head.open_first(wanted.get("case"))
@@ -187,8 +193,8 @@ class Workspace:
         case_id = self.head.case_id
         if case_id is None:
             self.planning.close()
-        else:
-            self.planning.open(case_id, plan_id)
+        elif words := self.planning.open(case_id, plan_id):
+            self.note(words, True)
         self._enter_room()
 
     def _enter_room(self) -> None:
@@ -254,7 +260,8 @@ class Workspace:
 
     def _do_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> None:
         before = self.planning.plan_id
-        self.planning.do_plan(command)
+        if words := self.planning.do_plan(command):
+            self.note(words, True)
         if self.planning.plan_id != before:
             self.rehearsal.leave()
             self._enter_room()
@@ -317,13 +324,14 @@ class Workspace:
         fresh, self._list_stale = self._list_stale, False
         self.head.publish(fresh)
         self.planning.publish(fresh)
+        self.rehearsal.compare(self.planning.plan)
         self._publish_camera()
         self._draw()
         self._publish_rehearsal()
         self.board.commit()
 
     def _publish_rehearsal(self) -> None:
-        self.rehearsal.publish(self.board)
+        self.rehearsal.publish(self.board, self._driven())
         self.board.publish("step", self._step_section())
         if self._link is None:
             return
@@ -346,28 +354,24 @@ class Workspace:
             self._viewed = self.head.head
             self._look_from("nose" if self._step == "rehearse" else "oblique")
 
-    def _list_due(self) -> bool:
-        """Lists of cases and plans are read anew now and then: other tabs and the command line change them too."""
-        now = time.monotonic()
-        if now < self._list_at:
-            return False
-        self._list_at = now + LIST_S
-        return True
-
     def _picture(self) -> Picture:
-        head, planning = self.head, self.planning
+        head, planning, driven = self.head, self.planning, self._driven()
         return Picture(
             head=head.head,
             look=head.look(),
             slices_key=head.slices_key(),
             slices=head.slice_pictures,
-            items=planning.items(),
+            items=planning.items() if driven is None else driven.items,
             selected=planning.selected if self._step == "plan" else None,
             locked=planning.locked or self._step != "plan",
-            curve_key=planning.curve_key(),
-            curve=planning.curve,
+            curve_key=planning.curve_key() if driven is None else id(driven),
+            curve=planning.curve if driven is None else lambda: (driven.curve, None),
             ghost=planning.ghost,
         )
+
+    def _driven(self) -> Prepared | None:
+        """What is to be drawn instead of the plan: the rehearsal of another one."""
+        return self.rehearsal.driven() if self._step == "rehearse" else None
 
     def _publish_camera(self) -> None:
         lens = self._lens

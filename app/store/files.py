@@ -3,16 +3,14 @@
 import contextlib
 import hashlib
 import os
+import secrets
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from vfix_engine.errors import VfixError
-
-
-class StorageError(VfixError):
-    """The disk refused: full, read-only or broken."""
+from app.store.errors import StorageError
+from app.store.scratch import Scratch
 
 
 def write_atomically(path: Path, data: bytes) -> None:
@@ -53,25 +51,24 @@ def sync_folder(folder: Path) -> None:
 
 
 class FileStore:
-    """Immutable files under their SHA-256; equal bytes are stored once."""
+    """Immutable files under their SHA-256; equal bytes are stored once. Until it is whole, one lies in `scratch`."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
+        self.scratch = Scratch(folder / "tmp")  # on the disk of the files, so that a rename is enough
 
     def put_with(self, write: Callable[[BinaryIO], object]) -> str:
         """Store what `write` writes, without ever holding it whole in memory. Raises StorageError."""
-        descriptor, name = tempfile.mkstemp(prefix=".vfix-", dir=self._folder)
-        temporary = Path(name)
+        temporary = self.scratch.open() / secrets.token_hex(8)
         try:
-            with os.fdopen(descriptor, "w+b") as file:
+            with temporary.open("xb+") as file:
                 write(file)
                 file.flush()
                 os.fsync(file.fileno())
                 file.seek(0)
                 key = hashlib.file_digest(file, "sha256").hexdigest()
             path = self._path(key)
-            path.parent.mkdir(exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             os.replace(temporary, path)
             sync_folder(path.parent)
             sync_folder(self._folder)

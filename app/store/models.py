@@ -20,7 +20,8 @@ class CaseRow(Base):
     created: Mapped[str] = mapped_column(String(32))
     deleted_at: Mapped[str | None] = mapped_column(String(32))
     content_hash: Mapped[str] = mapped_column(String(64))
-    document: Mapped[dict[str, Any]] = mapped_column(JSON)
+    # Read when it is asked for: a damaged one must not keep the rest of its row from being read or replaced.
+    document: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
 
 
 class PlanRow(Base):

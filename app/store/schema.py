@@ -3,34 +3,99 @@
 Alembic does that. It takes as long to import as the rest of the store, so it is left alone where nothing is to be done.
 """
 
+from __future__ import annotations
+
+import os
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
-from sqlalchemy import Engine, inspect
+from sqlalchemy import Connection, Engine, inspect
+
+from app.settings import Settings
+from app.store.errors import COPY, StorageError, StoreUnusable
+from app.store.private import private_file
 
 NEWEST = "0001"  # revision of the last module in migrations/versions
 _MIGRATIONS = Path(__file__).parent / "migrations"
 _VERSIONS = "alembic_version"
 
 
-def bring_up(engine: Engine) -> None:
-    """Migrate the database behind `engine`, all or nothing, locked for other writers meanwhile."""
-    if _version(engine) == NEWEST:
+def bring_up(engine: Engine, settings: Settings) -> None:
+    """Migrate the database behind `engine`, all or nothing, locked for other writers meanwhile.
+
+    Before an older one is migrated a copy of it is kept beside it.
+    Raises StoreUnusable for a newer database, for another program's, and for a new one beside files of an old one.
+    """
+    if is_newest(engine):
         return
+    with engine.connect().execution_options(vfix_writes=True) as connection, connection.begin():
+        found = _version(connection)  # another planner may have been first
+        if found is None:
+            _check_new(connection, settings)
+        elif found == NEWEST:
+            return
+        _migrate(connection, found, settings.database_path)
+
+
+def is_newest(engine: Engine) -> bool:
+    """Whether the database can be used as it is."""
+    return _version(engine) == NEWEST
+
+
+def _migrate(connection: Connection, found: str | None, database: Path) -> None:
     from alembic import command
     from alembic.config import Config
+    from alembic.script import ScriptDirectory
 
     config = Config()
     config.set_main_option("script_location", str(_MIGRATIONS).replace("%", "%%"))
     config.set_main_option("path_separator", "os")
-    with engine.connect().execution_options(vfix_writes=True) as connection, connection.begin():
-        config.attributes["connection"] = connection
-        command.upgrade(config, "head")
+    known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
+    if found is not None and found not in known:
+        raise StoreUnusable(
+            f"the database is of version {found:.20} and was made by a newer vfix; this one knows up to {NEWEST}. "
+            "Install the newer vfix, or name another data folder in VFIX_HOME."
+        )
+    if found is not None:
+        _copy(database, database.with_name(f"{database.stem}-{found}{database.suffix}"))
+    config.attributes["connection"] = connection
+    command.upgrade(config, "head")
 
 
-def _version(engine: Engine) -> str | None:
+def _version(engine: Engine | Connection) -> str | None:
     """The version that the database is at; None when it is new."""
     if not inspect(engine).has_table(_VERSIONS):
         return None
-    with engine.connect() as connection:
-        version: str | None = connection.exec_driver_sql(f"SELECT version_num FROM {_VERSIONS}").scalar()
-    return version
+    if isinstance(engine, Engine):
+        with engine.connect() as connection:
+            return _version(connection)
+    found: str | None = engine.exec_driver_sql(f"SELECT version_num FROM {_VERSIONS}").scalar()
+    return found
+
+
+def _check_new(connection: Connection, settings: Settings) -> None:
+    """A database without a version may be made into a store only where nothing would be lost by it."""
+    tables = inspect(connection).get_table_names()
+    if set(tables) - {_VERSIONS}:
+        raise StoreUnusable(f"the database was not made by vfix: it holds {', '.join(tables[:5])}; {COPY}.")
+    files = sum(1 for file in settings.files_dir.glob("??/*") if len(file.name) == 64)
+    if files:
+        raise StoreUnusable(
+            f"the database is empty, but there are {files} files of cases in {settings.files_dir}: it was lost. "
+            f"Put back {settings.database_path.name} from a copy, or move that folder away to begin anew."
+        )
+
+
+def _copy(database: Path, copy: Path) -> None:
+    """A whole copy of the database as it is, which appears at once."""
+    half = copy.with_name(copy.name + ".half")
+    try:
+        private_file(half)
+        with closing(sqlite3.connect(database)) as source, closing(sqlite3.connect(half)) as target:
+            source.backup(target)
+        os.replace(half, copy)
+    except (OSError, sqlite3.Error) as error:
+        raise StorageError(
+            f"the database has to be brought up to date, but no copy of it could be made before: {error}."
+        ) from error

@@ -1,7 +1,7 @@
 """The judge of motion: a recording of joints against speed, acceleration, and being able to stop (HAZ-06).
 
-It shares no line with the engine's limits: it adds up the steps of the hardest braking as an arithmetic series, and
-knows nothing but joints, clearances and the numbers of the robot's file.
+It has formulas of its own: it adds up the steps of the hardest braking as an arithmetic series, and knows nothing but
+joints, clearances and the numbers of the robot's file.
 """
 
 from __future__ import annotations

@@ -38,6 +38,7 @@ class Tally:
 
     deepest_mm: how far under what had to be kept a pose, or the way to it, was at worst.
     least_room_mm: how near to it a pose came.
+    limits_judged: steps that had to keep the joints' limits; beyond_limits: of the others, those that did not.
     """
 
     steps: int = 0
@@ -51,7 +52,9 @@ class Tally:
     replay_hits: int = 0
     replay_remeasured: int = 0
     emergencies: int = 0
+    limits_judged: int = 0
     limit_violations: int = 0
+    beyond_limits: int = 0
     disagreements: int = 0
     exceptions: int = 0
     episodes: int = 0
@@ -86,7 +89,11 @@ class Ledger:
 
 
 class Watch:
-    """Judges every step of one episode; ``limits``: whether the joints' speeds and accelerations have to be kept."""
+    """Judges every step of one episode.
+
+    limits: whether the joints' ranges, speeds and accelerations have to be kept; past the program, where the
+    certificate alone is asked, they need not be, and a step beyond them is counted for itself.
+    """
 
     def __init__(
         self,
@@ -113,8 +120,7 @@ class Watch:
             tally.nan += 1
             tally.fail("not finite", q=q.tolist())
             return
-        if self._limits:
-            self._judge_limits(before, after)
+        self._judge_limits(before, after)
         if np.array_equal(before.tool.q, q):
             return
         tally.moved += 1
@@ -146,23 +152,34 @@ class Watch:
 
     def _judge_limits(self, before: RehearsalState, after: RehearsalState) -> None:
         """HAZ-06: range, speed and acceleration of every joint; an emergency may exceed the last, and is counted."""
+        tally, emergency = self._tally, after.emergencies > before.emergencies
+        step = after.tool.q - before.tool.q
+        over = self._over_limits(before, after, emergency)
+        beyond = bool((over > 0.0).any())
+        if not self._limits:
+            tally.beyond_limits += beyond
+            return
+        tally.limits_judged += 1
+        if emergency:
+            tally.emergencies += 1
+            tally.used[f"emergency: {self._ledger.doing}"] += 1
+        if beyond:
+            tally.limit_violations += 1
+            joint, doing = int(over.argmax()), self._ledger.doing
+            tally.fail("joint limit", assault=doing, joint=joint, over=float(over.max()), step_of=step.tolist())
+
+    def _over_limits(self, before: RehearsalState, after: RehearsalState, emergency: bool) -> Array:
+        """By how much (n,) a step exceeds a joint's limits at most, in mm or rad; an emergency has no acceleration's."""
         robot, q, dt = self._robot, after.tool.q, self._settings.dt_s
         step = q - before.tool.q
         last = before.tool.velocity * dt
         rounding = 1e-15 * (1.0 + np.abs(q))
         over = np.maximum(robot.lower - q, q - robot.upper)
         over = np.maximum(over, np.abs(step) - robot.speed * dt * (1.0 + LAST_BITS) - rounding)
-        emergency = after.emergencies > before.emergencies
-        if emergency:
-            self._tally.emergencies += 1
-            self._tally.used[f"emergency: {self._ledger.doing}"] += 1
         if not emergency:
             change = robot.acceleration * dt * dt
             over = np.maximum(over, np.abs(step - last) - change - LAST_BITS * (change + np.abs(last)) - rounding)
-        if (over > 0.0).any():
-            self._tally.limit_violations += 1
-            joint, doing = int(over.argmax()), self._ledger.doing
-            self._tally.fail("joint limit", assault=doing, joint=joint, over=float(over.max()), step_of=step.tolist())
+        return over
 
     def _judge_report(self, after: RehearsalState, places: Array, clear: Array, caps: Array) -> None:
         """The engine's own pose and distances are the judges', as far as it tells them."""

@@ -94,7 +94,7 @@ def into_the_wall(memory: Memory, drive: SnakeDrive) -> Order:
 
 def resonating(memory: Memory, drive: SnakeDrive) -> Order:
     """Turns back as soon as it is held, and swings at a pace that wanders."""
-    held = drive.state.outcome in ("held", "shrunk")
+    held = drive.state.outcome in ("held", "shrunk") and drive.state.limit != "speed"
     if held or memory.count % max(1, int(memory.notes.get("period", 20.0))) == 0:
         memory.notes["sign"] = -memory.notes.get("sign", 1.0)
         memory.notes["period"] = float(memory.random.integers(2, 60))

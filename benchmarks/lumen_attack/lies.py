@@ -52,7 +52,7 @@ def conformance(drive: SnakeDrive, random: Random) -> None:
         return place, wrong(shape)
 
     part._waypoint = lying_ahead
-    part._way.at = lambda tip_s, near: wrong(anew(tip_s, near))
+    part._way.at = lambda tip_s, near, *most: wrong(anew(tip_s, near, *most))
 
 
 def easing(drive: SnakeDrive, random: Random) -> None:

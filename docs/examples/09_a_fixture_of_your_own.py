@@ -1,6 +1,7 @@
 """A virtual fixture of your own: rows for one step, and a verdict on where that step leads.
 
-This one keeps the tip behind a plane. The rows guide; `keeps` is hard, so nothing that they miss gets through.
+This one keeps the tip behind a plane, which it comes near only as fast as it can still stop. The rows guide; `keeps` is
+hard, so nothing that they miss gets through.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,9 @@ import numpy as np
 import trimesh
 
 from vfix_engine import Simulation, TriangleMesh
-from vfix_engine.fixtures import Constraint, Rows, Situation, ToolState
+from vfix_engine.fixtures import Constraint, Rows, Situation, ToolState, approach_room
+
+DECELERATION = 300.0  # mm/s², the controller's own before bone
 
 
 @dataclass(frozen=True)
@@ -21,8 +24,9 @@ class BehindPlane:
     def rows(self, now: Situation) -> Rows:
         jacobian = now.state.tip.jacobian[2:3]  # of the tip's z, over the joints
         matrix = np.column_stack([jacobian, np.zeros(1)])  # and nothing over the progress variable
-        room = np.array([self.height - now.state.tip.position[2]])
-        return Rows((), (Constraint("plane", matrix, room, np.arange(1), ("the plane",)),))
+        left = self.height - now.state.tip.position[2]
+        bound = np.array([approach_room(left, DECELERATION, now.dt_s)])  # not `left`: the tool could not stop in it
+        return Rows((), (Constraint("plane", matrix, bound, np.arange(1), ("the plane",)),))
 
     def keeps(self, before: ToolState, after: ToolState) -> bool:
         return bool(after.tip.position[2] <= max(self.height, before.tip.position[2]) + 1e-9)
@@ -37,3 +41,4 @@ for _ in range(1500):
 print(f"the tip stands at z = {now.tip[2]:.4f} mm; {'held' if now.held else 'free'}: {now.reason}")
 assert now.tip[2] <= -15.0 + 1e-9
 assert "the plane" in simulation.active
+assert now.emergencies == 0

@@ -1,8 +1,12 @@
 """REST: what is answered, one shape for every error, uploads that end in time, and a description of it all."""
 
 import asyncio
+import errno
+import io
 import json
+import os
 import re
+import tempfile
 import time
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
@@ -16,13 +20,19 @@ from fastapi import FastAPI
 
 from app.api import cases as case_routes
 from app.api import router
+from app.error_shape import error_code
+from app.gateway.body_limit import MAX_BODY_BYTES, BodyLimit
 from app.gateway.error_answers import install_error_answers
 from app.services import Services, build_services, importing
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
+from app.services.errors import PlanLocked
+from app.services.plans import PlanService
 from app.settings import Settings
+from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
+from vfix_engine.errors import VfixError
 
-SURFACE = b"v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+SURFACE = b"v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 CASE, PLAN = f"/api/cases/{HEAD_PHANTOM}", f"/api/plans/{SAMPLE_PLAN}"
 
 
@@ -65,6 +75,7 @@ def opened_client(services: Services) -> Client:
     app = FastAPI()
     app.state.services = services
     install_error_answers(app)
+    app.add_middleware(BodyLimit)
     app.include_router(router)
     return Client(app)
 
@@ -93,12 +104,82 @@ def test_a_plan_is_made_edited_undone_and_deleted(client: Client) -> None:
     assert [t["label"] for t in client.post(f"{path}/undo").json()["targets"]] == ["sinus"]
     assert client.post(f"{path}/redo").json()["targets"] == []
     assert client.patch(path, json={"locked": True}).json()["locked"]
-    assert client.post(f"{path}/points", json={"position": [1, 2, 3]}).status_code == 409
+    assert client.post(f"{path}/points", json={"position": [1, 2, 3]}).status_code == 423
+    assert client.delete(path).status_code == 423
     client.patch(path, json={"locked": False})
     assert client.delete(path).json()["deleted_at"]
     assert plan["id"] not in [p["id"] for p in client.get(f"{CASE}/plans").json()]
     assert client.post(f"{path}/restore").json()["deleted_at"] is None
     client.delete(path)
+
+
+def test_every_edit_tells_the_revision_that_it_made_and_may_ask_for_the_one_before(client: Client) -> None:
+    made = client.post(f"{CASE}/plans", json={"name": "editions"})
+    path, tag = f"/api/plans/{made.json()['id']}", made.headers["etag"]
+    assert (tag, client.get(path).headers["etag"]) == ('"1"', '"1"')
+    first: dict[str, str] = {}
+    edits: list[tuple[str, str, dict[str, object] | None]] = [
+        ("POST", "/points", {"position": [1, 2, 3]}),
+        ("POST", "/targets", {"position": [1, 2, 3]}),
+        ("PATCH", "/points/{points}", {"position": [4, 5, 6]}),
+        ("PATCH", "/points/{targets}", {"position": [4, 5, 6]}),
+        ("PATCH", "/points/{points}", {"label": "entry"}),
+        ("POST", "/undo", None),
+        ("POST", "/redo", None),
+        ("PATCH", "", {"settings": {"margin_mm": 0.4}}),
+        ("PATCH", "", {"name": "other"}),
+        ("PATCH", "", {"locked": True}),
+        ("PATCH", "", {"locked": False}),
+        ("DELETE", "/points/{points}", None),
+        ("DELETE", "/points/{targets}", None),
+        ("DELETE", "", None),
+        ("POST", "/restore", None),
+        ("PATCH", "", {"deleted": True}),
+    ]
+    for number, (method, place, body) in enumerate(edits, start=2):
+        where = path + place.format(**first)
+        stale = client.request(method, where, json=body, headers={"If-Match": '"999"'})
+        assert (stale.status_code, stale.json()["error"]["code"]) == (412, "plan_conflict"), where
+        assert f"revision {number - 1}" in stale.json()["error"]["message"]
+        answer = client.request(method, where, json=body, headers={"If-Match": tag})
+        assert answer.is_success, answer.text
+        tag = answer.headers["etag"]
+        assert (tag, answer.json()["revision"]) == (f'"{number}"', number)
+        first.setdefault(place.strip("/"), answer.json()["id"])
+    assert client.post(f"{path}/restore", headers={"If-Match": "*"}).headers["etag"] == f'"{number + 1}"'
+    client.delete(path)
+
+
+@pytest.mark.parametrize("tag", ["7", 'W/"7"', '"7", "8"', '"seven"', '"' + "7" * 40 + '"', ""])
+def test_a_condition_that_is_no_revision_is_refused(client: Client, tag: str) -> None:
+    answer = client.post(f"{PLAN}/undo", headers={"If-Match": tag})
+    assert (answer.status_code, answer.json()["error"]["code"]) == (422, "input_error")
+
+
+@pytest.mark.parametrize(
+    ("kind", "status"),
+    [(StoreBusy, 503), (StoreDamaged, 500), (StoreUnusable, 500), (StorageError, 507), (PlanLocked, 423)],
+)
+def test_what_the_store_refuses_has_a_status_of_its_own(
+    client: Client, monkeypatch: pytest.MonkeyPatch, kind: type[VfixError], status: int
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise kind("in words.")
+
+    monkeypatch.setattr(PlanService, "rename", refuse)
+    answer = client.patch(PLAN, json={"name": "other"})
+    assert (answer.status_code, answer.json()["error"]) == (
+        status,
+        {"code": error_code(kind("")), "message": "in words."},
+    )
+    assert ("retry-after" in answer.headers) is (status == 503)
+
+
+def test_two_conditions_that_differ_are_refused(client: Client) -> None:
+    body = {"position": [1, 2, 3], "revision": 1}
+    answer = client.post(f"{PLAN}/points", json=body, headers={"If-Match": '"2"'})
+    assert answer.status_code == 422
+    assert "say one" in answer.json()["error"]["message"]
 
 
 @pytest.mark.parametrize(
@@ -153,7 +234,9 @@ def test_an_export_can_be_imported_again(client: Client, form: str) -> None:
 def test_a_plan_of_another_case_is_asked_about(client: Client) -> None:
     data = json.loads(client.get(f"{PLAN}/export").text) | {"case_hash": "0" * 64}
     files = {"file": ("plan.json", json.dumps(data))}
-    assert "another case" in client.post(f"{CASE}/plans/import", files=files).json()["error"]["message"]
+    error = client.post(f"{CASE}/plans/import", files=files).json()["error"]
+    assert error["code"] == "other_case"
+    assert "another case" in error["message"]
     made = client.post(f"{CASE}/plans/import", files=files, data={"other_case": "yes"})
     assert made.json()["robot"]["base"] is None
     client.delete(f"/api/plans/{made.json()['id']}")
@@ -174,6 +257,7 @@ def test_slices_are_pictures_that_know_their_place(client: Client) -> None:
     middle = 0.5 * (grid["slices"]["coronal"]["low"] + grid["slices"]["coronal"]["high"])
     answer = client.get(f"{CASE}/slices/coronal", params={"position_mm": middle, "volume": "nose"})
     assert answer.headers["content-type"] == "image/jpeg"
+    assert answer.headers["cache-control"] == "no-store"
     image = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_GRAYSCALE)
     transform = np.array(json.loads(answer.headers["x-transform-pixel-to-lps"]))
     assert image.std() > 5
@@ -193,7 +277,7 @@ def test_surfaces_are_binary(client: Client, phantom_services: Services, form: s
 
 
 def uploaded(services: Services) -> list[str]:
-    return [path.name for path in services.settings.uploads_dir.rglob("*.obj")]
+    return [path.name for path in services.settings.temporary_dir.rglob("*.obj")]
 
 
 def never_end(*_: object) -> None:
@@ -233,10 +317,10 @@ def test_the_planner_ends_at_once_and_keeps_no_upload(tmp_path: Path, monkeypatc
     services.close()
     assert time.monotonic() - start < 5.0
     assert "stopped" in str(services.jobs.get(jobs[0]).error)
-    assert list(services.settings.uploads_dir.iterdir()) == [services.settings.uploads_dir / ".lock"]
+    assert list(services.settings.temporary_dir.iterdir()) == [services.settings.temporary_dir / ".lock"]
     assert client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).is_error
     assert uploaded(services) == []
-    services.uploads.close()
+    services.store.scratch.close()
     client.close()
 
 
@@ -310,6 +394,106 @@ def test_a_flood_is_stopped(client: Client, monkeypatch: pytest.MonkeyPatch) -> 
     streamed = client.post("/api/cases", headers={"content-type": headers["content-type"]}, content=flood())
     assert (streamed.status_code, streamed.json()["error"]["code"]) == (413, "too_large")
     assert sent < 2 << 20
+
+
+def test_uploads_lie_in_the_home_alone(
+    client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """HAZ-33: the system's folder for temporary files may be another disk, and everybody's."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))  # whoever writes there fails
+    body = SURFACE + b"# " + bytes(3 << 20)
+    job = wait(client, client.post("/api/cases", files={"file": ("x.obj", body)}).json())
+    assert isinstance(job["error"], dict)
+    assert job["error"]["code"] == "frame_error"
+    plan = client.get(f"{PLAN}/export").content + b" " * (3 << 20)
+    made = client.post(f"{CASE}/plans/import", files={"file": ("x.json", plan)})
+    assert made.status_code == 201
+    client.delete(f"/api/plans/{made.json()['id']}")
+    assert uploaded(phantom_services) == []
+
+
+@pytest.mark.parametrize("call", ["mkdir", "open", "write", "close"])
+def test_a_full_disk_is_told_and_keeps_nothing(
+    client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    """HAZ-25, wherever in an upload it happens."""
+    phantom_services.store.scratch.open()
+    real = Path.open
+
+    class Full(io.FileIO):
+        def write(self, data: Any) -> int:
+            if call == "write":
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            return super().write(data)
+
+        def close(self) -> None:
+            fails = call == "close" and not self.closed
+            super().close()
+            if fails:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    def opened(path: Path, mode: str = "r", *args: Any, **options: Any) -> Any:
+        if call == "open" and mode.startswith("x"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return Full(path, "x+") if mode.startswith("x") else real(path, mode, *args, **options)
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, *(("mkdir", refuse) if call == "mkdir" else ("open", opened)))
+        answer = client.post("/api/cases", files={"file": ("x.obj", SURFACE)})
+    assert (answer.status_code, answer.json()["error"]["code"]) == (507, "storage_error")
+    assert os.strerror(errno.ENOSPC) in answer.json()["error"]["message"]
+    own = phantom_services.store.scratch.open()
+    assert list(own.iterdir()) == []
+
+
+@pytest.mark.parametrize("content_type", ["application/json", "multipart/form-data; boundary=x", "text/plain"])
+def test_a_body_that_is_no_upload_is_small(client: Client, content_type: str) -> None:
+    """HAZ-30: whatever it says that it is, claimed or not; none of it is kept."""
+    paths = client.get("/openapi.json").json()["paths"]
+    takers = [
+        (method, path.format(case_id=HEAD_PHANTOM, plan_id=SAMPLE_PLAN, point_id="x"))
+        for path, methods in paths.items()
+        for method, operation in methods.items()
+        if "application/json" in operation.get("requestBody", {}).get("content", {})
+    ]
+    assert len(takers) >= 9
+    for method, path in takers:
+        sent = 0
+
+        async def flood() -> AsyncIterator[bytes]:
+            nonlocal sent
+            yield b'{"name": "'
+            for _ in range(1000):
+                sent += 1 << 14
+                yield b"x" * (1 << 14)
+
+        streamed = client.request(method, path, headers={"content-type": content_type}, content=flood())
+        assert sent < 2 * MAX_BODY_BYTES, (method, path)
+        claims = {"content-type": content_type, "content-length": "1000000000"}
+        claimed = client.request(method, path, headers=claims, content=b"{")
+        for answer in (streamed, claimed):
+            assert (answer.status_code, answer.json()["error"]["code"]) == (413, "too_large"), (method, path)
+            assert "64 KiB" in answer.json()["error"]["message"]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"settings": {f"{number:05d}": "x" for number in range(4000)}},
+        {"settings": {f"{number:05d}": 1 for number in range(4000)}},
+        {"settings": {"x" * 60_000: "x"}},
+        {"x" * 60_000: 1},
+        {f"{number:05d}": 1 for number in range(5000)},
+    ],
+    ids=["words", "numbers", "a long name", "a long field", "fields"],
+)
+def test_an_error_is_not_as_long_as_what_was_sent(client: Client, body: dict[str, object]) -> None:
+    answer = client.patch(PLAN, json=body)
+    assert answer.status_code == 422
+    assert len(answer.content) < 10_000
 
 
 def test_everything_is_described(client: Client) -> None:

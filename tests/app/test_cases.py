@@ -63,7 +63,23 @@ def test_names_are_kept_as_typed(cases: CaseService, case: Case, name: str) -> N
     assert cases.rename(case.id, name).name == name
 
 
-@pytest.mark.parametrize("name", ["", "  ", "a\nb", "a\0b", "x" * 121, "abc\u202etxt", "\ud800", "a\u2028b"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        "  ",
+        "a\nb",
+        "a\0b",
+        "x" * 121,
+        "abc\u202etxt",
+        "\ud800",
+        "a\u2028b",
+        "\u200b",
+        "\ufeff \u2060",
+        "\u3164",
+        "\u0301",
+    ],
+)
 def test_names_that_hide_or_break_something_are_refused(cases: CaseService, case: Case, name: str) -> None:
     with pytest.raises(InputError):
         cases.rename(case.id, name)

@@ -66,6 +66,34 @@ def test_a_refusal_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--frame LPS" in error["message"]
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["import"], "required: PATH"),
+        (["import", "x.ply", "--frame", "MNI"], "MNI"),
+        (["rehearse", "--case", "x", "--plan", "y", "--steps", "0"], "0 steps are none"),
+        (["plan", "burn"], "burn"),
+        (["fly"], "fly"),
+    ],
+)
+def test_a_wrong_command_line_is_told_as_json_too(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for asked in ([], ["--json"]):
+        with pytest.raises(SystemExit) as ended:
+            cli.main([*words, *asked])
+        assert ended.value.code == 2
+        out, err = capsys.readouterr()
+        assert err.startswith("usage: vfix")
+        assert said in err
+        if not asked:
+            assert out == ""
+            continue
+        error = json.loads(out)["error"]
+        assert error["code"] == "usage_error"
+        assert said in error["message"]
+
+
 LONG = """
 import sys
 from types import SimpleNamespace
@@ -128,6 +156,9 @@ def test_doctor_says_what_it_found(
     assert health["problems"] == []
     assert health["real_time_priority"] is (health["without_priority_because"] == "")
     assert health["compiled_kernels"] >= 0
+    kept = {"network", "other_files", "writing_elsewhere", "other_processes", "large_files"}
+    assert set(health["worker_is_kept_from"]) == kept
+    assert health["worker_is_kept_from"]["large_files"] is (os.name == "posix")
     assert not (tmp_path / "home").exists()
 
 

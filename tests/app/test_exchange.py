@@ -24,6 +24,7 @@ from app.services.exchange import (
     to_markups,
     write_export,
 )
+from app.services.exchange_parts import MAX_DEPTH, parse_json
 from app.services.names import check_label
 from app.services.plan_model import MAX_POINTS, Plan, PlanPoint
 from vfix_engine.errors import FrameError, InputError, PlanError
@@ -233,6 +234,9 @@ def test_a_frame_that_nobody_names_is_asked_for() -> None:
     assert read_plan("x.csv", table, "RAS").content.points[0].position == (-1, -2, 3)
 
 
+SLICER = b"# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = id,x,y,z,label\n"
+
+
 @pytest.mark.parametrize(
     ("name", "data"),
     [
@@ -240,6 +244,9 @@ def test_a_frame_that_nobody_names_is_asked_for() -> None:
         ("x.json", b"[1]"),
         ("x.json", b"\xff\xfe"),
         ("x.json", b"[" * 100_000),
+        ("x.json", b'{"a":' * 100_000),
+        ("x.json", b'{"schema": ' + b"[" * 400 + b"]" * 400 + b"}"),
+        ("x.json", b'{"markups": [{"type": ' + b"[" * 100 + b"]" * 100 + b"}]}"),
         ("x.json", b"{}"),
         ("x.json", b'{"schema": "vfix-plan/2"}'),
         ("x.json", b'{"schema": "vfix-plan/1", "frame": "RAS", "unit": "mm"}'),
@@ -262,6 +269,8 @@ def test_a_frame_that_nobody_names_is_asked_for() -> None:
         ("x.csv", b"# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,nan\n"),
         ("x.csv", b"# frame=LPS\n# unit=mm\nkind,label,x,y,z\nbone,a,1,2,3\n"),
         ("x.csv", b'# frame=LPS\n# unit=mm\nlabel,x,y,z\n"a,1,2,3\n'),
+        ("x.csv", b"# frame=LPS\n# unit=mm\n# name=" + b"[" * 100_000 + b"\nlabel,x,y,z\na,1,2,3\n"),
+        ("x.csv", b"# frame=LPS\n# unit=mm\n# name=" + b"[" * 500 + b"]" * 500 + b"\nlabel,x,y,z\na,1,2,3\n"),
         ("x.csv", b""),
         ("x.fcsv", b"1,2,3\n"),
         ("x.fcsv", b"# Markups fiducial file version = 4.11\n# columns = id,x,y,z,label\n1,2,3,4,a\n"),
@@ -272,6 +281,41 @@ def test_broken_files_are_refused_with_words(name: str, data: bytes) -> None:
     with pytest.raises(InputError) as refusal:
         read_plan(name, data)
     assert len(str(refusal.value)) > 10
+
+
+def test_a_file_is_as_deep_as_we_say_wherever_it_is_read() -> None:
+    """Not as deep as the stack that is left: the same file is read, or refused in words, from any depth of calls."""
+
+    def read(depth: int, nested: int) -> object:
+        return read(depth - 1, nested) if depth else parse_json("[" * nested + "]" * nested)
+
+    for depth in (0, 500):
+        read(depth, MAX_DEPTH)
+        with pytest.raises(ValueError, match="nested more than 64"):
+            read(depth, MAX_DEPTH + 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "where"),
+    [
+        ("x.csv", b"# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,3\n# note\nb,1,2\n", "line 6 of the table"),
+        ("x.csv", b"# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,x\n", "line 4 of the table: 'x' is not"),
+        (
+            "x.csv",
+            b"# frame=LPS\n# unit=mm\nkind,label,x,y,z\n\nbone,a,1,2,3\n",
+            "line 5 of the table: this is a 'bone'",
+        ),
+        ("x.csv", b'# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,3\n"b,1,2,3\n', "line 5 of the table is damaged"),
+        ("x.fcsv", SLICER + b"1,2,3,4,a\n2,2,3,,b\n", "line 5 of the point list: '' is not"),
+        ("x.fcsv", SLICER + b'1,2,3,4,a\n2,2,3,4,"b\n', "line 5 of the point list: it is damaged"),
+        ("x.fcsv", SLICER + b"1,2\n", "line 4 of the point list: a point has 2 of 5 columns"),
+        ("x.json", markups(curve(controlPoints=[{"position": [1, 2, 3]}, {"position": [1, 2]}])), "control point 2: "),
+    ],
+)
+def test_an_error_says_where_it_is(name: str, data: bytes, where: str) -> None:
+    """The line of the file as an editor counts it, comments and empty lines included."""
+    with pytest.raises(PlanError, match=f"^{where}"):
+        read_plan(name, data)
 
 
 def test_files_beyond_measure_are_refused() -> None:

@@ -6,12 +6,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
+from pydicom.uid import generate_uid
 
 from app.cli import main
+from app.services import Services
+from app.services.case_model import HEAD_PHANTOM, Case, CaseContent
 from app.services.cases import CaseService
+from app.services.embedded import SAMPLE_PLAN
 from app.services.importing import ImportRequest, ImportService, case_name
+from app.services.resolve import resolve_case, resolve_plan
 from app.settings import Settings
 from app.store import Store
+from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
 from vfix_engine.errors import FrameError, ImageError, InputError
 from vfix_engine.imaging.bone import CONTROL_TRIANGLES
 from vfix_engine.imaging.volume import Volume
@@ -46,6 +53,13 @@ def test_real_head_as_nrrd_and_as_dicom(home: Path, trial_data: Path, capsys: py
         triangles = {surface["name"]: surface["triangles"] for surface in answer["surfaces"]}
         assert 200_000 < triangles["bone"] <= CONTROL_TRIANGLES
         assert triangles["display"] <= 60_001
+        reports = {surface["name"]: surface["report"] for surface in answer["surfaces"]}
+        assert reports["bone"]["max_deviation_mm"] == 0.0, "not thinned"
+        assert 200 < reports["bone"]["dropped"]["pieces"] < reports["bone"]["dropped"]["triangles"] / 4
+        assert 5.0 < reports["bone"]["dropped"]["extent_mm"] < 30.0
+        assert 0.05 < reports["display"]["mean_deviation_mm"] < 0.2
+        assert 1.0 < reports["display"]["max_deviation_mm"] < 4.0
+        assert answer["surface_uncertainty_mm"] == 1.0, "half of the slices' 2 mm"
     assert np.abs(bounds_of(nrrd) - bounds_of(series)).max() < 1.0
     assert nrrd["case"] != series["case"]
 
@@ -66,25 +80,17 @@ def test_surface_keeps_its_triangles_and_what_is_assumed_is_said(
 
 
 @pytest.mark.parametrize(
-    ("name", "status"),
-    [
-        ("bad_magic.nii", 2),
-        ("truncated_gzip.nrrd", 2),
-        ("nan_vertex.stl", 2),
-        ("truncated.mrk.json", 2),
-        ("quad_face.ply", 0),
-    ],
+    "name", ["bad_magic.nii", "truncated_gzip.nrrd", "nan_vertex.stl", "truncated.mrk.json", "quad_face.ply"]
 )
 def test_malformed_files_end_in_one_line(
-    home: Path, trial_data: Path, capsys: pytest.CaptureFixture[str], name: str, status: int
+    home: Path, trial_data: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     """HAZ-16: no traceback, status 2, and the reason as JSON too."""
-    assert main(["import", str(trial_data / "formats" / "malformed" / name), "--json"]) == status
+    assert main(["import", str(trial_data / "formats" / "malformed" / name), "--json"]) == 2
     out, err = capsys.readouterr()
     assert "Traceback" not in out + err
-    if status:
-        assert json.loads(out)["error"]["message"]
-        assert "vfix: " in err
+    assert json.loads(out)["error"]["message"]
+    assert "vfix: " in err
 
 
 @pytest.fixture
@@ -95,7 +101,7 @@ def service(tmp_path: Path) -> ImportService:
 def save_nrrd(file: Path, hu: np.ndarray, space: str) -> Path:
     sizes = " ".join(str(size) for size in hu.shape[::-1])
     file.write_bytes(
-        f"NRRD0004\ntype: short\ndimension: 3\n{space}sizes: {sizes}\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+        f"NRRD0004\ntype: short\ndimension: 3\n{space}sizes: {sizes}\nspace directions: (2,0,0) (0,2,0) (0,0,2)\n"
         f"endian: little\nencoding: raw\nspace origin: (0,0,0)\n\n".encode()
         + hu.astype("<i2").tobytes()
     )
@@ -131,14 +137,139 @@ def test_what_is_stored_comes_back(tmp_path: Path) -> None:
     assert isinstance(volume, Volume)
     assert np.array_equal(volume.hu, block(-1000, 1000))
     bone = cases.case_surface(case.id)
-    assert np.allclose(bone.bounds, [[5.625, 4.625, 3.625], [16.375, 12.375, 14.375]], atol=0.01)
+    assert np.allclose(bone.bounds, [[11.25, 9.25, 7.25], [32.75, 24.75, 28.75]], atol=0.02)
     assert [surface.name for surface in case.surfaces] == ["bone", "display"]
+
+
+def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A speck beside the bone is dropped as noise; 5 mm slices hide more than the margin covers."""
+    hu = block(-1000, 1000)
+    hu[17, 2, 2] = 1000
+    file = save_nrrd(tmp_path / "head.nrrd", hu, "space: left-posterior-superior\n")
+    thick = tmp_path / "thick.nrrd"
+    thick.write_bytes(file.read_bytes().replace(b"(0,0,1)", b"(0,0,5)"))
+    answer = imported(capsys, file)
+    bone = answer["surfaces"][0]
+    assert bone["report"] == {
+        "mean_deviation_mm": 0.0,
+        "max_deviation_mm": 0.0,
+        "dropped": {"pieces": 1, "triangles": 8, "extent_mm": pytest.approx(2 * 0.375 * np.sqrt(3.0), abs=0.01)},
+    }
+    assert main(["case", "show", answer["case"]]) == 0
+    assert "1 loose piece left out (8 triangles, 1.3 mm across); not thinned" in capsys.readouterr().out
+    assert main(["import", str(thick)]) == 0
+    assert "bone may lie 2.50 mm off its surface (2.50 mm: slices 5 mm apart)" in capsys.readouterr().err
+
+
+def test_a_case_from_before_says_that_nothing_was_recorded(cases: CaseService, case: Case) -> None:
+    document = CaseContent(case.frame, case.surfaces).to_json()
+    del document["surfaces"][0]["report"]
+    content = CaseContent.from_json(document)
+    assert content.surfaces[0].report is None
+    assert "not recorded" in content.surfaces[0].words
+    assert CaseContent.from_json(CaseContent(case.frame, content.surfaces).to_json()) == content
 
 
 def test_values_that_are_not_hounsfield_units_are_refused(tmp_path: Path, service: ImportService) -> None:
     file = save_nrrd(tmp_path / "raw.nrrd", block(24, 2024), "space: left-posterior-superior\n")
     with pytest.raises(ImageError, match="not Hounsfield"):
         service.run(ImportRequest(file))
+
+
+def ball(radius: float) -> trimesh.Trimesh:
+    return trimesh.creation.icosphere(subdivisions=4, radius=radius)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    assert main([*map(str, words), "--json"]) == 2
+    message: str = json.loads(capsys.readouterr().out)["error"]["message"]
+    return message
+
+
+def test_what_is_doubtful_about_a_surface_is_said_and_kept(
+    home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-09: with the figures, on stderr, as JSON and with the case; what the file names is not said to be assumed."""
+    mesh = ball(20.0)
+    faces = np.vstack([mesh.faces, [[0, 0, 1], [2, 2, 2]]])
+    vertices = np.vstack([mesh.vertices, [[0.0, 0.0, 9.0]]])
+    lines = ["# SPACE=RAS", *("v {} {} {}".format(*v) for v in vertices), *("f {} {} {}".format(*f + 1) for f in faces)]
+    file = tmp_path / "head.obj"
+    file.write_text("\n".join(lines) + "\n")
+    assert main(["import", str(file), "--json"]) == 0
+    out, err = capsys.readouterr()
+    notes = json.loads(out)["notes"]
+    expected = (
+        "does not name its unit; mm was assumed.",
+        "40 x 40 x 40 mm large, which is unusual",
+        "2 of 5,122 triangles are without area",
+        "1 of 2,563 corners belong to no triangle",
+    )
+    assert len(notes) == len(expected)
+    for note, words in zip(notes, expected, strict=True):
+        assert words in note
+        assert f"vfix: {note}" in err
+    assert main(["case", "show", json.loads(out)["case"], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["notes"] == notes
+
+
+def test_thickness_of_slices_is_told_and_stored(home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """HAZ-15: and one of several series is chosen on the command line."""
+    hu = np.full((24, 48, 48), -1000, dtype=np.int16)
+    hu[6:18, 12:36, 12:36] = 1000
+    slices = dicom_slices(Volume(hu, np.zeros(3), np.array([1.0, 1.0, 2.0]), np.eye(3)))
+    for one in slices:
+        one.SliceThickness = 5
+    slices[0].SeriesInstanceUID = generate_uid()
+    folder = save_dicom(slices, tmp_path / "series")
+    assert "--series" in refused(capsys, "import", folder)
+    answer = imported(capsys, folder, "--series", 1)
+    assert answer["slice_thickness_mm"] == 5.0
+    assert any("The CT is coarse" in note for note in answer["notes"])
+    store = Store(Settings(home=home))
+    volume = CaseService(store).volume(answer["case"])
+    store.close()
+    assert volume is not None
+    assert (volume.slice_thickness_mm, len(volume.hu)) == (5.0, 23)
+
+
+def test_a_rehearsal_takes_a_file_as_an_import_does(
+    home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-14: metres and what are no Hounsfield units are refused, what is assumed is said; --units is heard."""
+    mesh, plan = tmp_path / "head.stl", tmp_path / "plan.csv"
+    ball(0.1).export(mesh)
+    plan.write_text("# frame=LPS\n# unit=mm\nlabel,x,y,z\na,500,0,0\nb,520,0,0\n")
+    raw = save_nrrd(tmp_path / "raw.nrrd", block(24, 2024), "space: left-posterior-superior\n")
+    for case, words in ((mesh, "Its unit is metres"), (raw, "not Hounsfield"), (tmp_path / "gone.stl", "no case")):
+        assert words in refused(capsys, "rehearse", "--case", case, "--plan", plan)
+    assert main(["rehearse", "--case", str(mesh), "--plan", str(plan), "--units", "m", "--tool", "none"]) == 2
+    err = capsys.readouterr().err
+    assert "does not name its frame; LPS was assumed" in err
+    assert "wholly outside the head, at least 400 mm from the box around its bone (x -100 to 100" in err
+
+
+def test_a_file_that_is_called_like_a_case_is_no_case(
+    phantom_services: Services, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An id is always the case's; a name that is a file's or a folder's too is asked about."""
+    monkeypatch.chdir(tmp_path)
+    phantom = resolve_case(phantom_services, HEAD_PHANTOM)
+    plan = resolve_plan(phantom_services, phantom, SAMPLE_PLAN)
+    for folder in (HEAD_PHANTOM, phantom.name):
+        Path(folder).mkdir()
+    for file in (plan.id, plan.name):
+        Path(file).write_text("{}")
+    assert resolve_case(phantom_services, HEAD_PHANTOM).id == HEAD_PHANTOM
+    assert resolve_plan(phantom_services, phantom, plan.id).points == plan.points
+    with pytest.raises(InputError, match=rf"name of a case and of a file or folder here.*\./{phantom.name}"):
+        resolve_case(phantom_services, phantom.name)
+    with pytest.raises(InputError, match="name of a plan of this case and of a file"):
+        resolve_plan(phantom_services, phantom, plan.name)
+    with pytest.raises(InputError, match="no DICOM file"):
+        resolve_case(phantom_services, f"./{phantom.name}")
+    with pytest.raises(InputError, match="a plan is read from"):
+        resolve_plan(phantom_services, phantom, f"./{plan.name}")
 
 
 def test_wrong_paths_are_refused(tmp_path: Path, service: ImportService) -> None:

@@ -1,6 +1,9 @@
 """Planning on the embedded head: points move to where the tool fits, and the path is driven by the controller."""
 
+import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,11 +15,14 @@ from app.services.cases import CaseFrame, CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import NotFound
 from app.services.exchange import export_text
-from app.services.planning import Planning
+from app.services.planning import Planning, SnapResult
 from app.services.plans import PlanService
 from app.services.resolve import resolve_case, resolve_plan, resolve_targets
+from app.session.plan_desk import PlanDesk
+from tests.engine.scenes import head_mesh
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.readers import read_volume
 from vfix_engine.robots import Tool
 
 
@@ -33,8 +39,30 @@ def test_a_point_on_bone_moves_to_where_the_tool_fits(phantom_services: Services
 def test_a_point_in_air_stays(phantom_services: Services) -> None:
     point = phantom_services.plans.get(SAMPLE_PLAN).points[3]
     snapped = phantom_services.planning.snap(HEAD_PHANTOM, point.position)
-    assert (snapped.position, snapped.moved_mm, snapped.reason) == (point.position, 0.0, "")
-    assert phantom_services.planning.fit_point(SAMPLE_PLAN, point.position) == point.position
+    assert snapped == SnapResult(point.position, 0.0, "", "air_inside")
+    assert phantom_services.planning.fit_point(SAMPLE_PLAN, point.position).position == point.position
+
+
+def test_a_click_on_the_teeth_is_offered_with_a_word_about_the_flesh(
+    trial_data: Path, cases: CaseService, plans: PlanService
+) -> None:
+    """HAZ-04: the nearest place clear of the upper jaw of a real head lies in the lip."""
+    volume, _ = read_volume(trial_data / "head_ct" / "cthead_hu_lps.nrrd")
+    surfaces = {"bone": head_mesh(trial_data)}
+    case = cases.create("Real", frame=CaseFrame("LPS", assumed=False), surfaces=surfaces, volume=volume)
+    services = SimpleNamespace(cases=cases, plans=plans, planning=Planning(cases, plans))
+    desk = PlanDesk(cast(Services, services), plans.create(case.id, "Clicks").id)
+    front = cases.tree(case.id).point_distance(np.array([[-21.5, -100.0, -26.3]]))[1][0]
+    desk.pick(front, on_bone=True)
+    assert desk.ghost is not None
+    assert re.fullmatch(r"Moved \d\.\d mm, clear of bone\.", desk.ghost.words)
+    assert desk.view()["ghost"]["words"].endswith("The place lies in soft tissue, not in the airway.")
+    desk.confirm()
+    (point,) = desk.plan.points
+    desk.drag(point.id, (-29.5, -97.5, -25.0))
+    assert desk.drop(point.id) == "The place lies in soft tissue, not in the airway."
+    desk.drag(point.id, (-22.7, -93.7, -8.1))
+    assert desk.drop(point.id) == ""
 
 
 def test_without_a_ct_a_point_moves_out_of_the_bone(cases: CaseService, plans: PlanService) -> None:
@@ -45,6 +73,7 @@ def test_without_a_ct_a_point_moves_out_of_the_bone(cases: CaseService, plans: P
     for wanted in ([0.0, 0.5, 1.0], [7.9, 0.0, 0.0]):
         snapped = Planning(cases, plans).snap(case.id, wanted, margin_mm=0.3)
         assert max(map(abs, snapped.position)) > 8.0
+        assert snapped.lies_in == "not_known"
         assert snapped.moved_mm < 12.0
 
 
@@ -57,6 +86,10 @@ def test_the_sample_plan_can_be_driven_and_is_driven_once(phantom_services: Serv
     assert evaluation.clearance.min() == pytest.approx(evaluation.min_clearance_mm)
     assert evaluation.min_clearance_mm >= 0.3
     assert evaluation.degree == 5
+    passed = evaluation.soft_tissue  # the bent tool's shaft runs through the tip of the nose
+    assert passed.length_mm is not None
+    assert 15.0 < passed.length_mm < 30.0
+    assert passed.complete
     samples, remark = phantom_services.planning.curve(plan)
     assert (len(samples), remark) == (len(evaluation.s), "")
 

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
 
 from app.services.cases import Case
-from app.services.errors import NotFound, PlanConflict, PlanLocked
+from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
 from app.services.plan_editor import PlanEditor
-from app.services.plan_model import PlanContent, PlanPoint
+from app.services.plan_model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
 from app.services.plans import Plan, PlanService
 from app.store import Store
-from app.store.models import PlanStateRow
+from app.store.models import PlanRow, PlanStateRow
 from vfix_engine.errors import InputError, PlanError
 
 PLACED = {"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.0] * 7}
@@ -171,17 +171,98 @@ def test_settings_are_checked(editor: PlanEditor) -> None:
 
 
 def test_a_plan_stored_with_a_retired_setting_stays_open(store: Store, editor: PlanEditor, plan: Plan) -> None:
-    editor.set_settings({"margin_mm": 0.5})
+    _store(store, plan, settings={"margin_mm": 0.5, "group_flat_mm": 4.0})
+    assert editor.plan.settings == {"margin_mm": 0.5}
+    editor.set_settings({"k_d": 0.3})
+    assert editor.plan.settings == {"margin_mm": 0.5, "k_d": 0.3}
+
+
+def test_settings_are_no_step_of_the_points_history(editor: PlanEditor) -> None:
+    """A slider moved in a rehearsal takes no redo away, and undo takes back points alone."""
+    editor.add_point((1, 0, 0))
+    editor.add_point((2, 0, 0))
+    editor.undo()
+    seen = editor.revision
+    editor.set_settings({"margin_mm": 0.1 + 0.2}, expected_revision=seen)
+    assert editor.revision == seen + 1
+    editor.redo()
+    assert labels(editor) == ["P1", "P2"]
+    editor.undo()
+    editor.undo()
+    assert labels(editor) == []
+    assert not editor.can_undo
+    assert editor.plan.settings == {"margin_mm": 0.1 + 0.2}
+
+
+def _store(store: Store, plan: Plan, **changes: object) -> None:
+    """Write into the newest state of a plan behind the editor's back."""
     with store.writing() as session:
-        state = session.get(PlanStateRow, (plan.id, 1))
+        row = session.get(PlanRow, plan.id)
+        assert row is not None
+        state = session.get(PlanStateRow, (plan.id, row.cursor))
         assert state is not None
-        state.document = {**state.document, "settings": {"margin_mm": 0.5, "group_flat_mm": 4.0}}
-    again = PlanService(store).editor(plan.id)
-    assert again.plan.settings == {"margin_mm": 0.5}
-    again.set_settings({"k_d": 0.3})
-    assert again.plan.settings == {"margin_mm": 0.5, "k_d": 0.3}
-    again.undo()
-    assert again.plan.settings == {"margin_mm": 0.5}
+        state.document = {**state.document, **changes}
+
+
+def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
+    store: Store, plans: PlanService, editor: PlanEditor, plan: Plan, case: Case
+) -> None:
+    """It is listed with the reason, refused by name, and can be taken back, deleted and restored."""
+    other = plans.create(case.id, "Sound")
+    editor.add_point((1, 2, 3))
+    sound = editor.plan.points
+    editor.add_point((4, 5, 6))
+    _store(store, plan, settings={"margin_mm": 99.0})
+    listed = {listed.id: listed for listed in plans.list(case.id)}
+    assert listed[other.id] == other
+    assert (listed[plan.id].name, listed[plan.id].points) == ("Corridor", ())
+    assert "99" in listed[plan.id].unreadable
+    assert [(row.id, row.name) for row in plans.titles(case.id)] == [(plan.id, "Corridor"), (other.id, "Sound")]
+    with pytest.raises(PlanError, match=r"'Corridor' cannot be read: .*99.*undo"):
+        plans.get(plan.id)
+    plans.delete(plan.id)
+    plans.restore(plan.id)
+    PlanService(store).editor(plan.id).undo()
+    assert plans.get(plan.id).points == sound
+
+
+def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: PlanService, plan: Plan) -> None:
+    """The lock is looked at where the deletion is written: another process may have set it since."""
+    refused: list[BaseException] = []
+
+    def delete() -> None:
+        try:
+            plans.delete(plan.id)
+        except PlanLocked as error:
+            refused.append(error)
+
+    thread = threading.Thread(target=delete)
+    with store.writing() as session:
+        row = session.get(PlanRow, plan.id)
+        assert row is not None
+        row.locked = True
+        session.flush()
+        thread.start()
+        thread.join(0.3)  # it waits for the writer
+    thread.join()
+    after = plans.get(plan.id)
+    assert (after.locked, after.deleted_at, len(refused)) == (True, None, 1)
+
+
+@pytest.mark.parametrize("kind", ["points", "targets"])
+def test_a_plan_has_some_hundreds_of_points_at_most(store: Store, plans: PlanService, case: Case, kind: str) -> None:
+    """More are refused with the numbers; a plan stored with more can still be read and exported."""
+    full = [PlanPoint(f"p-{n}", f"P{n}", (float(n), 0.0, 0.0)) for n in range(MAX_POINTS)]
+    plan = plans.create(case.id, "Full", PlanContent(**{kind: tuple(full)}))  # type: ignore[arg-type]
+    editor = plans.editor(plan.id)
+    add = editor.add_point if kind == "points" else editor.add_target
+    with pytest.raises(TooLarge, match=f"{MAX_POINTS + 1} .*{MAX_POINTS} at most"):
+        add((0, 0, 1))
+    more = PlanContent(**{kind: (*full, PlanPoint("p-more", "", (0.0, 0.0, 1.0)))})  # type: ignore[arg-type]
+    with pytest.raises(TooLarge, match=f"{MAX_POINTS + 1}"):
+        plans.create(case.id, "More", more)
+    _store(store, plan, **content_to_json(more))
+    assert len(getattr(plans.get(plan.id), kind)) == MAX_POINTS + 1
 
 
 def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, editor: PlanEditor, case: Case) -> None:

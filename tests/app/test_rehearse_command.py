@@ -80,6 +80,10 @@ def test_the_corridor_is_driven_and_every_step_is_kept(
     assert set(report["step_time_us"]) == {"median", "p99"}
     assert 0 < report["qp_rows"]["min"] <= report["qp_rows"]["max"]
     assert report["path_length_mm"] == pytest.approx(86.3, abs=0.1)
+    assert report["min_bone_clearance_mm"] == report["min_clearance_mm"]
+    nothing = {"length_mm": None, "at_mm": None, "complete": False}
+    assert report["soft_tissue"] == nothing, "a surface tells of bone alone"
+    assert report["warnings"] == []
     assert report["notice"] == "Not for clinical use."
     with file.open() as stream:
         rows = list(csv.DictReader(stream))
@@ -95,6 +99,22 @@ def test_the_corridor_is_driven_and_every_step_is_kept(
     tip = np.column_stack([table["tip_x"], table["tip_y"], table["tip_z"]])
     first = np.column_stack([table[f"s0_b{a}"] for a in "xyz"])
     np.testing.assert_allclose(tip, first, atol=1e-12)
+
+
+def test_a_ct_tells_the_soft_tissue_and_what_the_margin_does_not_cover(
+    head: list[str], trial_data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The bone clearance is kept while the shaft runs through the tip of the nose; slices are 2 mm apart."""
+    ct = ["--case", str(trial_data / "head_ct" / "cthead_hu_lps.nrrd"), "--tool", "straight_pointer"]
+    assert main(["rehearse", *head, *ct, "--json"]) == 0
+    told = capsys.readouterr()
+    report = json.loads(told.out)
+    assert report["min_bone_clearance_mm"] >= 0.3
+    assert 4.0 < report["soft_tissue"]["length_mm"] < 30.0
+    assert report["soft_tissue"]["complete"]
+    (warning,) = report["warnings"]
+    assert "slices 2 mm apart), more than the margin of 0.30 mm" in warning
+    assert warning in told.err
 
 
 @pytest.mark.parametrize("free", [[], ["--free"]])

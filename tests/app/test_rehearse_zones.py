@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import trimesh
 
@@ -59,9 +60,15 @@ def test_a_zone_across_the_path_ends_the_rehearsal_with_its_name(
     tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     across = {**NERVE, "shape": {"kind": "sphere", "centre": [0, 30, 3.8], "radius": 4}}
-    status, report = rehearse([*tube, *with_zones(tmp_path, [across])], capsys)
-    assert status == 1
+    assert main(["rehearse", *tube, *with_zones(tmp_path, [across]), "--json"]) == 1
+    out, err = capsys.readouterr()
+    report = json.loads(out)
     assert report["completed"] is False
+    blocked, tip = np.array(report["blocked_at_lps_mm"]), np.array(report["stopped_at_lps_mm"])
+    assert np.linalg.norm(blocked - [0, 30, 3.8]) == pytest.approx(4.0, abs=0.2)  # on the sphere
+    assert 0.8 <= np.linalg.norm(blocked - tip) < 4.0
+    assert f"its tip at ({tip[0]:.1f}, {tip[1]:.1f}, {tip[2]:.1f}) mm, LPS: no-fly zone" in err
+    assert f"in the way at ({blocked[0]:.1f}, {blocked[1]:.1f}, {blocked[2]:.1f}) mm, LPS: lead the path" in err
     assert report["reason"] == "no-fly zone 'optic nerve' on the tip, 0.8 mm"
     assert report["zones"][0]["min_distance_mm"] == pytest.approx(0.8, abs=0.02)
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+import threading
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from types import SimpleNamespace
 from typing import Any
@@ -10,21 +13,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.gateway import scene_server
-from app.services import Services
+from app.services import Services, plan_editor
 from app.services.cases import Case, CaseFrame
+from app.services.plans import Plan
 from app.session import commands as c
 from app.session import hub as hub_module
 from app.session.board import Board
 from app.session.corridor_desk import Corridor, CorridorDesk
 from app.session.head_desk import HeadDesk
 from app.session.hub import SessionHub, TooManyTabs
-from app.session.plan_desk import PlanDesk
+from app.session.plan_desk import PlanDesk, plan_items
 from app.session.planning_desk import PlanningDesk
 from app.session.preparation import plan_key
 from app.session.rehearsal_desk import RehearsalDesk
-from app.session.rehearsals import RehearsalRooms
-from vfix_engine.errors import PlanError
+from app.session.rehearsals import Prepared, RehearsalRooms
+from app.session.workspace import Workspace
+from app.store.models import PlanStateRow
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
 
 SAMPLE = "head-phantom-sample"
@@ -59,10 +65,10 @@ def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: 
     waiting: list[tuple[int, Corridor]] = []
     executor = _Later()
     desk = CorridorDesk(SimpleNamespace(), executor, lambda *answer: waiting.append(answer))  # type: ignore[arg-type]
-    monkeypatch.setattr(desk, "_answer", lambda plan, margin: Corridor("done", plan, completed=True))
-    desk.ask("old", 0.3)
+    monkeypatch.setattr(desk, "_answer", lambda plan, margin: Corridor("done", plan.id, completed=True))
+    desk.ask(SimpleNamespace(id="old"), 0.3)
     executor.work.pop()()
-    desk.ask("new", 0.3)
+    desk.ask(SimpleNamespace(id="new"), 0.3)
     desk.accept(*waiting.pop())
     assert desk.current.status == "computing"
     executor.work.pop()()
@@ -125,6 +131,22 @@ def test_the_path_is_coloured_with_what_an_export_says(phantom_services: Service
     assert clearance.min() == min(sample.clearance_mm for sample in samples if sample.clearance_mm is not None)
 
 
+def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phantom_services: Services) -> None:
+    desk = _planning(phantom_services)
+    ran: list[Corridor] = []
+    executor = _Later()
+    corridor = CorridorDesk(phantom_services, executor, lambda ticket, answer: ran.append(answer))
+    for margin in (0.3, 0.4):
+        corridor.ask(desk.plan, margin)
+        executor.work.pop()()
+    assert re.fullmatch(
+        r"Fits: bone clearance 0\.\d\d mm at least\. Passes \d\d mm of soft tissue \(tip at \d+ mm\)\.", ran[0].words
+    )
+    assert ran[0].view()["soft_tissue"]["complete"] is True
+    assert ran[0].warning.endswith("(0.38 mm: surface thinned), more than the margin of 0.30 mm")
+    assert ran[1].warning == ""
+
+
 def test_a_deleted_embedded_head_is_not_opened(phantom_services: Services) -> None:
     services = phantom_services
     services.cases.delete(HEAD)
@@ -153,7 +175,7 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
     assert room is not None
     room.open(plan_key(plan), lambda: None, _Later())  # type: ignore[arg-type,return-value]
     room.lease.take("tab-one-0")
-    room._accepted = {"margin_mm": 0.5}
+    room._talk._accepted = {"margin_mm": 0.5}
     words = desk.tick()
     after = services.plans.get(plan.id)
     assert room.is_for(plan_key(after))
@@ -179,12 +201,26 @@ class _Tabs:
         pass
 
 
+def _settle(workspace: Workspace) -> None:
+    """Wait until everything that was asked of a workspace is done."""
+    done: Future[None] = Future()
+    workspace.ask(lambda: done.set_result(None))
+    done.result(20)
+
+
+@pytest.fixture
+def hub(phantom_services: Services) -> Iterator[SessionHub]:
+    """Its clock stands; a test lets it tick."""
+    made = SessionHub(phantom_services, _Tabs(), lambda: "")
+    yield made
+    made.close()
+
+
 def test_a_window_is_refused_where_no_scene_could_be_had(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It would wait for its scene for ever; one that closes makes room for it."""
-    assert hub_module.MAX_CONNECTED <= scene_server.MAX_TABS
-    monkeypatch.setattr(hub_module, "MAX_CONNECTED", 1)
+    monkeypatch.setattr(hub_module, "MAX_PAGES", 1)
     hub = SessionHub(phantom_services, _Tabs(), lambda: "")
     try:
         hub.connect("tab-one-0", {})
@@ -206,42 +242,273 @@ def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(phantom_se
         assert desk.take_focus() == point.position
 
 
-def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(
-    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """HAZ-11: after the grace the handle is free; the robot goes home only when nobody has come for long."""
-    timers: list[tuple[float, Callable[[], None]]] = []
-    monkeypatch.setattr(hub_module, "_later", lambda seconds, action: timers.append((seconds, action)))
-    hub = SessionHub(phantom_services, _Tabs(), lambda: "")
+def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(hub: SessionHub) -> None:
+    """HAZ-11: after the grace the handle is free; the robot goes home, and the workspace ends, after longer."""
     workspace = hub.connect("tab-one-0", {"plan": SAMPLE})
 
-    def settled() -> None:
-        done: Future[None] = Future()
-        workspace.ask(lambda: done.set_result(None))
-        done.result(20)
+    def pass_by(seconds: float) -> None:
+        for _ in range(3):
+            hub.beat(time.monotonic() + seconds)
+        _settle(workspace)
 
+    _settle(workspace)
+    room = workspace.rehearsal.room
+    assert room is not None
+    room.lease.take("tab-one-0")
+    hub.disconnect("tab-one-0")
+    hub.connect("tab-one-0", {})
+    pass_by(hub_module.LEASE_GRACE_S)
+    assert room.lease.held_by("tab-one-0"), "it came back in time"
+    hub.disconnect("tab-one-0")
+    pass_by(0.5 * hub_module.LEASE_GRACE_S)
+    assert room.lease.held_by("tab-one-0"), "it may still come back"
+    pass_by(hub_module.LEASE_GRACE_S)
+    assert room.lease.holder is None
+    assert room.watchers == {"tab-one-0"}
+    pass_by(hub_module.ABANDONED_S)
+    assert room.watchers == set()
+    assert hub.connect("tab-one-0", {}) is workspace
+    _settle(workspace)
+    assert workspace.rehearsal.room is room
+    assert room.watchers == {"tab-one-0"}
+    hub.disconnect("tab-one-0")
+    hub.beat(time.monotonic() + hub_module.ENDED_S)  # the handle first,
+    hub.beat(time.monotonic() + hub_module.ENDED_S)  # then the rehearsal,
+    hub.beat(time.monotonic() + hub_module.ENDED_S)  # then all of it
+    workspace._thread.join(20)
+    assert not workspace._thread.is_alive()
+    assert room.watchers == set()
+    assert hub.connect("tab-one-0", {}) is not workspace
+
+
+def test_a_page_that_is_away_costs_nothing(hub: SessionHub, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One clock for all: no tick and no look at the store for a closed tab; it catches up when it is back."""
+    ticks: list[str] = []
+    tick = Workspace.tick
+
+    def counted(self: Workspace, changed: bool) -> None:
+        ticks.append(self.tab)
+        tick(self, changed)
+
+    monkeypatch.setattr(Workspace, "tick", counted)
+    here, away = (hub.connect(tab, {"plan": SAMPLE}) for tab in ("tab-here-0", "tab-away-0"))
+    services = hub._services
+    hub.disconnect("tab-away-0")
+    now = time.monotonic()
+    plan = services.plans.create(HEAD, "Made elsewhere")
+    for n in range(100):
+        hub.beat(now + 0.05 * n)
+    assert set(ticks) == {"tab-here-0"}
+    assert len(ticks) < 10, "nothing moves there either: a look now and then is enough"
+
+    def names(workspace: Workspace) -> set[str]:
+        _settle(workspace)
+        _settle(workspace)  # what is published follows each request
+        section = workspace.board.read("plans")
+        return set() if section is None else {item["name"] for item in section["items"]}
+
+    assert "Made elsewhere" in names(here)
+    services.plans.rename(plan.id, "Renamed elsewhere")
+    services.plans.delete(plan.id)
+    assert "Renamed elsewhere" not in names(away)
+    hub.connect("tab-away-0", {})
+    assert "Renamed elsewhere" in names(away)
+
+
+def test_slow_heads_keep_no_other_tab_waiting(hub: SessionHub, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reading a head takes minutes for three tabs; a fourth opens its own meanwhile."""
+    cases, done = hub._services.cases, threading.Event()
+    slow, read = _other_head(hub._services), cases.display_meshes
+
+    def display_meshes(case_id: str) -> Any:
+        if case_id == slow.id:
+            done.wait(60)
+        return read(case_id)
+
+    monkeypatch.setattr(cases, "display_meshes", display_meshes)
     try:
-        settled()
-        room = workspace.rehearsal.room
-        assert room is not None
-        room.lease.take("tab-one-0")
-        hub.disconnect("tab-one-0")
-        hub.connect("tab-one-0", {})
-        timers.pop()[1]()
-        settled()
-        assert timers == []
-        assert room.lease.held_by("tab-one-0"), "it came back in time"
-        hub.disconnect("tab-one-0")
-        timers.pop()[1]()
-        settled()
-        assert room.lease.holder is None
-        assert room.watchers == {"tab-one-0"}
-        timers.pop()[1]()
-        settled()
-        assert room.watchers == set()
-        hub.connect("tab-one-0", {})
-        settled()
-        assert workspace.rehearsal.room is room
-        assert room.watchers == {"tab-one-0"}
+        for n in range(3):
+            hub.connect(f"tab-slow-{n}", {"case": slow.id})
+        quick = hub.connect("tab-quick-0", {"case": HEAD})
+        deadline = time.monotonic() + 30
+        while quick.head.head is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert quick.head.head is not None
     finally:
-        hub.close()
+        done.set()
+        cases.delete(slow.id)
+
+
+def test_the_list_of_plans_does_not_read_what_they_contain(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk = _planning(phantom_services)
+    read: list[str] = []
+    monkeypatch.setattr(plan_editor, "content_from_json", lambda document: read.append("content"))
+    desk._plans = list(phantom_services.plans.titles(HEAD))
+    assert read == []
+    assert SAMPLE in [title.id for title in desk._plans]
+
+
+def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_services: Services) -> None:
+    """The newest plan that can be read is opened, and the reason is said; one that goes bad while open is closed."""
+    services = phantom_services
+    good, bad = services.plans.duplicate(SAMPLE, "Good"), services.plans.duplicate(SAMPLE, "Bad")
+    desk = _planning(services)
+    desk.do_plan(c.PlanCommand(type="plan.open", plan_id=bad.id))
+    with services.store.writing() as session:
+        state = session.get(PlanStateRow, (bad.id, 0))
+        assert state is not None
+        state.document = {**state.document, "settings": {"margin_mm": 99.0}}
+    with pytest.raises(InputError, match="'Bad' cannot be read"):
+        desk.publish(fresh=True)
+    desk.publish(fresh=True)
+    assert desk.plan_id is None
+    assert "'Bad' cannot be read" in desk.open(HEAD, None)
+    assert desk.plan_id == good.id
+    assert desk.open(HEAD, SAMPLE) == ""
+    for plan in (good, bad):
+        services.plans.delete(plan.id)
+
+
+def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    desk = PlanDesk(phantom_services, plan.id)
+    assert (desk.undo(), desk.redo()) == ("There is nothing to undo.", "There is nothing to redo.")
+    desk.rename(plan.points[0].id, "Entry")
+    assert (desk.undo(), desk.redo()) == ("", "")
+    phantom_services.plans.delete(plan.id)
+
+
+class _Robot:
+    """Stands for the control process of a room: ready at once, and notes what it is told."""
+
+    def __init__(self) -> None:
+        self.alive, self.told = True, []  # type: bool, list[str]
+
+    def events(self) -> list[Any]:
+        return []
+
+    def snapshot(self) -> None:
+        return None
+
+    def close(self) -> None:
+        self.alive = False
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *values: self.told.append(name)
+
+
+@pytest.fixture
+def rehearsing(phantom_services: Services) -> Iterator[tuple[RehearsalDesk, Plan]]:
+    """A desk in the room of a copy of the sample; its starts wait to be done."""
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    desk = RehearsalDesk(phantom_services, RehearsalRooms(), _Later(), "tab-one-0")
+    desk.enter(plan.id)
+    yield desk, plan
+    phantom_services.plans.delete(plan.id)
+
+
+def _in_place(desk: RehearsalDesk, plan: Plan) -> _Robot:
+    """Put a robot in place for a plan."""
+    room, robot = desk.room, _Robot()
+    assert room is not None
+    room._process, room._state, room._plan_key = robot, "ready", plan_key(plan)  # type: ignore[assignment]
+    curve = np.array([point.position for point in plan.points])
+    spec: Any = SimpleNamespace()
+    room._prepared = Prepared(spec, ControlSettings(), tuple(plan_items(plan)), curve)
+    return robot
+
+
+def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan_has_changed(
+    phantom_services: Services, rehearsing: tuple[RehearsalDesk, Plan]
+) -> None:
+    """Start and Continue drive what is drawn, targets are those of the robot; Reset takes the plan as it is now."""
+    desk, plan = rehearsing
+    robot, board, editor = _in_place(desk, plan), Board(), phantom_services.plans.editor(plan.id)
+
+    def show() -> tuple[Any, Any]:
+        desk.compare(editor.plan)
+        desk.publish(board, desk.driven())
+        board.commit()
+        return board.read("rehearsal"), board.read("driven")
+
+    shown, driven = show()
+    assert (shown["plan_changed"], driven) == (False, None)
+    editor.rename_point(plan.targets[0].id, "Another name")
+    assert show()[1] is None, "a name is not driven"
+    first, second = plan.targets[:2]
+    editor.delete_target(first.id)
+    shown, driven = show()
+    assert shown["plan_changed"]
+    assert [target["id"] for target in driven["targets"]] == [target.id for target in plan.targets]
+    desk.do_plain("rehearsal.start", editor.plan, HEAD)
+    assert robot.told == ["run"]
+    desk.do(c.SetMode(type="rehearsal.mode", mode="inspect", target_id=second.id))
+    assert desk.room is not None
+    assert desk.room.target_id == second.id
+    desk.do_plain("rehearsal.reset", editor.plan, HEAD)
+    assert not robot.alive
+    assert desk.room.is_for(plan_key(editor.plan))
+
+
+def test_the_scene_shows_what_is_driven_while_it_is_driven(hub: SessionHub) -> None:
+    """In Rehearse the robot's own curve and targets, in Plan the plan's."""
+    services = hub._services
+    plan = services.plans.duplicate(SAMPLE)
+    workspace = hub.connect("tab-one-0", {"case": HEAD, "plan": plan.id})
+    _settle(workspace)
+    _in_place(workspace.rehearsal, plan)
+    services.plans.editor(plan.id).delete_point(plan.points[-1].id)
+    workspace.page_back()
+    _settle(workspace)
+    _settle(workspace)
+    picture = workspace._picture()
+    assert len(picture.items) == len(plan.points) + len(plan.targets) - 1
+    workspace._step = "rehearse"
+    picture = workspace._picture()
+    assert picture.items == tuple(plan_items(plan))
+    places, clearance = picture.curve()
+    assert places is not None
+    assert clearance is None
+    assert np.allclose(places[-1], plan.points[-1].position)
+    services.plans.delete(plan.id)
+
+
+def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tuple[RehearsalDesk, Plan]) -> None:
+    desk, plan = rehearsing
+    desk.prepare(plan)
+    assert desk.state == "starting"
+    desk.do_plain("rehearsal.start", plan, HEAD)
+    robot = _in_place(desk, plan)
+    desk.tick()
+    assert robot.told == ["run"]
+
+
+@pytest.mark.parametrize("name", ["start", "pause", "reset", "end"])
+def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearsalDesk, Plan], name: str) -> None:
+    """HAZ-12: nothing of the holder's robot is moved, stopped or ended, and no 'ok' says that it was."""
+    desk, plan = rehearsing
+    robot = _in_place(desk, plan)
+    assert desk.room is not None
+    desk.room.lease.take("tab-two-0")
+    with pytest.raises(PlanError, match="only the window that holds the handle"):
+        desk.do_plain(f"rehearsal.{name}", plan, HEAD)
+    for command in (
+        c.SetMode(type="rehearsal.mode", mode="free"),
+        c.SetRehearsalSettings(type="rehearsal.settings", values={"margin_mm": 1.0}),
+    ):
+        with pytest.raises(PlanError, match="only the window that holds the handle"):
+            desk.do(command)
+    assert robot.alive
+    assert robot.told == []
+
+
+def test_a_process_that_hangs_is_ended_by_hand(rehearsing: tuple[RehearsalDesk, Plan]) -> None:
+    desk, plan = rehearsing
+    robot = _in_place(desk, plan)
+    assert desk.room is not None
+    desk.room._state = "silent"
+    assert "does not answer" in desk.hint(plan)
+    desk.do_plain("rehearsal.end", plan, HEAD)
+    assert (robot.alive, desk.state) == (False, "absent")

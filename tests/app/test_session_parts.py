@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import queue
-from concurrent.futures import Executor, Future
+import threading
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,16 +17,18 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from pydantic import ValidationError
 
+from app.scene.plan import PlanItem
 from app.session import rehearsals
 from app.session.board import Board
 from app.session.commands import DragItem, parse_command
 from app.session.inbox import MAX_WAITING, Inbox
+from app.session.lanes import Lanes
 from app.session.lease import Lease
 from app.session.rehearsals import MAX_ROOMS, Prepared, RehearsalRoom, RehearsalRooms
 from app.session.router import to_text
 from app.session.slice_desk import SliceDesk
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import ControlError
+from vfix_engine.errors import ControlError, InputError, PlanError
 from vfix_engine.imaging.volume import Volume
 from vfix_engine.simulation.events import Event
 
@@ -180,7 +183,9 @@ class _Now(Executor):
 
 
 def _prepared() -> Prepared:
-    return Prepared(SimpleNamespace(robot="steady_hand", base=np.eye(4)), ControlSettings())  # type: ignore[arg-type]
+    spec: Any = SimpleNamespace(robot="steady_hand", base=np.eye(4))
+    targets = [PlanItem(name, "target", name, (0.0, 0.0, 0.0)) for name in ("t-1", "t-2")]
+    return Prepared(spec, ControlSettings(), (PlanItem("p-1", "point", "P1", (0.0, 0.0, 0.0)), *targets))
 
 
 @pytest.fixture
@@ -200,24 +205,36 @@ def test_only_the_holder_moves_the_robot(room: RehearsalRoom) -> None:
         room.drive(tab, 1)
         room.twist(tab, -1)
         room.run(tab)
+        room.pause(tab)
         room.reset(tab)
+        room.set_mode(tab, "inspect", "t-2")
+        room.change_settings(tab, {"margin_mm": 1.0})
         if tab == "two":
             assert _Process.last.told == []
-            assert room.change_settings(tab, {"margin_mm": 1.0}) is None
     names = [name for name, *_ in _Process.last.told]
-    assert names == ["set_grip", "drive", "twist", "run", "reset"]
+    assert names == ["set_grip", "drive", "twist", "run", "pause", "reset", "set_mode", "set_settings"]
 
 
-def test_a_heartbeat_takes_hold_again_only_while_the_hand_is_there(room: RehearsalRoom) -> None:
-    """HAZ-11: a still hand keeps its force over a slow line; after the release a late heartbeat moves nothing."""
+def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(room: RehearsalRoom) -> None:
+    """The process has the targets of the plan that it was started for, in their order."""
+    room.lease.take("one")
+    room.set_mode("one", "inspect", "t-2")
+    assert (_Process.last.told, room.target_id) == ([("set_mode", "inspect", 1)], "t-2")
+    with pytest.raises(PlanError, match="not part of this rehearsal"):
+        room.set_mode("one", "inspect", "p-1")
+    assert room.target_id == "t-2"
+
+
+def test_a_heartbeat_never_takes_hold(room: RehearsalRoom) -> None:
+    """HAZ-11: only a press or a moved pointer does, whatever heartbeats come before, between and after."""
     room.lease.take("one")
     room.heartbeat("one")
     room.set_grip("one", (1.0, 2.0, 3.0))
     room.heartbeat("one")
     room.release("one")
     room.heartbeat("one")
-    grip = ("set_grip", (1.0, 2.0, 3.0))
-    assert _Process.last.told == [("heartbeat",), grip, grip, ("release",), ("heartbeat",)]
+    beat, grip = ("heartbeat",), ("set_grip", (1.0, 2.0, 3.0))
+    assert _Process.last.told == [beat, grip, beat, ("release",), beat]
 
 
 def test_a_click_beside_the_grip_leaves_the_keys_alone(room: RehearsalRoom) -> None:
@@ -236,22 +253,38 @@ def _answer(room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch, *events: Event
     monkeypatch.setattr(_Process, "events", lambda self: [])
 
 
+def _sent(room: RehearsalRoom) -> list[ControlSettings]:
+    return [told[1] for told in _Process.last.told if told[0] == "set_settings"]
+
+
+def _told(settings: ControlSettings) -> Event:
+    return Event("settings", json.dumps(settings.to_dict()))
+
+
 def test_a_setting_that_is_refused_is_not_shown_as_in_force(
     room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The loop goes on with the old one, also when another setting is changed next; only the holder hears of it."""
+    """It is said once, beside the slider, without a word of a start; what was wished meanwhile does not carry it."""
     room.lease.take("one")
     old = room.settings
     room.change_settings("one", {"margin_mm": 1.5})
-    assert room.settings == old
-    _answer(room, monkeypatch, Event("note", "too near"), Event("settings", json.dumps(old.to_dict())))
-    assert (room.settings, room.settings_answered) == (old, 1)
-    assert room.take_words("two") == []
-    assert room.take_words("one") == ["too near"]
-    assert room.take_accepted("one") == {}
     room.change_settings("one", {"force_cap_n": 2.0})
-    sent = _Process.last.told[-1][1]
-    assert (sent.margin_mm, sent.force_cap_n) == (old.margin_mm, 2.0)
+    assert (room.settings, len(_sent(room))) == (old, 1)
+    monkeypatch.setattr(_Process, "snapshot", lambda self: SimpleNamespace(clearance_mm=0.35))
+    _answer(room, monkeypatch, Event("note", "no such target"), Event("note", "would start too near"), _told(old))
+    assert (room.settings, room.settings_answered) == (old, 1)
+    assert (
+        room.settings_refusal
+        == "Safety margin stays at 0.3 mm: the tool is 0.35 mm from bone here. Draw it back first."
+    )
+    assert (_sent(room)[-1].margin_mm, _sent(room)[-1].force_cap_n) == (old.margin_mm, 2.0)
+    _answer(room, monkeypatch, _told(_sent(room)[-1]))
+    assert (room.settings_refusal, room.settings.force_cap_n) == ("", 2.0)
+    assert room.take_words("two") == []
+    assert room.take_words("one") == ["no such target"]
+    assert room.take_accepted("one") == {"force_cap_n": 2.0}
+    with pytest.raises(InputError, match="no setting is called 'self'"):
+        room.change_settings("one", {"self": 1.0})
 
 
 def test_settings_count_once_the_process_has_confirmed_them(
@@ -261,13 +294,50 @@ def test_settings_count_once_the_process_has_confirmed_them(
     room.lease.take("one")
     room.change_settings("one", {"margin_mm": 0.5})
     room.change_settings("one", {"force_cap_n": 2.0})
-    sent = [settings for name, settings in _Process.last.told if name == "set_settings"]
-    assert (sent[1].margin_mm, sent[1].force_cap_n) == (0.5, 2.0)
-    _answer(room, monkeypatch, *(Event("settings", json.dumps(settings.to_dict())) for settings in sent))
-    assert room.settings == sent[1]
+    for number in (1, 2):
+        assert len(_sent(room)) == number
+        _answer(room, monkeypatch, _told(_sent(room)[-1]))
+    assert (room.settings.margin_mm, room.settings.force_cap_n, room.settings_answered) == (0.5, 2.0, 2)
     assert room.take_accepted("two") == {}
     assert room.take_accepted("one") == {"margin_mm": 0.5, "force_cap_n": 2.0}
     assert room.take_accepted("one") == {}
+
+
+def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(room: RehearsalRoom) -> None:
+    """A pipe that nobody empties never fills, however long the slider is moved."""
+    room.lease.take("one")
+    for n in range(1000):
+        room.change_settings("one", {"margin_mm": 0.3 + 1e-3 * n})
+    assert len(_sent(room)) == 1
+
+
+def test_a_process_that_hangs_is_told_and_can_be_ended(room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-10: the age of its newest snapshot tells it; one that wakes up again is shown again."""
+    now, shown = [100.0], [object()]
+    monkeypatch.setattr(rehearsals.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(_Process, "snapshot", lambda self: shown[0])
+
+    def look(seconds: float) -> str:
+        for _ in range(round(seconds / 0.5)):
+            now[0] += 0.5
+            room.check()
+        return room.state
+
+    assert look(rehearsals.SILENT_S - 0.5) == "ready"
+    assert look(1.0) == "silent"
+    assert "has not answered for 2 s" in room.words
+    shown[0] = object()
+    assert (look(0.5), room.words) == ("ready", "")
+    now[0] += 60.0  # nobody looked for a minute: that says nothing
+    assert look(0.5) == "ready"
+    assert look(rehearsals.SILENT_S) == "silent"
+    room.close()
+    assert (room.state, _Process.last.alive) == ("absent", False)
+
+
+def test_a_process_that_ends_with_a_word_passes_it_on(room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch) -> None:
+    _answer(room, monkeypatch, Event("failed", "out of memory"))
+    assert (room.state, room.words) == ("failed", "out of memory")
 
 
 def test_a_hand_is_forgotten_with_the_process_it_held(room: RehearsalRoom) -> None:
@@ -334,8 +404,8 @@ def test_settings_are_clamped_on_the_server(room: RehearsalRoom) -> None:
     """HAZ-05: whatever a slider is made to say."""
     room.lease.take("one")
     bounds = ControlSettings.bounds()
-    settings = room.change_settings("one", {"margin_mm": -5.0, "force_cap_n": 1e6})
-    assert settings is not None
+    room.change_settings("one", {"margin_mm": -5.0, "force_cap_n": 1e6})
+    (settings,) = _sent(room)
     assert (settings.margin_mm, settings.force_cap_n) == (bounds["margin_mm"].low, bounds["force_cap_n"].high)
 
 
@@ -347,6 +417,44 @@ def test_a_room_says_why_it_could_not_start(monkeypatch: pytest.MonkeyPatch) -> 
     assert room.state == "failed"
     assert "does not fit" in room.words
     assert not _Process.last.alive
+
+
+def test_a_start_that_is_not_wanted_any_more_is_ended_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It does not go on for its two minutes behind the back of the next one."""
+    monkeypatch.setattr(rehearsals, "RehearsalProcess", _Process)
+    room = RehearsalRoom()
+    ended: list[bool] = []
+
+    def wait_ready(process: _Process) -> None:
+        room.close()
+        ended.append(not process.alive)
+        raise ControlError("the control process ended before it was ready")
+
+    monkeypatch.setattr(_Process, "wait_ready", wait_ready)
+    room.open("plan", _prepared, _Now())
+    assert (ended, room.state) == ([True], "absent")
+
+
+def test_slow_work_keeps_no_other_lane_waiting_and_its_own_lane_does_the_newest_next() -> None:
+    done: list[str] = []
+    slow, other = threading.Event(), threading.Event()
+
+    def first() -> None:
+        slow.wait(20)
+        done.append("first")
+
+    with ThreadPoolExecutor(4) as executor:
+        lanes = Lanes(executor)
+        lanes.submit("slow", first)
+        lanes.submit("slow", lambda: done.append("older"))
+        lanes.submit("slow", lambda: done.append("newest"))
+        lanes.submit("other", other.set)
+        assert other.wait(10)
+        assert done == []
+        slow.set()
+    assert done == ["first", "newest"]
 
 
 def test_a_control_process_that_ends_is_noticed(room: RehearsalRoom) -> None:

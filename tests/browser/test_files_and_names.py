@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import csv
+import functools
+import http.server
 import json
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from workstation import Planner, Rest, Workstation
+from workstation import TOKEN, Planner, Rest, Workstation
+
+from app.browsers import private_page
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
@@ -69,6 +75,30 @@ def test_every_export_says_what_the_plan_says_and_comes_back(open_page: Open, re
     assert station.errors == []
 
 
+def test_a_head_that_comes_in_is_offered_and_not_opened(open_page: Open, rest: Rest, tmp_path: Path) -> None:
+    """What is open, and perhaps runs, stays until somebody chooses the new head."""
+    station = open_page().ready()
+    hu = np.full((60, 60, 60), -1000, dtype="<i2")
+    hu[10:50, 10:50, 10:50] = 1000
+    header = (
+        "NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 60 60 60\n"
+        "space directions: (3,0,0) (0,3,0) (0,0,3)\nendian: little\nencoding: raw\nspace origin: (0,0,0)\n\n"
+    )
+    (tmp_path / "Block.nrrd").write_bytes(header.encode() + hu.tobytes())
+    station.page.click("[data-step=patient]")
+    station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
+    before = station.state("case")["id"]
+    station.page.set_input_files("input[type='file'][accept*='.nii']", tmp_path / "Block.nrrd")
+    offer = station.page.get_by_role("button", name="Open it")
+    station.wait_for("the offer", offer.is_visible)
+    station.wait_for("it in the list", lambda: "Block" in station.page.locator("#panel").inner_text())
+    assert station.state("case")["id"] == before
+    offer.click()
+    station.wait_for("the new head", lambda: station.state("case")["name"] == "Block")
+    rest.client.delete(f"/api/cases/{station.state('case')['id']}").raise_for_status()
+    assert station.errors == []
+
+
 def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) -> None:
     """HAZ-32: names of head, plan, points and targets that are markup are shown, never run."""
     station = open_page().ready()
@@ -93,6 +123,52 @@ def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) ->
         assert station.errors == []
     finally:
         rest.client.patch("/api/cases/head-phantom", json={"name": case}).raise_for_status()
+
+
+ELSEWHERE = """<!doctype html><title>elsewhere</title><a href="{base}/">the planner</a>
+<img src="{base}/api/plans/head-phantom-sample/evaluation">"""
+
+
+def test_other_ports_may_link_to_the_planner_and_nothing_more(
+    open_page: Open, planner: Planner, tmp_path: Path
+) -> None:
+    """A page of the same machine has the cookie sent along; only a visit to the page itself is let in (HAZ-28)."""
+    station = open_page()
+    page = station.page
+    (tmp_path / "index.html").write_text(ELSEWHERE.format(base=planner.base), encoding="utf-8")
+    statuses: list[int] = []
+    network = page.context.new_cdp_session(page)  # a page is not told of answers that are kept from it
+    network.send("Network.enable")
+    network.on("Network.responseReceivedExtraInfo", lambda answer: statuses.append(answer["statusCode"]))
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(tmp_path))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as elsewhere:
+        threading.Thread(target=elsewhere.serve_forever, daemon=True).start()
+        for name in ("127.0.0.1", "localhost"):  # another port of the same site, and another site
+            page.goto(f"http://{name}:{elsewhere.server_port}/")
+            station.wait_for("the refusal", lambda: statuses.count(403) == 1)
+            page.click("a")
+            page.wait_for_url(f"{planner.base}/")
+            station.wait_for("the page", lambda: page.evaluate("window.vfix?.connected"))
+            statuses.clear()
+        elsewhere.shutdown()
+
+
+def test_a_file_of_the_user_s_own_leads_to_the_page_and_the_scene_is_sandboxed(
+    open_page: Open, planner: Planner
+) -> None:
+    """As `vfix serve` opens it: from a file, whose redirection counts as another site's (HAZ-27)."""
+    station = open_page()
+    station.page.context.clear_cookies()
+    station.page.goto(f"{planner.base}/")
+    assert "locked" in station.page.content()
+    with private_page(f"{planner.base}/?token={TOKEN}") as file:
+        station.page.goto(file.as_uri())
+        station.page.wait_for_url(f"{planner.base}/")
+    station.ready()
+    frame = next(frame for frame in station.page.frames if "/scene/" in frame.url)
+    assert frame.evaluate("window.open('about:blank') === null")
+    leave = "() => { try { top.location.href = 'about:blank'; return 'left'; } catch (error) { return error.name; } }"
+    assert frame.evaluate(leave) == "SecurityError"
 
 
 def test_a_lost_planner_is_said_and_the_same_state_comes_back(open_page: Open, rest: Rest, planner: Planner) -> None:

@@ -28,8 +28,12 @@ def test_the_page_opens_on_the_head_with_a_plan_that_fits(open_page: Open, rest:
     assert station.page.locator("#where-case").inner_text() == station.state("case")["name"]
     assert station.page.locator("#notice").is_visible()
     assert "clinical" in station.page.locator("#notice").inner_text()
-    station.wait_for("the hint", lambda: "fits" in station.page.locator("#hint").inner_text())
+    station.wait_for("the hint", lambda: "clear of bone" in station.page.locator("#hint").inner_text())
     assert station.state("corridor")["min_clearance_mm"] >= station.state("corridor")["scale"]["margin"]
+    verdict = station.page.locator("#verdict").inner_text()
+    assert "bone clearance" in verdict
+    assert "of soft tissue (tip at" in verdict
+    assert "more than the margin" in station.page.locator("#margin-warning").inner_text()
     station.wait_for("slices", lambda: station.page.locator(".slice-stage image[href]").count() == 6)  # wide and fine
     assert [step.inner_text() for step in station.page.locator("#steps button").all()] == [
         "Patient",
@@ -52,7 +56,7 @@ def test_clicks_on_the_skull_and_on_a_slice_make_a_path(open_page: Open, rest: R
         station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
 
     click_head([4.0, -5.0, 4.0])
-    station.wait_for("its words", lambda: "fits" in station.page.locator("#ghost-card").inner_text())
+    station.wait_for("its words", lambda: "of bone" in station.page.locator("#ghost-card").inner_text())
     assert _points(station) == []
     station.page.keyboard.press("Escape")
     station.wait_for("no ghost", lambda: station.state("plan")["ghost"] is None)

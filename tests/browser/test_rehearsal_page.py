@@ -32,12 +32,13 @@ def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, re
     assert station.rehearsal()["mine"] is True
     station.grab(PULL)
     station.wait_for("force", lambda: station.rehearsal()["force_n"] > 0.3)
-    station.wait_for("progress", lambda: station.rehearsal()["progress_mm"] > 1.0)
+    station.pull_until("progress", lambda: station.rehearsal()["progress_mm"] > 1.0)
 
     forces = []
     began = time.monotonic()
     while time.monotonic() - began < 2.5:
         now = station.rehearsal()
+        station.hold_on()
         forces.append(now["force_n"])
         assert now["tip_error_mm"] < TIP_ERROR_MM
         assert now["clearance_mm"] >= now["margin_mm"] - 1e-3
@@ -105,7 +106,7 @@ def test_the_tool_stands_still_when_the_page_freezes_in_the_middle_of_a_drag(
         station.open_plan(plan_id)
         station.start()
         station.grab((PULL[0] * 4, PULL[1] * 4))  # far, so that the pull lasts
-        station.wait_for("motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
+        station.pull_until("motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
         processes = browser.new_browser_cdp_session().send("SystemInfo.getProcessInfo")["processInfo"]
         renderers = [process["id"] for process in processes if process["type"] == "renderer"]
         with Onlooker(planner.base, TOKEN, plan_id) as onlooker:
@@ -159,7 +160,7 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     station.page.select_option("[aria-label='Target to inspect']", label=names[names.index("pharyngeal wall")])
     station.wait_for("inspection", lambda: station.rehearsal()["mode"] == "inspect")
     station.grab((6.0, -34.0))
-    station.wait_for("the target", lambda: station.rehearsal()["phase"] == "inspect_hold")
+    station.pull_until("the target", lambda: station.rehearsal()["phase"] == "inspect_hold")
     station.picture("inspect")
     began = time.monotonic()
     while time.monotonic() - began < 1.5:
@@ -167,4 +168,43 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
         assert now["target_error_mm"] < 0.05
         station.page.wait_for_timeout(50)
     station.page.mouse.up()
+
+    others = [target for target in rest.plan(plan_id)["targets"] if target["label"] != "pharyngeal wall"]
+    rest.client.delete(f"/api/plans/{plan_id}/points/{others[0]['id']}").raise_for_status()
+    panel = station.page.locator("#panel")
+    station.wait_for("a word of it", lambda: "plan has changed" in panel.inner_text())
+    assert [target["label"] for target in station.state("driven")["targets"]] == names, "what is driven is shown"
+    station.page.select_option("[aria-label='Target to inspect']", label=others[1]["label"])
+    station.wait_for("the target of that name", lambda: station.rehearsal()["target_id"] == others[1]["id"])
+    assert station.rehearsal()["mode"] == "inspect"
+    station.page.click("#reset")
+    station.wait_for("the plan as it is now", lambda: station.rehearsal()["state"] == "ready")
+    assert (station.state("driven"), station.rehearsal()["plan_changed"]) == (None, False)
     assert station.errors == []
+
+
+def test_a_control_process_that_hangs_is_told_and_ended(open_page: Open, planner: Planner, rest: Rest) -> None:
+    """Stopped by a signal: the page says so instead of 'running', a moved slider harms nothing, a click ends it."""
+    station = open_page().ready()
+    station.open_plan(rest.short_plan("Hanging", 3))
+    before = set(_control_processes(planner))
+    station.start()
+    (pid,) = set(_control_processes(planner)) - before
+    os.kill(pid, signal.SIGSTOP)
+    change = "vfix.request('rehearsal.settings', { values: { force_cap_n: 2 + Math.random() } })"
+    station.page.evaluate(f"(async () => {{ for (let n = 0; n < 100; n += 1) await {change}.catch(() => 0); }})()")
+    panel = station.page.locator("#panel")
+    station.wait_for("a word of it", lambda: "has not answered for" in panel.inner_text())
+    assert "force_n" not in station.rehearsal()
+    assert station.page.locator("#start").is_disabled()
+    assert station.page.locator("#reset").inner_text() == "End the process"
+    station.page.click("#reset")
+    station.wait_for("the end", lambda: station.rehearsal()["state"] == "absent")
+    assert pid not in _control_processes(planner)
+    assert station.errors == []
+
+
+def _control_processes(planner: Planner) -> list[int]:
+    children = Path(f"/proc/{planner.process.pid}/task").glob("*/children")
+    pids = [int(pid) for path in children for pid in path.read_text().split()]
+    return [pid for pid in pids if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]

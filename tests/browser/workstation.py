@@ -56,6 +56,7 @@ class Workstation:
         self.page = page
         self._artefacts = artefacts
         self.errors: list[str] = []
+        self._pointer = (0.0, 0.0)
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("console", self._heard)
 
@@ -138,8 +139,25 @@ class Workstation:
         self.page.wait_for_timeout(300)
         self.page.mouse.down()
         for part in (0.3, 0.6, 1.0):
-            self.page.mouse.move(x + part * towards[0], y + part * towards[1])
+            self._pointer = (x + part * towards[0], y + part * towards[1])
+            self.page.mouse.move(*self._pointer)
             self.page.wait_for_timeout(60)
+
+    def hold_on(self) -> None:
+        """A hand that a busy machine has lost takes hold again by moving, here by a pixel (HAZ-11)."""
+        if self.rehearsal()["force_n"] == 0:
+            x, y = self._pointer
+            self._pointer = (x + 1, y) if int(x) % 2 else (x - 1, y)
+            self.page.mouse.move(*self._pointer)
+
+    def pull_until(self, what: str, check: Callable[[], Any]) -> None:
+        """Hold on to the grip until `check` answers something true."""
+
+        def held() -> Any:
+            self.hold_on()
+            return check()
+
+        self.wait_for(what, held)
 
 
 class Rest:

@@ -119,7 +119,7 @@ class Controller:
                 f"outside {robot.lower[i]:g} … {robot.upper[i]:g}; place the robot nearer to the entry"
             )
         state = self.measure(q)
-        if state.clearance < self.settings.margin_mm:
+        if not state.clearance >= self.settings.margin_mm:  # NaN is refused as well
             part = self.tool.segment_names[int(state.distance[0].argmin())]
             raise StartRefused(
                 f"the {part} would start {state.clearance:.2f} mm from bone, less than the margin of "

@@ -72,7 +72,7 @@ class ControlSettings:
         """Allowed range of every setting, by field name."""
         return dict(_BOUNDS)
 
-    def clamped(self, **changes: float) -> ControlSettings:
+    def clamped(self, /, **changes: float) -> ControlSettings:
         """A copy with changes pulled into their ranges; a NaN or an unknown name raises InputError."""
         kept: dict[str, float] = {}
         for name, value in changes.items():

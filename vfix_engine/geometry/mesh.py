@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
+from .places import too_far
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ class TriangleMesh:
         faces: (F, 3) indices into the vertices.
 
     Raises:
-        MeshError: wrong shape, no triangle, a vertex that is not finite, an index out of range (HAZ-09).
+        MeshError: wrong shape, no triangle, a vertex not finite or a kilometre away, an index out of range (HAZ-09).
     """
 
     vertices: Array
@@ -43,6 +44,8 @@ class TriangleMesh:
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         if len(bad):
             raise MeshError(f"{len(bad)} of {len(points)} vertices are not finite, the first is number {bad[0]}")
+        if far := too_far(points):
+            raise MeshError(f"vertex number {far[0]} of the surface {far[1]}")
         if corners.min() < 0 or corners.max() >= len(points):
             raise MeshError(
                 f"face indices run from {corners.min()} to {corners.max()}, but there are {len(points)} vertices"

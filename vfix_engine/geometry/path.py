@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import PlanError
 from .path_kernels import arc_table, closest_on_path, sample
+from .places import too_far
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ class SplinePath:
         degree: wanted degree; n points allow n − 1 at most.
 
     Raises:
-        PlanError: too few points, points that are not finite, two neighbours in the same place.
+        PlanError: too few points, points that are not finite or a kilometre away, two neighbours in the same place.
     """
 
     def __init__(self, points: ArrayLike, degree: int = 5):
@@ -35,6 +36,8 @@ class SplinePath:
         if not np.isfinite(control).all():
             bad = int(np.flatnonzero(~np.isfinite(control).all(axis=1))[0])
             raise PlanError(f"point {bad + 1} of the path is not finite")
+        if far := too_far(control):
+            raise PlanError(f"point {far[0] + 1} of the path {far[1]}")
         if degree < 1:
             raise PlanError(f"a path has degree 1 or more, not {degree}")
         chords = np.linalg.norm(np.diff(control, axis=0), axis=1)

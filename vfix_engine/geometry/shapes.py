@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from .places import rigid_transform
 
 __all__ = ["Box", "CapsuleShape", "HalfSpace", "Shape", "ShapeTable", "Sphere", "shape_table"]
 
@@ -176,15 +177,7 @@ def _length(what: str, value: float) -> float:
 
 def _rigid(transform: ArrayLike) -> Array:
     matrix = _numeric("a box needs a rigid transform of 4 x 4 numbers", transform)
-    rigid = (
-        matrix.shape == (4, 4)
-        and bool((np.abs(matrix) <= _FAR_MM).all())  # and finite: squares of more would overflow
-        and np.allclose(matrix[3], [0, 0, 0, 1])
-        and np.allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3), atol=1e-6)
-        and np.linalg.det(matrix[:3, :3]) > 0
-    )
-    if not rigid:
-        raise InputError("a box's transform is not rigid (4 x 4, orthonormal, right-handed)")
+    matrix = rigid_transform(matrix, "a box's transform")
     # Orthonormal to 1e-6 only would let the distance err by as much; the nearest rotation is exact.
     left, _, right = np.linalg.svd(matrix[:3, :3])
     matrix[:3, :3] = left @ right

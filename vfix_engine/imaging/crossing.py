@@ -18,6 +18,8 @@ _HOMES = {
     "TriangleMesh": "vfix_engine.geometry.mesh",
     "FrameReport": "vfix_engine.imaging.frame_report",
     "BoneSurfaces": "vfix_engine.imaging.bone",
+    "SurfaceReport": "vfix_engine.imaging.bone",
+    "Dropped": "vfix_engine.imaging.surface",
     "Volume": "vfix_engine.imaging.volume",
 }
 

@@ -27,12 +27,15 @@ def is_beside(name: str) -> bool:
     return "__MACOSX" in path.parts or _BESIDE.match(path.name) is not None
 
 
-def contents(path: Path) -> Iterator[bytes]:
-    """The bytes of each file that has to be a slice. Raises ImageError past a cap or for an unsafe archive."""
+def contents(path: Path) -> Iterator[tuple[str, bytes]]:
+    """Name, without folders, and bytes of each file that has to be DICOM.
+
+    Raises ImageError past a cap or for an unsafe archive.
+    """
     return _zip_contents(path) if path.is_file() else _folder_contents(path)
 
 
-def _folder_contents(path: Path) -> Iterator[bytes]:
+def _folder_contents(path: Path) -> Iterator[tuple[str, bytes]]:
     files = []
     for file in sorted(path.rglob("*")):
         if file.is_symlink():
@@ -42,10 +45,10 @@ def _folder_contents(path: Path) -> Iterator[bytes]:
     sizes = [file.stat().st_size for file in files]
     _check_caps(sizes)
     for file in files:
-        yield file.read_bytes()
+        yield file.name, file.read_bytes()
 
 
-def _zip_contents(path: Path) -> Iterator[bytes]:
+def _zip_contents(path: Path) -> Iterator[tuple[str, bytes]]:
     try:
         with zipfile.ZipFile(path) as archive:
             members = [member for member in archive.infolist() if not member.is_dir()]
@@ -60,7 +63,7 @@ def _zip_contents(path: Path) -> Iterator[bytes]:
                     data = stream.read(member.file_size + 1)
                 if len(data) != member.file_size:
                     raise ImageError("an entry of the zip is not as long as the zip says.")
-                yield data
+                yield PurePosixPath(member.filename.replace("\\", "/")).name, data
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError, RuntimeError, ValueError):
         raise ImageError("the zip is damaged, encrypted, or packed in a way that is not read.") from None
 

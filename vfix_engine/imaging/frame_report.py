@@ -17,10 +17,14 @@ RAS_TO_LPS = np.array([-1.0, -1.0, 1.0])
 
 @dataclass(frozen=True)
 class FrameReport:
-    """Frame the file was written in, and whether that, or its unit, was assumed; what was read from it is LPS mm."""
+    """Frame the file was written in, and whether that, or its unit, was assumed; what was read from it is LPS mm.
+
+    missing: which of the two the file does not name and nobody said: 'frame', 'unit', both or nothing.
+    """
 
     name: str
     assumed: bool
+    missing: tuple[str, ...] = ()
 
 
 def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.float64]:
@@ -54,7 +58,7 @@ def settle(
             tuple(missing),
         )
     frame, unit = named[0] or given[0] or "LPS", named[1] or given[1] or "mm"
-    return frame, unit, FrameReport(frame, assumed=bool(missing))
+    return frame, unit, FrameReport(frame, assumed=bool(missing), missing=tuple(missing))
 
 
 def check_frame(frame: str | None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -16,6 +17,7 @@ MAX_VOXELS = 300_000_000  # a head of 512 x 512 x 1100; 0.6 GB as int16
 MAX_SIDE = 8192  # [voxel]
 PLAUSIBLE_SPACING = (0.01, 30.0)  # [mm] finer or coarser is another unit or another thing
 _CHUNK = 1 << 20  # [byte]
+_RIGHT_ANGLES = 1e-4  # of the products of unit directions; as much as a Volume takes
 
 
 @dataclass(frozen=True)
@@ -55,28 +57,49 @@ def check_transform(transform: npt.NDArray[np.float64], mm_per_unit: float) -> n
         raise ImageError(f"a voxel of {figures} mm is not one of a head CT ({low:g} to {high:g} mm); check the unit.")
     if np.abs(transform[:3, 3]).max() * mm_per_unit > 1e5:
         raise ImageError("the volume lies more than 100 m from its own origin; check the header.")
+    axes = transform[:3, :3] * mm_per_unit / spacing
+    if np.abs(axes.T @ axes - np.eye(3)).max() > _RIGHT_ANGLES:
+        raise ImageError(
+            "the directions of the voxel axes in the header are not at right angles; a sheared or flat grid cannot be "
+            "used. Export it resampled to a regular grid."
+        )
     return transform
 
 
-def check_length(found: int, claimed: int, *, where: str = "file") -> None:
-    """Raise ImageError when fewer bytes of voxels are there than the header claims."""
+def check_length(found: int, claimed: int, *, where: str = "file", padding: int = 0) -> None:
+    """Raise ImageError when another number of bytes of voxels is there than the header claims.
+
+    padding: bytes that may follow the voxels.
+    """
     if found < claimed:
         raise ImageError(f"the {where} is cut off: the header claims {claimed:,} bytes of voxels, {found:,} are there.")
+    if found > claimed + padding:
+        raise ImageError(
+            f"the {where} is longer than its header says: it claims {claimed:,} bytes of voxels, {found:,} are there. "
+            "The header belongs to another volume, or is damaged."
+        )
 
 
-def inflate(stream: BinaryIO, wbits: int, limit: int, keep: int = 0) -> tuple[int, bytes]:
-    """Count what a zlib (wbits 15) or gzip (31) stream inflates to, without keeping more than `keep` first bytes.
+def check_not_packed(head: bytes, kind: str) -> None:
+    """Raise ImageError for a file that is packed as a whole under a name that does not say so."""
+    if head.startswith(b"\x1f\x8b"):
+        raise ImageError(f"the file is packed with gzip as a whole, which its name does not say; unpack it to {kind}.")
 
-    Stops as soon as `limit` is passed. Returns (inflated bytes, first bytes).
-    Raises ImageError for a damaged or unfinished stream, or one past the limit.
+
+def inflated(stream: BinaryIO, wbits: int, limit: int) -> Iterator[bytes]:
+    """What a zlib (wbits 15) or gzip (31) stream holds, piece by piece; it stops as soon as `limit` is passed.
+
+    Raises ImageError for a damaged or unfinished stream, one past the limit, or one that something else follows.
     """
-    total, head = 0, bytearray()
+    total = 0
     inflater = zlib.decompressobj(wbits)
     while True:
         if inflater.eof:
             pending = inflater.unused_data or stream.read(_CHUNK)
-            if not pending or wbits != 31 or not pending.startswith(b"\x1f\x8b"):
-                return total, bytes(head)
+            if not pending:
+                return
+            if wbits != 31 or not pending.startswith(b"\x1f\x8b"):
+                raise ImageError("something follows the compressed voxels; the file is damaged.")
             inflater = zlib.decompressobj(wbits)
         else:
             pending = inflater.unconsumed_tail or stream.read(_CHUNK)
@@ -87,6 +110,11 @@ def inflate(stream: BinaryIO, wbits: int, limit: int, keep: int = 0) -> tuple[in
         except zlib.error:
             raise ImageError("the compressed voxels are damaged.") from None
         total += len(data)
-        head += data[: max(0, keep - len(head))]
         if total > limit:
             raise ImageError(f"the compressed voxels hold more than the {limit:,} bytes that the header claims.")
+        yield data
+
+
+def inflated_length(stream: BinaryIO, wbits: int, limit: int) -> int:
+    """How many bytes a zlib (wbits 15) or gzip (31) stream holds. Raises ImageError as `inflated` does."""
+    return sum(len(data) for data in inflated(stream, wbits, limit))

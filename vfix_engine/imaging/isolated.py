@@ -1,7 +1,9 @@
-"""Run a function on untrusted input in a process of its own, with limits on memory and time.
+"""Run a function on untrusted input in a process of its own, with limits on memory, time and disk.
 
 Whatever a hostile file does to the decoders (endless loop, crash, all the memory), it does to the worker; the caller
 gets an InputError. Values cross by `crossing`: JSON and .npy, no pickle. `worker` is the other end.
+The worker is the first of a group of processes, which ends with the answer and with the caller, and the kernel keeps
+it to the files it is given where it can (`confinement`).
 """
 
 from __future__ import annotations
@@ -14,8 +16,8 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -43,7 +45,7 @@ class Cancellation:
         with self._lock:
             self._cancelled = True
             for process in self._running:
-                process.kill()
+                _kill(process)
 
     def check(self) -> None:
         """Raises InputError once it was cancelled."""
@@ -56,7 +58,7 @@ class Cancellation:
         with self._lock:
             self._running.add(process)
             if self._cancelled:
-                process.kill()
+                _kill(process)
         try:
             yield
         finally:
@@ -71,22 +73,28 @@ def run_isolated(
     seconds: float = DEFAULT_SECONDS,
     progress: Progress | None = None,
     cancellation: Cancellation | None = None,
+    folder: Path | None = None,
+    writable: Sequence[Path] = (),
 ) -> Result:
     """The function's result, computed in a fresh process.
 
     function: at the top of a module; with `progress` it is called with a keyword argument `progress(stage, fraction)`.
-    args: of the kinds that `crossing` lists.
-    memory_bytes: address space the worker may take; where the system cannot limit it, only the time limit holds.
+    args: of the kinds that `crossing` lists; of the files of the machine the worker is given those that are paths here.
+    memory_bytes: address space the worker may take, and the size of a file it may write; where the system cannot limit
+        them, only the time limit holds.
     seconds: wall-clock limit.
     cancellation: lets another thread end the worker.
+    folder: where it keeps its temporary files, which may hold a whole CT; else the system's folder for such.
+    writable: folders that the worker may write besides.
 
     Raises what the function raises when that is a VfixError, and InputError when the worker dies, is late or is
     cancelled.
     """
     cancellation = cancellation or Cancellation()
     cancellation.check()
-    with tempfile.TemporaryDirectory(prefix="vfix-worker-") as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory(prefix="vfix-worker-", dir=folder) as name:
+        own = Path(name)
+        code = _code_of(function)
         request = {
             "module": function.__module__,
             "function": function.__qualname__,
@@ -94,28 +102,46 @@ def run_isolated(
             "seconds": seconds,
             "progress": progress is not None,
             "path": sys.path,
+            "parent": os.getpid(),
+            "readable": [str(path.absolute()) for path in (*code, *_paths_in(args))],
+            "writable": [str(path.absolute()) for path in (own, *writable)],
+            "listable": [str(path.absolute().parent) for path in code],  # an import lists where a package lies
         }
-        (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
-        crossing.save(list(args), folder, "arguments")
-        _run_worker(folder, seconds, progress, cancellation)
-        result: Result = _answer(folder)
+        (own / "request.json").write_text(json.dumps(request), encoding="utf-8")
+        crossing.save(list(args), own, "arguments")
+        _run_worker(own, seconds, progress, cancellation)
+        result: Result = _answer(own)
         return result
 
 
-def _run_worker(folder: Path, seconds: float, progress: Progress | None, cancellation: Cancellation) -> None:
+def _code_of(function: Callable[..., Any]) -> list[Path]:
+    """Folders of the packages that the function and this module belong to; of a single module, the one it lies in."""
+    tops = (sys.modules[name.partition(".")[0]] for name in (function.__module__, __name__))
+    return [Path(file).parent for top in tops if (file := getattr(top, "__file__", None))]
+
+
+def _paths_in(value: Any) -> Iterator[Path]:
+    if isinstance(value, Path):
+        yield value
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from _paths_in(item)
+
+
+def _run_worker(own: Path, seconds: float, progress: Progress | None, cancellation: Cancellation) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-P", str(Path(__file__).with_name("worker.py")), str(folder)],
-        stdin=subprocess.DEVNULL,
+        [sys.executable, "-P", str(Path(__file__).with_name("worker.py")), str(own)],
+        stdin=subprocess.PIPE,  # nothing is written: its end is the caller's
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,  # decoders write there what the file says
-        env=_environment(),
+        env=_environment(own),
         start_new_session=True,
     )
     late = threading.Event()
 
     def stop() -> None:
         late.set()
-        process.kill()
+        _kill(process)
 
     timer = threading.Timer(seconds, stop)
     timer.start()
@@ -124,18 +150,37 @@ def _run_worker(folder: Path, seconds: float, progress: Progress | None, cancell
         with cancellation.over(process):
             for line in iter(lambda: process.stdout.readline(MAX_PROGRESS_LINE), b""):  # type: ignore[union-attr]
                 _forward(line, progress)
-            process.wait()
+            _await_end(process)
     finally:
         timer.cancel()
-        process.kill()
+        timer.join()  # it must not end a group that has another owner by then
+        _kill(process)
         process.wait()
-        if process.stdout is not None:
-            process.stdout.close()
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                pipe.close()
     cancellation.check()
     if late.is_set():
         raise errors.InputError(f"reading the file took longer than {seconds:g} s and was stopped.")
     if process.returncode != 0:
         raise errors.InputError(f"the file could not be read: its reader {_end(process.returncode)}.")
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End the worker and all it started; nothing is done for one whose end has been asked for."""
+    if os.name != "posix":
+        process.kill()
+    elif process.returncode is None:  # as long as nobody has asked, the group cannot be another's
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def _await_end(process: subprocess.Popen[bytes]) -> None:
+    """Wait for the worker and leave its group its number."""
+    if hasattr(os, "waitid"):
+        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    else:
+        process.wait()
 
 
 def _end(status: int) -> str:
@@ -154,12 +199,13 @@ def _forward(line: bytes, progress: Progress | None) -> None:
         return
 
 
-def _environment() -> dict[str, str]:
-    """What the worker needs of the environment, and nothing that is secret."""
-    kept = {"PATH", "HOME", "TMPDIR", "TEMP", "TMP", "SYSTEMROOT", "LANG", "LC_ALL"}
+def _environment(own: Path) -> dict[str, str]:
+    """What the worker needs of the environment, and nothing that is secret; its temporary files go to its folder."""
+    kept = {"PATH", "HOME", "SYSTEMROOT", "LANG", "LC_ALL"}
     kept |= {"NUMBA_CACHE_DIR", "VFIX_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"}  # where compiled kernels are kept
     single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS"), "1")
-    return {name: value for name, value in os.environ.items() if name in kept} | single
+    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(own))
+    return {name: value for name, value in os.environ.items() if name in kept} | single | temporary
 
 
 def _answer(folder: Path) -> Any:

@@ -1,7 +1,7 @@
 """Surfaces at the door: .ply, .stl and .obj in, LPS mm out; and .ply out, naming its frame and unit.
 
-trimesh reads the triangles; what it would pass over in silence (a false count, NaN, an index out of range, nothing at
-all) is checked here, before and after.
+trimesh reads the triangles of a PLY; what it would pass over in silence (a false count, NaN, an index out of range,
+nothing at all) is checked here, before and after.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 import io
 import re
 import struct
+from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ from vfix_engine.imaging.frame_report import FrameReport, settle, to_lps_mm
 MESH_SUFFIXES = (".ply", ".stl", ".obj")
 MAX_FILE_BYTES = 1 << 30
 MAX_TRIANGLES = 5_000_000
+FARTHEST_MM = 1e5  # of a corner from the origin: farther is damage or another unit
 _HEADER_BYTES = 4096
 _STL_RECORD = 50  # [byte] one triangle of a binary STL
 # 3D Slicer writes the frame as 'SPACE=LPS' into the comment of each of these formats; the unit follows its example.
@@ -41,15 +44,18 @@ def is_mesh(path: Path) -> bool:
 
 
 def read_mesh(
-    path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
+    path: str | Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> tuple[TriangleMesh, FrameReport]:
     """Read a surface into LPS mm; every triangle of the file is kept, in order; polygons are split into triangles.
+
+    What the file claims or lists is compared with what was read, so that a file that was cut off is refused.
 
     frame, unit: what the user says where the file does not ('LPS' or 'RAS', 'mm' or 'm').
     assume: take LPS mm where nobody says, and report it, instead of raising.
 
     Raises MeshError when the surface cannot be used and FrameError when frame or unit are missing or contradict it.
     """
+    path = Path(path)
     if not path.is_file():
         raise MeshError("there is no such file.")
     if not is_mesh(path):
@@ -63,9 +69,16 @@ def read_mesh(
     head = data[:_HEADER_BYTES]
     named = [match and match[1].decode() for match in (_NAMED_FRAME.search(head), _NAMED_UNIT.search(head))]
     read_frame, read_unit, report = settle((named[0], named[1]), (frame, unit), assume=assume)
-    vertices, faces = _read_stl(data) if kind == "stl" else _read_with_trimesh(data, kind)
+    vertices, faces = {"stl": _read_stl, "obj": _read_obj, "ply": _read_ply}[kind](data)
     _check(vertices, faces)
-    return TriangleMesh(to_lps_mm(vertices, read_frame, read_unit), faces), report
+    placed = to_lps_mm(vertices, read_frame, read_unit)
+    farthest = float(np.abs(placed).max())
+    if farthest > FARTHEST_MM:
+        raise MeshError(
+            f"a corner of the surface is {farthest:.3g} mm from the origin; at most {FARTHEST_MM:g} mm are taken. "
+            "The file is damaged, or its unit is another."
+        )
+    return TriangleMesh(placed, faces), report
 
 
 def write_ply(path: Path, mesh: TriangleMesh) -> None:
@@ -90,8 +103,9 @@ def _check(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> None:
         raise MeshError("the file does not hold triangles in three dimensions.")
     if not np.isfinite(vertices).all():
         raise MeshError("some corners of the surface are not finite numbers.")
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise MeshError(f"a triangle names corner {faces.max()}, but there are only {len(vertices)}.")
+    named = int(faces.min() if faces.min() < 0 else faces.max())
+    if not 0 <= named < len(vertices):
+        raise MeshError(f"a triangle names corner {named}, but the {len(vertices):,} corners are counted from 0.")
 
 
 def _read_stl(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
@@ -122,41 +136,121 @@ def _ascii_stl_corners(data: bytes) -> npt.NDArray[np.float64]:
         raise MeshError("a corner in the text STL file is not three numbers.") from None
 
 
-def _read_with_trimesh(data: bytes, kind: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def _read_obj(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Corners and polygons, line by line; normals, textures, materials and groups change no triangle."""
+    _check_last_line(data, "OBJ")
+    vertices: list[list[float]] = []
+    faces: list[tuple[int, int, int]] = []
+    for number, words in _rows(data):
+        try:
+            if words[0] == b"v":
+                x, y, z = words[1:4]
+                vertices.append([float(x), float(y), float(z)])
+            elif words[0] == b"f":
+                first, *others = (_obj_corner(word, len(vertices)) for word in words[1:])
+                if len(others) < 2:
+                    raise ValueError
+                faces.extend((first, a, b) for a, b in pairwise(others))
+        except ValueError:
+            raise MeshError(
+                f"line {number} of the OBJ file is not a {'corner' if words[0] == b'v' else 'triangle or polygon'}; "
+                "the file is cut off or damaged."
+            ) from None
+    return np.array(vertices).reshape(-1, 3), np.array(faces, dtype=np.int64).reshape(-1, 3)
+
+
+def _obj_corner(word: bytes, known: int) -> int:
+    """Index, from 0, of the corner that a polygon names: counted from 1, or backwards from the last one so far."""
+    index = int(word.partition(b"/")[0])
+    if index == 0 or index < -known or index >= 1 << 31:
+        raise ValueError
+    return index - 1 if index > 0 else known + index
+
+
+def _check_last_line(data: bytes, kind: str) -> None:
+    """A text that is cut off within a line may still make sense: its last number has lost digits."""
+    if not data.endswith((b"\n", b"\r")):
+        raise MeshError(
+            f"the last line of the {kind} file has no end: the file is cut off. "
+            "If you know that it is whole, add a line break at its end."
+        )
+
+
+def _rows(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
+    """Number, counted from 1, and words of each line that is not empty, without the comment after #."""
+    for number, line in enumerate(data.splitlines(), start=1):
+        if words := line.partition(b"#")[0].split():
+            yield number, words
+
+
+def _read_ply(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     import trimesh  # imported here: slow to load
 
-    if kind == "ply":
-        _check_ply(data)
-    options = {"maintain_order": True, "skip_materials": True} if kind == "obj" else {}
+    _check_ply(data)
     try:
-        # From memory and without a resolver: a material or texture that the file names is never opened.
-        loaded = trimesh.load_mesh(io.BytesIO(data), file_type=kind, process=False, **options)
+        # From memory and without a resolver: a texture that the file names is never opened.
+        loaded = trimesh.load_mesh(io.BytesIO(data), file_type="ply", process=False)
         return np.asarray(loaded.vertices, dtype=np.float64), np.asarray(loaded.faces, dtype=np.int64)
     # trimesh raises whatever a damaged file provokes; its words quote the file.
     except Exception as error:
-        raise MeshError(f"the {kind.upper()} file is damaged ({type(error).__name__}).") from None
+        raise MeshError(f"the PLY file is damaged or cut off ({type(error).__name__}).") from None
 
 
 def _check_ply(data: bytes) -> None:
-    """The header's counts against the bytes that are there, so that nothing is allocated on a false claim."""
+    """The header's counts against what is there, so that nothing is lost and nothing allocated on a false claim."""
     end = re.search(rb"end_header\r?\n", data[: 1 << 16])
     if not data.startswith(b"ply") or end is None:
         raise MeshError("the file is not PLY, or its header is cut off.")
-    lines = [line.split() for line in data[: end.start()].splitlines()]
-    binary = [b"format", b"ascii", b"1.0"] not in lines
-    needed, count, counts = 0, 0, {}
-    for line in lines:
-        if line[:1] == [b"element"] and len(line) == 3 and line[2].isdigit() and len(line[2]) < 12:
-            count = int(line[2])
-            counts[line[1]] = count
-        elif line[:1] == [b"element"]:
-            raise MeshError("the PLY header has an element without a count.")
-        elif line[:1] == [b"property"] and len(line) > 2:
-            size = _PLY_BYTES.get(line[2] if line[1] == b"list" else line[1])
-            if size is None:
-                raise MeshError("the PLY header names a type that is not known.")
-            needed += count * (size if binary else 2)  # as text, at least a digit and a space
-    if needed > len(data) - end.end() + 2:
-        raise MeshError(f"the PLY file is cut off: its header claims at least {needed:,} bytes more than it holds.")
+    header = [line.split() for line in data[: end.start()].splitlines()]
+    elements = _ply_elements(header)
+    counts = {name: count for name, count, _ in elements}
     if not counts.get(b"vertex") or not counts.get(b"face"):
         raise MeshError("the PLY file holds no triangles.")
+    body = data[end.end() :]
+    if [b"format", b"ascii", b"1.0"] in header:
+        _check_ply_rows(body, elements)
+        return
+    # A list has at least its own length. trimesh compares the exact number of bytes before it reads any.
+    needed = sum(count * sum(_PLY_BYTES[kind[0]] for kind in kinds) for _, count, kinds in elements)
+    if needed > len(body):
+        raise MeshError(
+            f"the PLY file is cut off: its header claims at least {needed:,} bytes, {len(body):,} are there."
+        )
+
+
+def _ply_elements(header: list[list[bytes]]) -> list[tuple[bytes, int, list[list[bytes]]]]:
+    """Name, count and types of the properties of each element; of a list those of its length and of its items."""
+    elements: list[tuple[bytes, int, list[list[bytes]]]] = []
+    for line in header:
+        if line[:1] == [b"element"]:
+            if len(line) != 3 or not line[2].isdigit() or len(line[2]) > 11:
+                raise MeshError("the PLY header has an element without a count.")
+            elements.append((line[1], int(line[2]), []))
+        elif line[:1] == [b"property"] and len(line) > 2:
+            kinds = line[2:4] if line[1] == b"list" else line[1:2]
+            if not elements or not all(kind in _PLY_BYTES for kind in kinds):
+                raise MeshError("the PLY header names a type that is not known, or a property of no element.")
+            elements[-1][2].append(kinds)
+    return elements
+
+
+def _check_ply_rows(body: bytes, elements: list[tuple[bytes, int, list[list[bytes]]]]) -> None:
+    """A text PLY has one row for each item; each must have as many values as its properties take."""
+    rows = [words for _, words in _rows(body)]
+    claimed = sum(count for _, count, _ in elements)
+    if len(rows) != claimed:
+        raise MeshError(
+            f"the PLY header claims {claimed:,} rows of values, but {len(rows):,} are there; "
+            "the file is cut off or damaged."
+        )
+    _check_last_line(body, "PLY")
+    first = 0
+    for _, count, kinds in elements:
+        for number, words in enumerate(rows[first : first + count], start=first + 1):
+            taken = 0
+            for kind in kinds:
+                listed = words[taken] if len(kind) == 2 and taken < len(words) else b"0"
+                taken += 1 + (int(listed) if listed.isdigit() and len(listed) < 6 else 0)
+            if taken != len(words):
+                raise MeshError(f"row {number:,} of the PLY file has {len(words)} values, not {taken}; it is damaged.")
+        first += count

@@ -10,7 +10,14 @@ from typing import BinaryIO
 import numpy as np
 
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.grid_header import GridHeader, check_length, check_sizes, check_transform, inflate
+from vfix_engine.imaging.grid_header import (
+    GridHeader,
+    check_length,
+    check_not_packed,
+    check_sizes,
+    check_transform,
+    inflated_length,
+)
 
 _MAX_HEADER = 1 << 16  # [byte]
 _BYTES_OF_TYPE = {
@@ -35,7 +42,7 @@ def read_header(path: Path) -> GridHeader:
             raise ImageError("the MetaImage file holds a type of voxel that is not a plain number.")
         claimed = math.prod(sizes) * item
         if fields.get("CompressedData", "False").lower() == "true":
-            check_length(inflate(file, 15, claimed)[0], claimed)
+            check_length(inflated_length(file, 15, claimed), claimed)
         else:
             check_length(os.fstat(file.fileno()).st_size - file.tell(), claimed)
     transform = np.eye(4)
@@ -50,6 +57,7 @@ def _fields(file: BinaryIO) -> dict[str, str]:
     fields: dict[str, str] = {}
     while "ElementDataFile" not in fields:
         line = file.readline(_MAX_HEADER)
+        check_not_packed(line, ".mha")
         key, equals, value = line.decode("latin-1").partition("=")
         if not equals or not line.endswith(b"\n") or file.tell() > _MAX_HEADER or key.strip() in fields:
             raise ImageError("the MetaImage header is cut off or damaged, or the file is not MetaImage.")

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -14,13 +17,16 @@ from vfix_engine.imaging.grid_header import (
     MAX_VOXELS,
     GridHeader,
     check_length,
+    check_not_packed,
     check_sizes,
     check_transform,
-    inflate,
+    inflated,
 )
+from vfix_engine.imaging.volume import check_finite
 
 _HEADER_BYTES = 352
-_BYTES_OF_DATATYPE = {2: 1, 4: 2, 8: 4, 16: 4, 64: 8, 256: 1, 512: 2, 768: 4}
+_PIECE = 1 << 20  # [byte]
+_TYPE_OF_DATATYPE = {2: "u1", 4: "i2", 8: "i4", 16: "f4", 64: "f8", 256: "i1", 512: "u2", 768: "u4"}
 _MM_PER_UNIT = {0: 1.0, 1: 1000.0, 2: 1.0, 3: 0.001}  # unknown, m, mm, um
 _PLACEMENTS_AGREE = 0.05  # [mm]
 
@@ -28,34 +34,68 @@ _PLACEMENTS_AGREE = 0.05  # [mm]
 def read_header(path: Path) -> GridHeader:
     """The checked header of a NIfTI-1 file, its voxels counted; the transform is in RAS mm. Raises ImageError."""
     with path.open("rb") as file:
-        head = file.read(2)
-        file.seek(0)
-        if head == b"\x1f\x8b":
-            found, head = inflate(file, 31, MAX_VOXELS * 8, keep=_HEADER_BYTES)
-        else:
-            head = file.read(_HEADER_BYTES)
-            found = path.stat().st_size
-    if len(head) < _HEADER_BYTES:
-        raise ImageError("the file is shorter than a NIfTI header; it is cut off or not NIfTI.")
-    order = _byte_order(head)
-    dims = struct.unpack_from(order + "8h", head, 40)
-    if not (dims[0] == 3 or (dims[0] == 4 and dims[4] == 1)):
-        raise ImageError(f"the NIfTI file has {dims[0]} dimensions; a CT volume has 3.")
-    sizes = check_sizes(list(dims[1:4]))
-    datatype, bitpix = struct.unpack_from(order + "2h", head, 70)
-    item = _BYTES_OF_DATATYPE.get(datatype)
-    if item is None or bitpix != 8 * item:
-        raise ImageError("the NIfTI file holds a type of voxel that is not a plain number.")
-    (offset,) = struct.unpack_from(order + "f", head, 108)
-    if not _HEADER_BYTES <= offset <= 1 << 24:
-        raise ImageError("the NIfTI header does not say rightly where its voxels begin.")
-    check_length(found - int(offset), math.prod(sizes) * item)
+        pieces = _pieces(file, packed=path.name.lower().endswith(".gz"))
+        head = b""
+        while len(head) < _HEADER_BYTES:
+            piece = next(pieces, None)
+            if piece is None:
+                raise ImageError("the file is shorter than a NIfTI header; it is cut off or not NIfTI.")
+            head += piece
+        order = _byte_order(head)
+        sizes, begin, voxel = _grid(head, order)
+        check_length(_length_of_voxels(chain([head], pieces), begin, voxel), math.prod(sizes) * voxel.itemsize)
     mm = _MM_PER_UNIT.get(head[123] & 7)
     if mm is None:
         raise ImageError("the NIfTI header's unit of length is not known.")
     transform, placed = _transform(head, order, sizes)
     transform[:3] *= mm
     return GridHeader(sizes, check_transform(transform, 1.0), "RAS" if placed else None, "mm")
+
+
+def _pieces(file: BinaryIO, *, packed: bool) -> Iterator[bytes]:
+    """The file's bytes, unpacked, piece by piece. Raises ImageError where its name does not say how it is packed."""
+    head = file.read(2)
+    file.seek(0)
+    if not packed:
+        check_not_packed(head, ".nii")
+        yield from iter(lambda: file.read(_PIECE), b"")
+        return
+    if head != b"\x1f\x8b":
+        raise ImageError("the file is not packed with gzip, as its name says; it is cut off, or an .nii file.")
+    yield from inflated(file, 31, MAX_VOXELS * 8)
+
+
+def _grid(head: bytes, order: str) -> tuple[tuple[int, int, int], int, np.dtype[Any]]:
+    """Voxels along each axis, where they begin in the file, and their type."""
+    dims = struct.unpack_from(order + "8h", head, 40)
+    if not (dims[0] == 3 or (dims[0] == 4 and dims[4] == 1)):
+        raise ImageError(f"the NIfTI file has {dims[0]} dimensions; a CT volume has 3.")
+    sizes = check_sizes(list(dims[1:4]))
+    datatype, bitpix = struct.unpack_from(order + "2h", head, 70)
+    code = _TYPE_OF_DATATYPE.get(datatype)
+    voxel = np.dtype(order + (code or "u1"))
+    if code is None or bitpix != 8 * voxel.itemsize:
+        raise ImageError("the NIfTI file holds a type of voxel that is not a plain number.")
+    (offset,) = struct.unpack_from(order + "f", head, 108)
+    if not _HEADER_BYTES <= offset <= 1 << 24:
+        raise ImageError("the NIfTI header does not say rightly where its voxels begin.")
+    return sizes, int(offset), voxel
+
+
+def _length_of_voxels(pieces: Iterable[bytes], begin: int, voxel: np.dtype[Any]) -> int:
+    """How many bytes of voxels there are. Raises ImageError for NaN or infinity: the library behind SimpleITK makes
+    zeros of them, where those of the other formats leave them to be refused.
+    """
+    seen, rest = 0, b""
+    for piece in pieces:
+        voxels = piece[max(0, begin - seen) :]
+        seen += len(piece)
+        if voxel.kind == "f":
+            rest += voxels
+            values = np.frombuffer(rest, voxel, len(rest) // voxel.itemsize)
+            check_finite(values)
+            rest = rest[values.nbytes :]
+    return max(0, seen - begin)
 
 
 def _byte_order(head: bytes) -> str:

@@ -12,10 +12,19 @@ from typing import BinaryIO
 import numpy as np
 
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.grid_header import GridHeader, check_length, check_sizes, check_transform, inflate
+from vfix_engine.imaging.grid_header import (
+    GridHeader,
+    check_length,
+    check_not_packed,
+    check_sizes,
+    check_transform,
+    inflated_length,
+)
 
 _MAX_HEADER = 1 << 16  # [byte]
 _MAGIC = re.compile(rb"NRRD000[1-5]\r?\n")
+# 3D Slicer marks each of its segmentations with such keys, one layer or several.
+_SEGMENTATION = re.compile(r"(Segmentation_|Segment\d+_)\w+:=")
 _SPACES = {"LPS": "left-posterior-superior", "RAS": "right-anterior-superior"}
 _FRAMES = {word: frame for frame, space in _SPACES.items() for word in (space, frame.lower())}
 _NAMELESS_SPACES = {"", "scanner-xyz", "3d-right-handed", "3d-left-handed"}
@@ -37,12 +46,14 @@ def read_header(path: Path) -> GridHeader:
         item = _BYTES_OF_TYPE.get(fields.get("type", "").lower())
         if item is None:
             raise ImageError("the NRRD file holds a type of voxel that is not a plain number.")
+        if item > 1 and fields.get("endian", "").lower() not in ("little", "big"):
+            raise ImageError("the NRRD header does not say the order of bytes in a voxel ('endian: little' or 'big').")
         claimed = math.prod(sizes) * item
         encoding = fields.get("encoding", "").lower()
         if encoding == "raw":
             check_length(os.fstat(file.fileno()).st_size - file.tell(), claimed)
         elif encoding in ("gzip", "gz"):
-            check_length(inflate(file, 31, claimed)[0], claimed)
+            check_length(inflated_length(file, 31, claimed), claimed)
         else:
             raise ImageError("the NRRD file is neither raw nor gzip encoded; save it as one of these.")
     unit = _unit(fields)
@@ -66,7 +77,9 @@ def write_named(path: Path, frame: str, named: Path) -> None:
 
 
 def _fields(file: BinaryIO) -> dict[str, str]:
-    if _MAGIC.fullmatch(file.readline(16)) is None:
+    magic = file.readline(16)
+    check_not_packed(magic, ".nrrd")
+    if _MAGIC.fullmatch(magic) is None:
         raise ImageError("the file is not NRRD: its first line is not NRRD0001 to NRRD0005.")
     fields: dict[str, str] = {}
     while True:
@@ -76,6 +89,11 @@ def _fields(file: BinaryIO) -> dict[str, str]:
         text = line.decode("latin-1").strip()
         if not text:
             break
+        if _SEGMENTATION.match(text):
+            raise ImageError(
+                "the file is a segmentation (.seg.nrrd), whose voxels are labels, not Hounsfield units; "
+                "import the CT that it was drawn on."
+            )
         if text.startswith("#") or ":=" in text:
             continue
         key, colon, value = text.partition(":")

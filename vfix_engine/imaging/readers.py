@@ -36,22 +36,31 @@ def is_dicom(path: Path) -> bool:
 
 
 def read_volume(
-    path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
+    path: str | Path,
+    frame: str | None = None,
+    unit: str | None = None,
+    *,
+    assume: bool = False,
+    series: int | None = None,
 ) -> tuple[Volume, FrameReport]:
     """Read a CT volume into LPS mm.
 
     path: .nrrd, .nii, .nii.gz, .mha, or a folder or .zip of one DICOM series.
     frame, unit: what the user says where the file does not ('LPS' or 'RAS', 'mm' or 'm').
     assume: take LPS mm where nobody says, and report it, instead of raising.
+    series: which one of several DICOM series, counted from 1; an error lists them.
 
     Raises ImageError when the volume cannot be used and FrameError when frame or unit are missing or contradict it.
     """
+    path = Path(path)
     name = path.name.lower()
     if not path.exists():
         raise ImageError("there is no such file or folder.")
     if is_dicom(path):
         _, _, report = settle(("LPS", "mm"), (frame, unit), assume=assume)  # both are fixed by the DICOM standard
-        return dicom.read_series(path), report
+        return dicom.read_series(path, series), report
+    if series is not None:
+        raise ImageError("a series is chosen among those of a DICOM folder or zip, which this file is not.")
     if name.endswith(".nrrd"):
         return _read_nrrd(path, (frame, unit), assume)
     if name.endswith((".nii", ".nii.gz")):

@@ -14,20 +14,38 @@ from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.volume import Volume
 
 BONE_HU = 250.0
-_MEASURED_VERTICES = 50_000
 _AGGRESSIVENESS = 5.0  # of the edge collapse, 0 to 10: slower and closer to the original than its default of 7
 
 
 @dataclass(frozen=True)
 class ThinnedSurface:
-    """A thinned surface and how far [mm] the vertices of the original lie from it: on average, and at most.
+    """A thinned surface and how far [mm] it and the original lie apart, measured at every vertex of both.
 
-    Measured at up to 50,000 vertices, spread evenly over the original's order.
+    mean_deviation_mm: of the vertices of one from the other's triangles, the larger of the two ways.
+    max_deviation_mm: the largest of both ways. Between vertices the surfaces may lie further apart.
     """
 
     mesh: TriangleMesh
     mean_deviation_mm: float
     max_deviation_mm: float
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """Loose pieces that were left out of a surface: how many, their triangles, and the largest one's extent.
+
+    extent_mm: the largest diagonal of a piece's box along the axes of LPS; no piece reaches further than that.
+    """
+
+    pieces: int = 0
+    triangles: int = 0
+    extent_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class CleanedSurface:
+    mesh: TriangleMesh
+    dropped: Dropped
 
 
 def extract_surface(
@@ -57,8 +75,8 @@ def extract_surface(
     return TriangleMesh(vertices, np.ascontiguousarray(faces, dtype=np.int32))
 
 
-def clean(mesh: TriangleMesh, min_body_triangles: int) -> TriangleMesh:
-    """The mesh without bodies of fewer triangles, unused vertices and triangles of no area.
+def clean(mesh: TriangleMesh, min_body_triangles: int) -> CleanedSurface:
+    """The mesh without bodies of fewer triangles, unused vertices and triangles of no area; and what bodies those were.
 
     Raises MeshError when nothing is left.
     """
@@ -71,15 +89,30 @@ def clean(mesh: TriangleMesh, min_body_triangles: int) -> TriangleMesh:
     graph = coo_matrix((np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(count, count))
     _, body_of_vertex = connected_components(graph, directed=False)
     body = body_of_vertex[faces[:, 0]]
-    faces = faces[np.bincount(body, minlength=count)[body] >= min_body_triangles]
-    if len(faces) == 0:
+    stays = np.bincount(body, minlength=count)[body] >= min_body_triangles
+    if not stays.any():
         raise MeshError(f"no body of the surface has {min_body_triangles} triangles.")
-    used, compact = np.unique(faces, return_inverse=True)
-    return TriangleMesh(mesh.vertices[used], compact.reshape(-1, 3).astype(np.int32))
+    dropped = _dropped(mesh.vertices[faces[~stays]], body[~stays])
+    faces = faces[stays]
+    used = np.zeros(count, dtype=bool)
+    used[faces] = True
+    compact = (np.cumsum(used, dtype=np.int32) - 1)[faces]
+    return CleanedSurface(TriangleMesh(mesh.vertices[used], compact), dropped)
+
+
+def _dropped(triangles: npt.NDArray[np.float64], body: npt.NDArray[np.int32]) -> Dropped:
+    """What the triangles (n, 3, 3) of dropped bodies (n,) come to."""
+    if not len(triangles):
+        return Dropped()
+    bodies, number = np.unique(body, return_inverse=True)
+    low, high = np.full((len(bodies), 3), np.inf), np.full((len(bodies), 3), -np.inf)
+    np.minimum.at(low, number, triangles.min(axis=1))
+    np.maximum.at(high, number, triangles.max(axis=1))
+    return Dropped(len(bodies), len(triangles), float(np.linalg.norm(high - low, axis=1).max()))
 
 
 def thin(mesh: TriangleMesh, target_triangles: int) -> ThinnedSurface:
-    """Quadric edge collapse to about the target, and the measured distance of the original's vertices to the result.
+    """Quadric edge collapse to about the target, and how far the result and the original lie apart.
 
     A mesh that is small enough already is returned as it is.
     """
@@ -88,10 +121,9 @@ def thin(mesh: TriangleMesh, target_triangles: int) -> ThinnedSurface:
     vertices, faces = fast_simplification.simplify(
         np.array(mesh.vertices), np.array(mesh.faces), target_count=target_triangles, agg=_AGGRESSIVENESS
     )
-    thinned = clean(TriangleMesh(vertices.astype(np.float64), faces.astype(np.int32)), 1)
-    stride = -(-len(mesh.vertices) // _MEASURED_VERTICES)
-    distance = ProximityTree(thinned).point_distance(mesh.vertices[::stride])[0]
-    return ThinnedSurface(thinned, float(distance.mean()), float(distance.max()))
+    thinned = clean(TriangleMesh(vertices.astype(np.float64), faces.astype(np.int32)), 1).mesh
+    ways = [ProximityTree(to).point_distance(of.vertices)[0] for of, to in ((mesh, thinned), (thinned, mesh))]
+    return ThinnedSurface(thinned, float(max(d.mean() for d in ways)), float(max(d.max() for d in ways)))
 
 
 def _cropped(

@@ -35,6 +35,8 @@ class Volume:
     spacing: (3,) distance [mm] between voxel centres along i, j, k.
     direction: (3, 3) orthonormal; columns are the unit LPS directions of i, j, k. A left-handed triple is allowed:
         it is how the file stores the patient, and every mapping here goes through the full matrix.
+    slice_thickness_mm: how thick a layer the scanner took for one slice, where the file says so; it may be more than
+        the distance between slices.
 
     Raises ImageError when the grid is not usable.
     """
@@ -43,6 +45,7 @@ class Volume:
     origin: Floats
     spacing: Floats
     direction: Floats
+    slice_thickness_mm: float | None = None
 
     def __post_init__(self) -> None:
         hu = np.asarray(self.hu)
@@ -58,11 +61,20 @@ class Volume:
             raise ImageError("the direction of the axes must be a finite 3x3 matrix.")
         if np.abs(direction.T @ direction - np.eye(3)).max() > 1e-4:
             raise ImageError("the directions of the voxel axes are not at right angles; a sheared grid cannot be used.")
+        thickness = None if self.slice_thickness_mm is None else float(self.slice_thickness_mm)
+        if thickness is not None and not 0.0 < thickness < np.inf:
+            raise ImageError(f"the slices must have a positive thickness, not {thickness:g} mm.")
         view = hu.view()
         for array in (view, origin, spacing, direction):
             array.setflags(write=False)
         for name, value in (("hu", view), ("origin", origin), ("spacing", spacing), ("direction", direction)):
             object.__setattr__(self, name, value)
+        object.__setattr__(self, "slice_thickness_mm", thickness)
+
+    @property
+    def resolution_mm(self) -> float:
+        """The coarsest of its voxels' sides and its slices' thickness: what is smaller may not be seen at all."""
+        return max(float(self.spacing.max()), self.slice_thickness_mm or 0.0)
 
     @property
     def transform_index_to_lps(self) -> Floats:
@@ -169,17 +181,28 @@ def to_hu(values: npt.NDArray[Any]) -> npt.NDArray[np.int16]:
     """Voxel values as int16 HU, rounded and clipped to that type's range. Raises ImageError for NaN or infinity."""
     if values.dtype == np.int16:
         return values
-    if not np.isfinite(values).all():
-        raise ImageError("some voxels are not finite numbers.")
+    check_finite(values)
     limits = np.iinfo(np.int16)
     hu: npt.NDArray[np.int16] = np.clip(np.rint(values), limits.min, limits.max).astype(np.int16)
     return hu
 
 
-def volume_of(hu: npt.NDArray[np.int16], transform_index_to_lps: Floats) -> Volume:
+def check_finite(values: npt.NDArray[Any]) -> None:
+    """Raise ImageError for voxels that are NaN or infinite."""
+    bad = values.size - int(np.count_nonzero(np.isfinite(values)))
+    if bad:
+        raise ImageError(
+            f"{bad:,} voxels are not finite numbers (NaN or infinity); export the CT with a number in each voxel."
+        )
+
+
+def volume_of(
+    hu: npt.NDArray[np.int16], transform_index_to_lps: Floats, slice_thickness_mm: float | None = None
+) -> Volume:
     """Volume on the grid of a (4, 4) affine from (i, j, k) to LPS mm."""
     spacing = np.linalg.norm(transform_index_to_lps[:3, :3], axis=0)
-    return Volume(hu, transform_index_to_lps[:3, 3], spacing, transform_index_to_lps[:3, :3] / spacing)
+    direction = transform_index_to_lps[:3, :3] / spacing
+    return Volume(hu, transform_index_to_lps[:3, 3], spacing, direction, slice_thickness_mm)
 
 
 def _vector(value: npt.ArrayLike, name: str) -> Floats:

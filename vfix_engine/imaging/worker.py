@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import json
 import logging
+import os
+import signal
 import sys
+import threading
 import warnings
 from pathlib import Path
 from typing import Any
@@ -15,7 +19,12 @@ def main(folder: Path) -> None:
     """Run the request in `folder`, and leave a result or a failure there."""
     request = json.loads((folder / "request.json").read_text(encoding="utf-8"))
     sys.path[:] = request["path"]
+    from vfix_engine.imaging import confinement
+
+    confinement.die_with_parent(request["parent"])
     _limit(request["memory_bytes"], request["seconds"])
+    confinement.confine(*([Path(path) for path in request[kind]] for kind in ("readable", "writable", "listable")))
+    threading.Thread(target=_end_with_caller, daemon=True).start()
     logging.disable(logging.CRITICAL)
     warnings.simplefilter("ignore")  # they quote the file
 
@@ -32,9 +41,28 @@ def main(folder: Path) -> None:
         _fail(folder, "InputError", "reading the file takes more memory than it may.", ())
     except RecursionError:
         _fail(folder, "InputError", "the file is nested too deeply.", ())
+    except OSError as error:
+        words = _FULL.get(error.errno or 0, f"the file could not be read ({type(error).__name__}).")
+        _fail(folder, "InputError", words, ())
     # The trust boundary: any other error is one that the file provoked, and its words may quote the file.
     except Exception as error:
         _fail(folder, "InputError", f"the file could not be read ({type(error).__name__}).", ())
+
+
+_FULL = {
+    errno.ENOSPC: "reading the file takes more disk than there is; make room and try again.",
+    errno.EDQUOT: "reading the file takes more disk than you may use; make room and try again.",
+    errno.EFBIG: "reading the file takes more disk than it may.",
+}
+
+
+def _end_with_caller() -> None:
+    """The caller holds the other end of stdin and writes nothing; when it ends, so does this group of processes."""
+    while os.read(0, 1):
+        pass
+    if os.name == "posix":
+        os.killpg(0, signal.SIGKILL)
+    os._exit(1)
 
 
 def _limit(memory_bytes: int, seconds: float) -> None:
@@ -46,6 +74,7 @@ def _limit(memory_bytes: int, seconds: float) -> None:
         (resource.RLIMIT_AS, memory_bytes),
         (resource.RLIMIT_CPU, 2 * int(seconds) + 1),
         (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_FSIZE, memory_bytes),  # of each file; what crosses has been in memory
     )
     for kind, value in wanted:
         hard = resource.getrlimit(kind)[1]

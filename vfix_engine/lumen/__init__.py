@@ -7,3 +7,5 @@ controlling articulated snake robot for endoscopy under dynamic active constrain
 Everything is in the patient frame (LPS), mm, rad and s. In code links, joints, contours and segments count from 0;
 segment j lies between contours j and j + 1.
 """
+
+NOTICE = "Not for clinical use."

@@ -153,8 +153,11 @@ class _Chain:
             return None
         return self._finished(base, q, places, tip_s, True)
 
-    def nearest(self, tip_s: float, near: Conformed | None, moved: float) -> Conformed:
-        """The nearest chain within the limits; after another one no farther than its angles may go in ``moved`` mm."""
+    def nearest(self, tip_s: float, near: Conformed | None, moved: float, most: float = math.inf) -> Conformed:
+        """The nearest chain within the limits; after another one no farther than its angles may go in ``moved`` mm.
+
+        most: rad, how far they may go where it is another curve that has moved, and no insertion that sets the pace.
+        """
         links, limit = self.snake.links, self.snake.q_max
         state, places = np.empty(2 * links + 1), np.empty(2 * links)
         joint_s, _, _, q, largest = self.exact(tip_s, self.roll)
@@ -166,9 +169,10 @@ class _Chain:
             target = min(tip_s, float(joint_s[-1]) + _SLIP)
             state[:-1] = _convected(near.q, moved / self.snake.length_mm)
             turns = _ANEW
-        if near is not None and near.curve is self.curve:  # another curve has moved: no insertion sets the pace then
-            pace = FASTEST * abs(moved)
+        if near is not None:
+            pace = FASTEST * abs(moved) if near.curve is self.curve else most
             low[:-1], high[:-1] = np.maximum(low[:-1], near.q - pace), np.minimum(high[:-1], near.q + pace)
+        if near is not None and near.curve is self.curve:
             low[-1], high[-1] = near.joint_s[0] - _FEED * abs(moved), near.joint_s[0] + _FEED * abs(moved)
             turns = _FOLLOW
         state[-1] = joint_s[0]
@@ -250,6 +254,7 @@ def conform(
     room: ArrayLike | None = None,
     roll: float | None = None,
     outside: bool = True,
+    most: float = math.inf,
 ) -> Conformed:
     """The snake along a curve with its tip at ``tip_s`` mm, the joints that are not in yet straight before its start.
 
@@ -263,6 +268,7 @@ def conform(
         roll: rad, of the base about the curve; None: that of ``near``, else of eight the one that asks least of the
             joints.
         outside: whether links may be before the curve's start.
+        most: rad, by which an angle may differ from that of ``near`` on another curve.
 
     Raises:
         PathwayError: a tip beyond the curve's end, or a snake longer than it that may not be outside.
@@ -274,9 +280,9 @@ def conform(
     if near is not None and near.curve is curve:
         return _walked(chain, near, tip_s - near.tip_s, tip_s)
     found = chain.on_curve(tip_s)
-    if found is not None:
+    if found is not None and (near is None or float(np.abs(found.q - near.q).max()) <= most):
         return found
-    return chain.nearest(tip_s, near, 0.0 if near is None else tip_s - near.tip_s)
+    return chain.nearest(tip_s, near, 0.0 if near is None else tip_s - near.tip_s, most)
 
 
 def _walked(chain: _Chain, state: Conformed, distance: float, tip_s: float) -> Conformed:

@@ -23,6 +23,7 @@ from .fit import containment, fit_pathway
 from .follow import followable
 from .given import point as checked_point
 from .given import whole
+from .narrow import WallDepth, narrowest
 from .operators import OPERATORS, Order, Retry, Stop, adversarial, scripted
 from .pathway import Pathway, TissueMotion
 from .snake_drive import SnakeDrive
@@ -45,6 +46,7 @@ Array = NDArray[np.float64]
 
 _FAR_MM = 60.0  # [mm] a landmark farther from the curve is not on this path
 _ROOM_MM = 4.0  # [mm] a robot that uses more of a wide place is turned the wrong way for the narrow one behind it
+_REMEDY = "a larger bound, a thinner robot or other waypoints may get past"
 _ATTACK_STEPS = 2000  # of the adversarial operator at each place
 
 
@@ -163,7 +165,12 @@ def drive_lumen(
     robot = _with_links(model, links if links is not None else math.ceil(length / model.length_mm))
     target = min(length, robot.reach_mm())
     visits, places = _visits(curve, landmarks, target)
+    narrow = narrowest(lumen.pathway, robot.sphere_mm, settings.bound_mm, target)
+    warnings = narrow.warnings(robot.sphere_mm, settings.bound_mm)
+    for words in warnings:
+        say(f"warning: {words}")
     drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.room)
+    behind = WallDepth(mesh, lumen.pathway) if tissue is None else None
     tally = Tally(robot.q_max, drive.bound)
     offsets: list[Array] = []
     retries: list[Retry] = []
@@ -172,9 +179,11 @@ def drive_lumen(
         drive.step(order.command, order.dt)
         tally.add(before, drive.state, order.dt)
         offsets.append(drive.offset_mm)
+        if behind is not None:
+            behind.look(drive, order.event is not None)
         if order.retry is not None:
             retries.append(order.retry)
-            say(f"held at {order.retry.at_mm:.0f} mm, {'past it now' if order.retry.passed else 'and again'}")
+            say(f"{order.retry.words}; {'past it now' if order.retry.passed else 'and again'}")
         visit = _note(order, drive, visits)
         if visit is not None and order.event is not None:
             say(f"{order.event} {visit.name}, {drive.tip_s:.0f} mm in")
@@ -189,7 +198,8 @@ def drive_lumen(
     return DriveReport(
         robot.links, target, drive.tip_s, length, tally, tuple(visits), outside.outside, outside.depth_mm,
         (float(np.median(offset)), float(offset.max())), drive.refused_commands, spent, asdict(settings), stopped,
-        tuple(retries),
+        tuple(retries), operator, robot.assumed, tuple(warnings), narrow, None if behind is None else behind.deepest,
+        lumen.pathway,
     )  # fmt: skip
 
 
@@ -253,8 +263,7 @@ def _note(order: Order, drive: SnakeDrive, visits: list[Visit]) -> Visit | None:
         steered = drive.settings.control == "parameterised"
         visit.turned(state.steering if steered else None, (float(x), float(y)))
         visit.deviation_max_mm = max(visit.deviation_max_mm, float(state.deviation.depth.max()))
-        if state.forces is not None:
-            visit.force_max_n = max(visit.force_max_n, float(np.linalg.norm(state.forces.total)))
+        visit.force_max_n = max(visit.force_max_n, float(np.linalg.norm(state.forces.total)))
     return visit
 
 
@@ -265,7 +274,7 @@ def _why_it_ended(drive: SnakeDrive, target: float, retries: Sequence[Retry]) ->
     if retries and not retries[-1].passed:  # the robot has drawn back since it was held
         last = retries[-1]
         failed = sum(one.at_mm == last.at_mm for one in retries)
-        return f"{last.held_by}; held at {last.at_mm:.0f} mm, where {failed} more attempts failed"
+        return f"{last.words}; {failed} more attempts failed there; {_REMEDY}"
     return drive.state.held_by or "steps that hardly move it"
 
 

@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import NOTICE
 from .drive_state import DriveState
 from .look_round import Retry, SideSeen
+from .narrow import Narrowest, told
+from .pathway import Pathway
 
 Array = NDArray[np.float64]
 
@@ -130,7 +133,13 @@ class DriveReport:
     seconds: dict[str, float]
     settings: dict[str, Any]
     stopped_by: str | None
-    retries: tuple[Retry, ...] = ()
+    retries: tuple[Retry, ...]
+    operator: str
+    robot_assumed: tuple[str, ...]
+    warnings: tuple[str, ...]
+    narrowest: Narrowest
+    behind_wall: dict[str, Any] | None
+    pathway: Pathway = field(repr=False)
 
     @property
     def reached(self) -> bool:
@@ -148,6 +157,8 @@ class DriveReport:
         deviation_mm: mean over all steps and links inside, and the largest. bound_mm: b_i of the last link and of the
         others. joint_limit_hits: joint-steps at ± q_max. query_us, step_us: medians. pathway_outside: share of the
         pathway's surface that lies outside the lumen, and how far (median, 95 %, most): the pathway is not the wall.
+        behind_wall: of the vertices that were measured against the triangles themselves, the one deepest behind them;
+        None where the tissue moves. narrowest: see ``narrow``.
         """
         tally = self.tally
         looking, inserting = tally.step_us["looking"], tally.step_us["inserting"]
@@ -178,8 +189,18 @@ class DriveReport:
             "seconds": {key: float(value) for key, value in self.seconds.items()},
             "settings": self.settings,
             "stopped_by": self.stopped_by,
-            "retries": [asdict(retry) for retry in self.retries],
+            "retries": [asdict(retry) | {"at_lps": _listed(retry.at_lps)} for retry in self.retries],
+            "operator": self.operator,
+            "robot_assumed": list(self.robot_assumed),
+            "warnings": list(self.warnings),
+            "narrowest": told(self.narrowest),
+            "behind_wall": self.behind_wall,
+            "notice": NOTICE,
         }
+
+
+def _listed(place: tuple[float, float, float] | None) -> list[float] | None:
+    return None if place is None else list(place)
 
 
 def _median(values: list[float]) -> float | None:

@@ -12,6 +12,7 @@ from ..robots.snake import SnakeModel
 from .curve import Curve
 from .drive_state import DriveSettings
 from .given import real_array, within
+from .limits import told_beyond
 from .parameterised import ParameterisedControl
 from .qp_drive import QpControl
 from .tip_control import TipControl
@@ -59,7 +60,7 @@ def refuse_beyond(depth: Array, bound: Array) -> None:
     """
     link = int((depth - bound).argmax())
     if not depth[link] <= bound[link]:
-        start = f"link {link + 1} would start {depth[link]:.2f} mm outside of the pathway"
+        start = f"link {link + 1} would start {told_beyond(depth[link], bound[link])} mm outside of the pathway"
         raise InputError(f"{start}; its bound is {bound[link]:g} mm: start less deep, or allow it")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +22,22 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 Control = Literal["parameterised", "qp"]
-Outcome = tuple[Literal["rest", "moved", "shrunk", "held"], str | None]  # and in words, what shrank or held
+Limit = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", "insertion"]
 MOST_MM_PER_S = 1000.0  # ten joints at 36°/s, each with all five links ahead of it, are slower
 CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
 _FINEST_MM = 0.01  # of a step or a waypoint: with finer ones a drive takes hours
 _FINEST_S = 1e-5  # of a step
 _MOST_BENT = 0.5  # r: a tip that is bent more is not straight
 _MOST_VERTICES = 100_000  # of a link
+
+
+class Outcome(NamedTuple):
+    """What a step came to, in words what shrank or held it, which limit that was, and where (3,) in LPS mm."""
+
+    name: Literal["rest", "moved", "shrunk", "held"]
+    words: str | None = None
+    limit: Limit | None = None
+    at: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -118,7 +127,7 @@ def _called(name: str) -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """What the operator asks for; numbers that are not finite count as 0 and are counted.
+    """What the operator asks for; what is not finite is left out, counts as nothing asked for, and is counted.
 
     Insertion comes first: in a step that inserts the tip is not bent, and the state says so.
 
@@ -158,6 +167,14 @@ class Command:
         return all(math.isfinite(value) for value in numbers)
 
     @property
+    def cleaned(self) -> Command:
+        """Without what is not finite: the insertion, the whole camera command or the whole bend; the rest stands."""
+        camera = self.camera_mm_per_s if all(map(math.isfinite, self.camera_mm_per_s)) else (0.0, 0.0)
+        bend = self.bend if self.bend is not None and all(map(math.isfinite, self.bend)) else None
+        insert = self.insert_mm_per_s if math.isfinite(self.insert_mm_per_s) else 0.0
+        return Command(insert, camera, self.straighten, bend)
+
+    @property
     def bends(self) -> bool:
         """Whether the manipulated links are to move."""
         return self.straighten or any(self.camera_mm_per_s) or self.bend is not None
@@ -189,10 +206,14 @@ class DriveState:
     steering: (u, v) = r (cos ϑ, sin ϑ); (0, 0) under the quadratic program.
     packed: the pathway of this moment; windows: (L, 2); measured: (L,) links that are inside the pathway.
     deviation: (L,) eq. 9 against that pathway, 0 for links that are not measured.
-    forces: on the operator's hand, while looking.
-    outcome: 'rest' without a command, 'moved', 'shrunk' to a part of the wanted step, or 'held'. 'shrunk' too where a
-        command was carried out but the tissue's motion could not be followed, or where one to bend came with insertion.
-    held_by: in words, what shrank or held it.
+    forces: on the operator's hand.
+    outcome: 'rest' where nothing is asked for or it is so already, 'moved', 'shrunk' to a part of the wanted step, or
+        'held'. 'shrunk' too where a command was carried out but the tissue's motion could not be followed, or where one
+        to bend came with insertion. A bend and 'straighten' name a goal and no speed: on the way there is 'moved'.
+    held_by: in words, what shrank or held it; limit: what that was, 'bound' of a link, 'speed' of the joints, 'step':
+        the most that one inserts, 'bends': none moves the camera so, 'bent': the tip has to be straightened first,
+        'end' of the path, 'tissue' without a pathway, 'insertion' before the camera.
+    held_at: (3,) LPS mm, the vertex that would be beyond its link's bound.
     query_s, step_s: what the last query of all links and this step took on the clock, s.
     """
 
@@ -208,15 +229,17 @@ class DriveState:
     windows: Index
     measured: NDArray[np.bool_]
     deviation: Deviations
-    forces: Forces | None
+    forces: Forces
     outcome: Literal["rest", "moved", "shrunk", "held"]
     held_by: str | None
+    limit: Limit | None
+    held_at: Array | None
     query_s: float
     step_s: float
 
 
 def both(tissue: Outcome, command: Outcome) -> Outcome:
     """Of following the tissue and a command; tissue that could not be followed is not passed over."""
-    if tissue[0] == "held" and command[0] == "moved":
-        return "shrunk", tissue[1]
+    if tissue.name == "held" and command.name == "moved":
+        return tissue._replace(name="shrunk")
     return command

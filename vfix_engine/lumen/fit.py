@@ -14,7 +14,7 @@ from ..errors import PathwayError
 from ..geometry.mesh import TriangleMesh
 from .checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED, rim_points
 from .curve import Curve
-from .given import whole, within
+from .given import place_words, whole, within
 from .interpolation import Interpolation, spline_maps
 from .pathway import Pathway
 from .transport import transported
@@ -237,8 +237,9 @@ def _check_inside(wall: Wall, outward: int, centre: Array, places: Array, most: 
     if clear.min() < -most:
         worst = int(clear.argmin())
         raise PathwayError(
-            f"the curve leaves the lumen: at {places[worst]:.0f} mm it is {-clear[worst]:.1f} mm behind the wall, "
-            f"more than {most:g} mm"
+            f"the curve leaves the lumen: at {places[worst]:.0f} mm, {place_words(centre[worst])}, it is "
+            f"{-clear[worst]:.1f} mm behind the wall, more than {most:g} mm; look whether the surface is whole there, "
+            "or fit more contours"
         )
 
 

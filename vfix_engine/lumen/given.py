@@ -94,3 +94,9 @@ def _between(low: float, high: float) -> str:
 
 def _short(value: object) -> str:
     return f"{value!r:.60}"
+
+
+def place_words(point: ArrayLike) -> str:
+    """Where a point (3,) is, for people."""
+    x, y, z = np.asarray(point, dtype=np.float64).tolist()
+    return f"({x:.1f}, {y:.1f}, {z:.1f}) in LPS mm"

@@ -182,7 +182,12 @@ class HardLimits:
         if not beyond[link] > 0.0:
             return "the motion is too wild to be followed in parts"
         name, deep, most = self.first + link + 1, found.depth[link], bound[link]
-        return f"link {name} would be {deep:.2f} mm outside of the pathway; its bound is {most:g} mm"
+        return f"link {name} would be {told_beyond(deep, most)} mm outside of the pathway; its bound is {most:g} mm"
+
+
+def told_beyond(deep: float, most: float) -> str:
+    """A depth in mm with as many digits as it takes to read that it is more than ``most``, two at least."""
+    return next((text for text in (f"{deep:.{digits}f}" for digits in range(2, 9)) if float(text) > most), f"{deep!r}")
 
 
 def _copied(name: str, value: ArrayLike) -> Array:

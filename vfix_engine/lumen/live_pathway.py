@@ -18,6 +18,10 @@ class LivePathway:
         self.lost: str | None = None
         self._pathway, self._every_s, self._due = pathway, every_s, 0.0
 
+    def share(self, t: float, dt: float) -> float:
+        """Of what is to be done until the next look, how much is to be done in the ``dt`` s that end at the time t."""
+        return min(dt / max(self._due - t + dt, dt), 1.0)
+
     def look(self, t: float) -> tuple[PackedPathway, Curve] | None:
         """The pathway and its curve at the time t in s, if it is time to look and there is one."""
         if t < self._due:

@@ -20,7 +20,7 @@ from ..fixtures import Constraint, Objective
 from ..fixtures.rows import with_progress
 from .ease import eased
 from .limits import HardLimits, Pose
-from .tip_control import Place
+from .tip_control import Place, stops
 from .wall_rows import wall_rows
 
 Array = NDArray[np.float64]
@@ -35,8 +35,6 @@ _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted piece, tried in turn
 _NEAR_MM, _KEEP_MM = 3.0, 0.02  # vertices so near to their bound get rows, which hold them that much inside of it
 _SMALL_MOTION = 1e-2  # of a joint's step against an error of the view, both as the way of a link's end
 _STILL = 1e-5  # [rad] a step that is none
-_AT_BOUND_MM = 0.1
-_AT_LIMIT = 1e-6  # [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,13 +204,7 @@ class LookPlanner:
 
     def _stops(self, q: Array) -> str:
         """Links at their bounds and joints at their limits, in words."""
-        place, depth = self.place, self._depth(q)
-        links = np.flatnonzero(depth > place.bound - _AT_BOUND_MM)
-        limits = np.flatnonzero(np.abs(q) > place.snake.q_max - _AT_LIMIT)
-        words = [f"link {self._limits.first + i + 1} at its bound of {place.bound[i]:g} mm" for i in links]
-        if len(limits):
-            words.append(f"{len(limits)} of {place.snake.dof} joints at their limit")
-        return ", ".join(words) or "no way on"
+        return ", ".join(stops(self.place, q, self._limits.first)) or "no way on"
 
 
 def _axes(place: Place, q: Array) -> Array:

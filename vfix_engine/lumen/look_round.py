@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .drive_state import Command
+from .given import place_words
 from .look_plan import SIDES, LookPlanner, SideWay, view_of
 from .parameterised import ParameterisedControl
 from .snake_drive import SnakeDrive
@@ -66,13 +67,28 @@ class Looked:
 
 @dataclass(frozen=True)
 class Retry:
-    """One more attempt to get past a place that held the insertion, by drawing back and coming again."""
+    """One more attempt to get past a place that held the insertion, by drawing back and coming again.
+
+    at_mm: of the tip; at_lps: where a link would have left its bound, mm; None where something else held it.
+    """
 
     at_mm: float
     held_by: str
     drawn_back_mm: float
     waypoint_mm: float
     passed: bool
+    at_lps: tuple[float, float, float] | None = None
+
+    @property
+    def words(self) -> str:
+        """What held it and where."""
+        return held_words(self.held_by, self.at_mm, self.at_lps)
+
+
+def held_words(held_by: str, at_mm: float, at_lps: Sequence[float] | None) -> str:
+    """What holds an insertion and where, for people."""
+    near = "" if at_lps is None else f", near {place_words(at_lps)}"
+    return f"held at {at_mm:.0f} mm{near}: {held_by}"
 
 
 class Order(NamedTuple):
@@ -167,7 +183,8 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
         way = target - here
         behind = float(np.linalg.norm(way))
         # Held, the hand goes elsewhere; where the camera hardly moves with the bend, it does not wait for ever.
-        close = behind < _AHEAD or drive.state.outcome in ("held", "shrunk")
+        state = drive.state
+        close = behind < _AHEAD or (state.outcome in ("held", "shrunk") and state.limit != "speed")
         done += dt if close else _IMPATIENT * dt
         step = way * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else way
         camera = shadow.camera_per_steering() @ step / dt

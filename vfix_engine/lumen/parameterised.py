@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .bending import BendProblem
 from .hermite import PolarHermite
 from .optimise import Bend, control_bends
-from .tip_control import Place
+from .tip_control import Place, stops
 from .visual_motor import Steering, VisualMotor
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ class ParameterisedControl:
     """Steers (u, v) = r (cos ϑ, sin ϑ); q = Q(r, ϑ) about the conforming shape q̃ (Kwok 2013, section III.B.3)."""
 
     def __init__(self, count: Literal[4, 8] = 8, r_max: float = 1.4) -> None:
-        self.steering = (0.0, 0.0)
+        self.steering, self.hurried = (0.0, 0.0), False
         self.bends: tuple[Bend, ...] = ()
         self._count, self._r_max = count, r_max
         self._next = (0.0, 0.0)
@@ -37,6 +37,7 @@ class ParameterisedControl:
         angles = np.array([bend.angle for bend in self.bends])
         shapes = np.array([place.snake.clamp(place.rest + bend.delta) for bend in self.bends])
         self._hermite = PolarHermite(place.rest, angles, shapes, self._r_max)
+        self._ends: str | None = None
         self.move_to(place)
 
     def move_to(self, place: Place) -> None:
@@ -48,20 +49,29 @@ class ParameterisedControl:
     def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
         """Q at the steering that (28) leads to; the command is shortened until no joint goes farther than ``most``."""
         here = self._at(self.steering)
-        command, target = camera_mm, here
+        command, target, self.hurried = camera_mm, here, False
         for _ in range(4):
             self._next = self._steered(command)
             target = self._at(self._next)
             ratio = float(np.abs(target - here).max()) / most
             if ratio <= 1.0:
                 break
+            self.hurried = True
             command = command * min(0.98 / ratio, 0.9)
         return target
 
-    def straightened(self, q: Array) -> Array:
-        """Joints of q̃; the steering is let go."""
-        self._next = (0.0, 0.0)
-        return self._place.rest
+    def lead(self, steering: tuple[float, float]) -> None:
+        """The joints go where that steering is."""
+        self._next = steering
+
+    def ends(self, first: int) -> str:
+        """What the control bends end at, looked at once for each set of them."""
+        if self._ends is None:
+            place, told = self._place, set[str]()
+            for bend in self.bends:
+                told.update(stops(place, place.snake.clamp(place.rest + bend.delta), first))
+            self._ends = ", ".join(sorted(told))
+        return self._ends
 
     def accept(self, share: float) -> None:
         """The steering goes as far as the joints did."""

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..geometry.mesh import TriangleMesh
 from ..robots.snake import SnakeModel
+from . import NOTICE
 from .camera_view import FIELD_DEG, Picture, Seen, Surface, View, endoscope_view
 from .packed import PackedPathway
 from .picture_marks import INK, MARK, PAPER, RIM, draw_compass, draw_line, draw_marks, draw_scale, rims, write
@@ -25,6 +26,7 @@ _AHEAD_MM, _BEHIND_MM = 70.0, 60.0  # of lumen shown ahead of the tip and behind
 _SHOWN, _DRAWN = 6, 8  # distal links that the close view is about, and those that are drawn there
 _RINGS_MM = 7.0  # contours nearer to each other than about that are not all drawn
 _FRUSTUM_MM = 30.0
+_NOTICE = 14  # [px] of the notice from the lower edge
 _WALL = np.array([0.42, 0.47, 0.56])
 _DISTAL, _BODY = np.array([0.88, 0.22, 0.06]), np.array([0.98, 0.70, 0.18])
 
@@ -61,7 +63,7 @@ class LumenPictures:
             name: where that is; a landmark of that name is ringed.
             packed: the pathway at this moment.
             distal: links that are bent by the operator; they have a colour of their own.
-            words: lines below the camera's picture.
+            words: lines below the camera's picture, five at most; below them every picture has the notice.
         """
         frames = snake.frames(q, base)
         picture = np.full((HEIGHT + _HEAD, 3 * WIDTH, 3), PAPER, dtype=np.uint8)
@@ -128,6 +130,7 @@ class LumenPictures:
         panel[inset : inset + _CAMERA, inset : inset + _CAMERA] = seen
         for number, line in enumerate(words):
             write(panel, line, (inset, inset + _CAMERA + 34 + 26 * number), 0.5)
+        write(panel, NOTICE, (inset, HEIGHT - _NOTICE), 0.5, halo=True)
         return panel
 
 

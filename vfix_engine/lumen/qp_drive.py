@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..control.qp import solve, stack
 from ..fixtures import Constraint, Objective
 from ..fixtures.rows import with_progress
-from .tip_control import Place, camera_jacobian
+from .tip_control import Place, camera_jacobian, outwards
 from .wall_rows import wall_rows
 
 Array = NDArray[np.float64]
@@ -25,6 +25,7 @@ SMALL_MOTION = 1e-2  # of a joint's step, as the way its link's end goes, agains
 PULL = 1e-3  # back to the conforming shape
 NEAR_MM = 2.0  # [mm] vertices that are so near to their link's bound get a row
 KEEP_MM = 0.05  # [mm] rows hold the links that much inside of the bound, as they are true for small steps only
+_HURRIED = 1.0 - 1e-6  # of the fastest step: it is the joints' speed that ends it
 ROUNDS = 3  # the wall is flattened again where a step that is not small meets it: so often at most
 
 
@@ -32,7 +33,7 @@ class QpControl:
     """Steps of all joints at once: camera as commanded, links within b_i, joints within ranges and speeds."""
 
     def __init__(self) -> None:
-        self.steering = (0.0, 0.0)
+        self.steering, self.hurried = (0.0, 0.0), False
         self.unsolved = 0
 
     def settle(self, place: Place, q: Array) -> None:
@@ -48,6 +49,7 @@ class QpControl:
         place, snake = self._place, self._place.snake
         n = snake.dof
         length = float(np.linalg.norm(camera_mm))
+        self.hurried = False
         if length == 0.0:
             return q
         jacobian, desired = np.zeros((3, n)), np.zeros(3)
@@ -71,11 +73,15 @@ class QpControl:
             if self._kept(q + step):
                 break
             walls.append(self._clearance(q, step))
+        self.hurried = float(np.abs(step).max()) > _HURRIED * most
         return snake.clamp(q + step)
 
-    def straightened(self, q: Array) -> Array:
-        """Joints of q̃."""
-        return self._place.rest
+    def lead(self, steering: tuple[float, float]) -> None:
+        """Nothing is steered."""
+
+    def ends(self, first: int) -> str:
+        """No bends are known beforehand."""
+        return ""
 
     def accept(self, share: float) -> None:
         """Nothing is steered."""
@@ -86,8 +92,7 @@ class QpControl:
 
     def outwards(self, q: Array) -> Array:
         """Where the camera goes as the bend grows in proportion."""
-        found: Array = camera_jacobian(self._place.snake, q, self._place.base) @ (q - self._place.rest)
-        return found
+        return outwards(self._place.snake, q, self._place.base, self._place.rest)
 
     def _kept(self, q: Array) -> bool:
         """Whether every link is within its bound."""

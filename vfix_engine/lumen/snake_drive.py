@@ -19,6 +19,7 @@ from ..robots.snake import SnakeModel
 from .conformance import Conformed
 from .conforming import blended, driven_curve
 from .curve import Curve
+from .distal_steps import SAME, SHARES, DistalSteps
 from .drive_start import checked_room, checked_tip, make_control, refuse_beyond
 from .drive_state import Command, DriveSettings, DriveState, Outcome, both
 from .ease import eased
@@ -29,21 +30,23 @@ from .limits import HardLimits, Pose
 from .live_pathway import LivePathway
 from .pathway import Pathway
 from .query import Deviations, Query
+from .refusal import Refusal
 from .tip_control import Place
+from .trail import Trail
 from .waypoints import Waypoints, moved_off
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
+TISSUE_SHARE = 0.5  # of the joints' speed at most is for following the tissue; the rest is the hand's
 TISSUE_RESERVE_MM = 0.5  # [mm] four times what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
 _LEAST = 0.01  # of a step: with less of its joint travel left nothing more is tried
 _TIMED = 10  # every so many steps one query of all links is timed
 
 
-class SnakeDrive:
+class SnakeDrive(DistalSteps):
     """State and one step of a driven snake; see ``DriveState``.
 
     Args:
@@ -94,7 +97,8 @@ class SnakeDrive:
         self.t, self.refused_commands, self._steps = 0.0, 0, 0
         self._settled, self._by_joints, self._query_s = False, False, 0.0  # by commands to its joints it may be bent
         self._goal: Conformed | None = None  # the shape that the tissue's motion asks for, while it is not reached
-        self._why: str | None = None
+        self._refused: Refusal | None = None
+        self._trail = Trail()
         self._packed = pathway.packed(0.0)
         self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
         still = pathway.motion is None
@@ -109,7 +113,8 @@ class SnakeDrive:
         self._measure()
         if not beyond_allowed:
             refuse_beyond(self._deviation.depth, self.bound)
-        self.state = self._state("inserting", ("rest", None), None, 0.0)
+        self._eased(self._conformed, Pose(self._conformed.base, self.q), self.settings.step_s)  # loads its kernels
+        self.state = self._state("inserting", Outcome("rest"), self.hand.forces, 0.0)
 
     @property
     def length_mm(self) -> float:
@@ -148,12 +153,6 @@ class SnakeDrive:
         inside: Array = self._conformed.offset_mm[self._conformed.joint_s >= 0.0]
         return inside
 
-    def ready_to_look(self) -> None:
-        """Let the control of the distal links get ready here, if it is not; a camera command does it by itself."""
-        if not self._settled:
-            self.control.settle(self.place(), self.q[2 * self._first :].copy())
-            self._settled = True
-
     def step(self, command: Command, dt: float | None = None) -> DriveState:
         """One step of ``dt`` s (None: the settings' step).
 
@@ -167,11 +166,11 @@ class SnakeDrive:
         if command.bend is not None and len(command.bend) != self.distal.dof:
             raise InputError(f"a bend of {len(command.bend)} joints: give {self.distal.dof}")
         if not command.finite:
-            command, self.refused_commands = Command(), self.refused_commands + 1
+            command, self.refused_commands = command.cleaned, self.refused_commands + 1
         self.t += dt
         self._began = self.q.copy()
         before = self.q[2 * self._first :].copy()
-        outcome: Outcome = ("rest", None) if self.pathway.motion is None else self._follow_tissue(dt)
+        outcome = Outcome("rest") if self.pathway.motion is None else self._follow_tissue(dt)
         looking = command.bends and command.insert_mm_per_s == 0.0
         if self.lost is None and (command.bends or command.insert_mm_per_s != 0.0):
             outcome = both(outcome, self._command(command, dt))
@@ -181,22 +180,13 @@ class SnakeDrive:
             self._query_s = perf_counter() - asked
         self._steps += 1
         after = self.q[2 * self._first :]
-        forces = None
-        if looking and self._settled:
-            depth = self._deviation.depth[self._first :]
-            forces = self.hand.step(before, after, dt, command.camera, depth, self.control.outwards(after))
-        else:
-            self.hand.rest()
+        if self.straight:
+            self._trail.clear()
+        elif command.bends and not command.straighten:
+            self._trail.note(self.bend, self.control.steering)
+        forces = self.hand.step(before, after, dt, self._deviation.depth[self._first :], self._outwards(after))
         self.state = self._state("looking" if looking else "inserting", outcome, forces, perf_counter() - began)
         return self.state
-
-    def place(self) -> Place:
-        """Where the distal links are now, for a control of them."""
-        frames = self.snake.frames(self._conformed.q, self._conformed.base)
-        window = np.ascontiguousarray(self._windows[self._first :])
-        rest = np.array(self._conformed.q[2 * self._first :])
-        bound = self._bounds()[self._first :]
-        return Place(self.distal, self._distal_query, frames[self._first], rest, self._packed, window, bound)
 
     # What a step may do
 
@@ -208,39 +198,45 @@ class SnakeDrive:
         """What the operator asks for, with what the tissue has left of the joints' speed."""
         left = self._left(dt)
         if left < _LEAST * dt:
-            return "held", "the joints are as fast as they may be, following the tissue"
+            return Outcome("held", "the joints are as fast as they may be, following the tissue", "speed")
         if command.insert_mm_per_s == 0.0:
             return self._bend(command, dt, left)
         outcome = self._insert(command.insert_mm_per_s * dt, left)
-        if outcome[0] == "moved" and command.bends:
-            return "shrunk", "insertion comes first: the tip was not bent"
+        if outcome.name == "moved" and command.bends:
+            return Outcome("shrunk", "insertion comes first: the tip was not bent", "insertion")
         return outcome
 
     def _insert(self, wanted_mm: float, dt: float) -> Outcome:
         """Forwards or backwards along the curve."""
         rest = self._conformed.q[2 * self._first :]
         if self._by_joints or self.control.bent(self.q[2 * self._first :], rest) > self.settings.reoptimise_below:
-            return "held", "the tip is bent: straighten it before it is inserted or drawn back"
-        most = self.settings.insertion_step_mm
-        wanted_mm = min(max(wanted_mm, -most), most)
+            return Outcome("held", "the tip is bent: straighten it before it is inserted or drawn back", "bent")
         try:
             ahead_s, ahead = self._waypoint(1.0 if wanted_mm > 0.0 else -1.0)
         except LookupError as end:
-            return "held", str(end)
-        way = ahead_s - self.tip_s
+            return Outcome("held", str(end), "end")
+        way, most = ahead_s - self.tip_s, self.settings.insertion_step_mm
         ratio = self._fastest(ahead, dt)
-        within = min(1.0, wanted_mm / way, 1.0 / ratio if ratio > 0.0 else 1.0)
+        part_of_way = min(abs(wanted_mm), most) / abs(way)
+        within = min(1.0, part_of_way, 1.0 / ratio if ratio > 0.0 else 1.0)
+        done = Outcome("moved")
+        if within < min(1.0, part_of_way):
+            done = self._fast()
+        elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(way)) and 0.0 < ahead_s < self.length_mm:
+            done = Outcome("shrunk", f"a step goes {most:g} mm at most, and to the next planned shape", "step")
         for share in SHARES:
             part = share * within
             if self.tip_s + part * way == self.tip_s:  # eased, the robot would move without coming any nearer
-                return "held", self._why
+                return self._stopped("held")
             if self._certified(blended(self._conformed, ahead, part), dt):
-                self.tip_s, self._goal = self._conformed.tip_s, None  # what conforms here lies elsewhere than the goal
+                self.tip_s = self._conformed.tip_s
+                if self._goal is not None:  # what the tissue asks for goes in with the robot
+                    self._goal = blended(self._goal, ahead, part)
                 if part >= 1.0:
                     self._way.passed()
                 self._settled = False
-                return ("moved", None) if share == 1.0 else ("shrunk", self._why)
-        return "held", self._why
+                return done if share == 1.0 else self._stopped("shrunk")
+        return self._stopped("held")
 
     def _waypoint(self, sign: float) -> tuple[float, Conformed]:
         """Where the insertion goes next, moved off the wall where that is needed.
@@ -268,34 +264,36 @@ class SnakeDrive:
         """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
         now = self._live.look(self.t)
         if self.lost is not None:
-            return "held", self.lost
+            return Outcome("held", self.lost, "tissue")
         if now is not None:
             self._packed, self._way.curve = now
             self.tip_s = min(self.tip_s, self._way.curve.length)
-            self._goal = self._way.at(self.tip_s, self._conformed)
+            most = TISSUE_SHARE * self.settings.speed_max * max(self.settings.tissue_s, dt)
+            self._goal = self._way.at(self.tip_s, self._conformed, most)
             self._way.restart(self._goal)
             self._measure()
         was, outcome = self._conformed, self._to_goal(dt)
         left = self._left(dt)
         if left >= _LEAST * dt and (self._deviation.depth > self._bounds()).any():
             self._retreat(left)
-        if self._settled and (outcome[0] != "rest" or self._conformed is not was):
+        if self._settled and (outcome.name != "rest" or self._conformed is not was):
             self.control.move_to(self.place())
         return outcome
 
     def _to_goal(self, dt: float) -> Outcome:
-        """Towards the shape that the tissue asks for; it takes more than one step where joints are too slow for one."""
+        """Towards the shape that the tissue asks for, so fast that it is there when the tissue is looked at again."""
         goal = self._goal
         if goal is None:
-            return "rest", None
+            return Outcome("rest")
+        due = self._live.share(self.t, dt)
         for share in SHARES:
-            whole = share == 1.0 and self._fastest(goal, dt) <= 1.0
-            if self._certified(blended(self._conformed, goal, share), dt):
+            whole = share * due == 1.0 and self._fastest(goal, dt) <= 1.0
+            if self._certified(blended(self._conformed, goal, share * due), dt):
                 self._goal = None if whole else goal
-                return ("moved", None) if share == 1.0 else ("shrunk", self._why)
+                return Outcome("moved") if share == 1.0 else self._stopped("shrunk")
         self._goal = None  # until the tissue has moved on
         self._way.restart(self._conformed)
-        return "held", self._why
+        return self._stopped("held")
 
     def _bent(self, conformed: Conformed) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""
@@ -324,7 +322,8 @@ class SnakeDrive:
             self._conformed, self.q = wanted, np.array(end.q)
             self._keep(verdict.deviation)
         else:
-            self._windows, self._measured, self._why = windows, measured, verdict.held_by
+            self._refused = Refusal(verdict, end, self._bounds(), self.snake, self.query)
+            self._windows, self._measured = windows, measured
         return verdict.taken
 
     def _retreat(self, dt: float) -> None:
@@ -343,43 +342,6 @@ class SnakeDrive:
         if q is None:
             return wanted, end
         return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Pose(end.base, q)
-
-    def _bend(self, command: Command, dt: float, left: float) -> Outcome:
-        """The distal links, by the camera command or back to the conforming shape, with ``left`` s of joint travel."""
-        first = 2 * self._first
-        q, rest = self.q[first:].copy(), self._conformed.q[first:]
-        most = self.settings.speed_max * left
-        by_joints = self._by_joints or (command.bend is not None and not command.straighten)
-        if not by_joints:
-            self.ready_to_look()
-        if command.straighten:
-            target = rest if by_joints else self.control.straightened(q)
-        elif command.bend is not None:
-            target = self.distal.clamp(rest + command.bend)
-        elif by_joints:
-            return "held", "the tip is bent by its joints: straighten it before the camera is steered"
-        else:
-            target = self.control.wanted(q, command.camera * dt, most)
-        fastest = float(np.abs(target - q).max()) / most
-        if fastest == 0.0:
-            return "held", "no joint can move the camera so"
-        within = min(1.0, 1.0 / fastest)
-        place = self.place()
-        for share in SHARES:
-            end = q + within * share * (target - q)
-            verdict = self._distal_limits.certify(
-                self._packed, place.window, Pose(place.base, q), Pose(place.base, end), place.bound
-            )
-            if verdict.taken:
-                self.q[first:] = end
-                if by_joints:
-                    self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
-                else:
-                    self.control.accept(within * share)
-                self._keep(verdict.deviation, self._first)
-                return ("moved", None) if share == 1.0 else ("shrunk", self._why)
-            self._why = verdict.held_by
-        return "held", self._why
 
     # What is known of the robot
 
@@ -411,10 +373,10 @@ class SnakeDrive:
         self._deviation = Deviations(depth, vertex, found.segment.copy())
 
     def _state(
-        self, mode: Literal["inserting", "looking"], outcome: Outcome, forces: Forces | None, spent: float
+        self, mode: Literal["inserting", "looking"], outcome: Outcome, forces: Forces, spent: float
     ) -> DriveState:
         return DriveState(
             self.t, mode, self._conformed.base, self.q.copy(), self._conformed.q, self.tip_s,
             self._conformed.joint_s, self.control.steering, self._packed, self._windows, self._measured,
-            self._deviation, forces, outcome[0], outcome[1], self._query_s, spent,
+            self._deviation, forces, *outcome, self._query_s, spent,
         )  # fmt: skip

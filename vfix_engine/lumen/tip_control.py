@@ -15,6 +15,9 @@ from .query import Query
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+_AT_BOUND_MM = 0.1
+_AT_LIMIT = 1e-6  # [rad]
+
 
 @dataclass(frozen=True, eq=False)
 class Place:
@@ -39,6 +42,8 @@ class TipControl(Protocol):
 
     steering: tuple[float, float]
     """(u, v) = r (cos ϑ, sin ϑ); (0, 0) where the control has none."""
+    hurried: bool
+    """Whether the joints' speed cut what was wanted last."""
 
     def settle(self, place: Place, q: Array) -> None:
         """Get ready for another place, from joints q (2L',)."""
@@ -49,8 +54,11 @@ class TipControl(Protocol):
     def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
         """Joints (2L',) that move the camera by so many mm in its plane (2,), none by more than ``most`` rad."""
 
-    def straightened(self, q: Array) -> Array:
-        """Joints of the conforming shape, which the links go back to."""
+    def lead(self, steering: tuple[float, float]) -> None:
+        """What is wanted next is not steered: it ends with these (u, v)."""
+
+    def ends(self, first: int) -> str:
+        """In words, what ends the bends that the control knows, or nothing; ``first`` is the number of their link."""
 
     def accept(self, share: float) -> None:
         """So much of what was wanted last is done."""
@@ -60,6 +68,24 @@ class TipControl(Protocol):
 
     def outwards(self, q: Array) -> Array:
         """(2,) where the camera goes in its plane as the links bend more, mm; 0 where they are straight."""
+
+
+def outwards(snake: SnakeModel, q: Array, base: Array, rest: Array) -> Array:
+    """(2,) where the camera goes in its plane as joints q (2L',) leave ``rest`` in proportion, mm."""
+    found: Array = camera_jacobian(snake, q, base) @ (q - rest)
+    return found
+
+
+def stops(place: Place, q: Array, first: int) -> list[str]:
+    """Links at their bounds and joints at their limits, in words; ``first`` is the number of the place's first link."""
+    frames = place.snake.frames(q, place.base)
+    depth = place.query.deviations(place.packed, frames, place.window).depth
+    limits = np.flatnonzero(np.abs(q) > place.snake.q_max - _AT_LIMIT)
+    at_bound = np.flatnonzero(depth > place.bound - _AT_BOUND_MM)
+    words = [f"link {first + i + 1} at its bound of {place.bound[i]:g} mm" for i in at_bound]
+    if len(limits):
+        words.append(f"{len(limits)} of {place.snake.dof} joints at their limit")
+    return words
 
 
 def camera_jacobian(snake: SnakeModel, q: Array, base: Array) -> Array:

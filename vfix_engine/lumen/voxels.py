@@ -1,4 +1,4 @@
-"""The inside of a lumen's surface as voxels, by the parity of crossings along lines.
+"""The inside of a lumen's surface as voxels, by the parity of crossings along lines, for each closed piece of it.
 
 A line enters or leaves at every crossing, so a voxel is inside where an odd number of crossings lies before it. Lines
 run along x, y and z, and two of the three decide: one bad triangle spoils one line, not the lumen.
@@ -16,11 +16,10 @@ from scipy.ndimage import distance_transform_edt, label
 from ..errors import InputError, PathwayError
 from ..geometry.compiled import compiled
 from ..geometry.mesh import TriangleMesh
+from .voxel_pieces import add_piece, check_memory, closed_pieces
 
 Array = NDArray[np.float64]
 Voxels = NDArray[np.uint8]
-
-MAX_VOXELS = 200_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,21 +53,31 @@ def voxels_of(mesh: TriangleMesh, voxel_mm: float) -> VoxelLumen:
     """The inside of a surface, with a rim of two voxels outside.
 
     Raises:
-        InputError: an edge that is no length, or of which the surface's box would take too many.
+        InputError: an edge that is no length, or of which the surface's box would take more than memory holds.
         PathwayError: a surface that encloses no voxel.
     """
     if not (math.isfinite(voxel_mm) and voxel_mm > 0.0):
         raise InputError(f"a voxel's edge of {voxel_mm} mm is no length")
     low, high = mesh.bounds
     counts = np.ceil((high - low) / voxel_mm) + 4.0
-    if np.prod(counts) > MAX_VOXELS:
-        raise InputError(
-            f"voxels of {voxel_mm:g} mm would be {np.prod(counts):.3g} in the surface's box of "
-            f"{' × '.join(f'{d:.0f}' for d in high - low)} mm, and {MAX_VOXELS:,} are the most: take larger ones"
-        )
+    check_memory(float(np.prod(counts)), voxel_mm, high - low)
     shape = counts.astype(np.int64)
     origin: Array = low - 1.5 * voxel_mm
     corners = (mesh.triangles - origin) / voxel_mm
+    inside = np.zeros(shape, dtype=np.bool_)
+    for faces in closed_pieces(mesh):
+        own = corners[faces]
+        first = np.clip(np.floor(own.min(axis=(0, 1))).astype(np.int64) - 1, 0, shape - 1)
+        last = np.clip(np.ceil(own.max(axis=(0, 1))).astype(np.int64) + 2, first + 1, shape)
+        box = tuple(slice(*pair) for pair in zip(first, last, strict=True))
+        add_piece(inside[box], by_parity(own - first, last - first))
+    if not inside.any():
+        raise PathwayError(f"the surface encloses no voxel of {voxel_mm:g} mm: is it closed, and in millimetres?")
+    return VoxelLumen(inside, origin, voxel_mm)
+
+
+def by_parity(corners: Array, shape: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Voxels of a box that lie inside of triangles with corners (F, 3, 3) in voxels; two of three directions decide."""
     votes = np.zeros(shape, dtype=np.uint8)
     for axis in range(3):
         order = ((axis + 1) % 3, (axis + 2) % 3, axis)
@@ -76,10 +85,8 @@ def voxels_of(mesh: TriangleMesh, voxel_mm: float) -> VoxelLumen:
         mark_crossings(np.ascontiguousarray(corners[:, :, order]), turns)
         np.bitwise_xor.accumulate(turns, axis=2, out=turns)
         votes += turns.transpose(np.argsort(order))
-    inside = votes >= 2
-    if not inside.any():
-        raise PathwayError(f"the surface encloses no voxel of {voxel_mm:g} mm: is it closed, and in millimetres?")
-    return VoxelLumen(inside, origin, voxel_mm)
+    inside: NDArray[np.bool_] = votes >= 2
+    return inside
 
 
 def piece_with(lumen: VoxelLumen, voxel: tuple[int, int, int]) -> VoxelLumen:

@@ -7,6 +7,7 @@ and one step of its joints would have to do.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -53,8 +54,9 @@ class Waypoints:
         """
         if self._ahead is not None and (self._ahead[0] - tip_s) * sign > 0.0:
             return *self._ahead, False
-        place = min(max(tip_s + sign * self.spacing_mm, 0.0), self.curve.length)
-        if place == tip_s:
+        place = tip_s + sign * self.spacing_mm
+        place = min(place, self.curve.length) if sign > 0.0 else max(place, 0.0)
+        if (place - tip_s) * sign <= 0.0:
             raise LookupError("the end of the path" if sign > 0.0 else "the robot is out")
         shape = self._insertion.advance(place - self._insertion.tip_s) if self._still else self.at(place, self._last)
         self._ahead = (place, shape)
@@ -79,9 +81,9 @@ class Waypoints:
         if self._still:
             self._insertion.correct(shape)
 
-    def at(self, tip_s: float, near: Conformed) -> Conformed:
-        """The shape that conforms to the curve as it is now, beginning with another."""
-        return conform(self._snake, self.curve, tip_s, near, self._room, self._insertion.roll)
+    def at(self, tip_s: float, near: Conformed, most: float = math.inf) -> Conformed:
+        """The shape that conforms to the curve as it is now, no angle ``most`` rad from that of before."""
+        return conform(self._snake, self.curve, tip_s, near, self._room, self._insertion.roll, most=most)
 
 
 def moved_off(

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RobotError
+from ..geometry.places import rigid_transform
 from ..resources import assets_dir
 
 Array = NDArray[np.float64]
-
-FARTHEST_MM = 1e6  # a frame a kilometre away is an error of units
 
 MAX_FILE_BYTES = 1 << 20  # a description is a few kilobytes
 
@@ -66,16 +65,7 @@ def check_keys(entry: Any, keys: set[str], what: str) -> None:
 
 def check_transform(transform: Array, what: str = "the robot's base") -> Array:
     """A read-only copy of a rigid transform (4, 4), refused when it is not one."""
-    matrix = np.array(transform, dtype=float)
-    rigid = (
-        matrix.shape == (4, 4)
-        and bool((np.abs(matrix) <= FARTHEST_MM).all())  # and finite: squares of more would overflow
-        and np.allclose(matrix[3], [0, 0, 0, 1])
-        and np.allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3), atol=1e-6)
-        and np.linalg.det(matrix[:3, :3]) > 0
-    )
-    if not rigid:
-        raise RobotError(f"{what} is not a rigid transform (4 x 4, orthonormal, right-handed)")
+    matrix = rigid_transform(transform, what, RobotError)
     matrix.setflags(write=False)
     return matrix
 

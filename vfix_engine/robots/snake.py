@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
-from .description import check_transform
+from ..geometry.places import rigid_transform
 from .model import MOST_JOINTS, Joint, Mount, RobotModel, Visual
-from .snake_kernel import snake_frames, snake_jacobian, surely_rigid
+from .snake_kernel import snake_frames, snake_jacobian
 from .snake_surface import LinkVertices, link_vertices
 
 Array = NDArray[np.float64]
@@ -228,8 +228,5 @@ class SnakeModel:
 
 
 def _base(transform: ArrayLike) -> Array:
-    """A copy of the base (4, 4), checked: at once where there is no doubt, as a step of control asks for it often."""
-    base = np.array(transform, dtype=np.float64, order="C")
-    if base.shape == (4, 4) and np.isfinite(base).all() and surely_rigid(base):
-        return base
-    return check_transform(base, "the snake's base").copy()
+    """A copy of the base (4, 4), checked."""
+    return rigid_transform(transform, "the snake's base", RobotError)

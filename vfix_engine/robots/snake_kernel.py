@@ -69,23 +69,6 @@ def snake_jacobian(frames: Array, base: Array, q: Array, link: int, x: float, y:
         out[0, joint], out[1, joint], out[2, joint] = ay * rz - az * ry, az * rx - ax * rz, ax * ry - ay * rx
 
 
-@borrowing
-def surely_rigid(base: Array) -> bool:
-    """Whether a finite (4, 4) is a rigid transform well within the bounds of ``description.check_transform``."""
-    worst = 0.0
-    for i in range(3):
-        worst = max(worst, abs(base[3, i]))
-        for k in range(i + 1):
-            dot = base[i, 0] * base[k, 0] + base[i, 1] * base[k, 1] + base[i, 2] * base[k, 2]
-            worst = max(worst, abs(dot - 1.0) if i == k else abs(dot))
-    for i in range(3):
-        worst = max(worst, 1e-15 * abs(base[i, 3]))  # 1e-9 at a kilometre
-    turned = base[0, 0] * (base[1, 1] * base[2, 2] - base[1, 2] * base[2, 1])
-    turned -= base[0, 1] * (base[1, 0] * base[2, 2] - base[1, 2] * base[2, 0])
-    turned += base[0, 2] * (base[1, 0] * base[2, 1] - base[1, 1] * base[2, 0])
-    return bool(worst < 1e-9 and turned > 0.0 and base[3, 3] == 1.0)
-
-
 @compiled
 def aim(dx: float, dy: float, dz: float) -> tuple[float, float]:
     """The angles (odd, even) in rad that turn a link's z axis to the unit vector (dx, dy, dz) of the frame before it.

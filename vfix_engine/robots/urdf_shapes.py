@@ -32,12 +32,18 @@ class Shape:
 
 def check_file_names(robot: Element, folder: Path) -> None:
     """Every file that the document names, for drawing or not, must lie inside its folder (HAZ-19)."""
-    waiting = [robot]
+    waiting = [(robot, "the robot")]
     while waiting:
-        element = waiting.pop()
+        element, where = waiting.pop()
+        if element.tag in ("link", "material"):
+            where = f"{element.tag} '{short(element.attributes.get('name', ''))}'"
         if element.tag in ("mesh", "texture"):
-            local_path(folder, element.attributes.get("filename", ""))
-        waiting.extend(element.children)
+            try:
+                local_path(folder, element.attributes.get("filename", ""))
+            except RobotError as error:
+                hint = f"put the file beside the URDF, or take this <{element.tag}> out; no distance is measured to it"
+                raise RobotError(f"{where}: {error}; {hint}") from error
+        waiting.extend((child, where) for child in element.children)
 
 
 def materials(robot: Element) -> dict[str, Colour]:

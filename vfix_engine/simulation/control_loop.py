@@ -19,6 +19,7 @@ from .clock import SPIN_S, FixedRateClock
 from .events import Event
 from .handle import Handle
 from .mailbox import Mailbox
+from .outbox import Outbox
 from .priority import RealTimePriority
 from .rehearsal import Command, Rehearsal
 from .snapshot import Snapshot
@@ -26,6 +27,8 @@ from .wire import HandInput, snapshot_to_bytes
 
 PUBLISH_S = 1 / 120  # snapshots are for the eye
 REST_S = 0.005  # nap of a loop that nobody drives
+SIGN_S = 0.1  # at rest a snapshot this often says that the loop is alive
+ANSWERS = 2  # events that one command can cause
 STILL = 1e-9  # joint speed in mm/s and rad/s that is none
 GREEDY_SHARE = 0.7  # of the period: steps that take more leave too little to the rest of the machine
 LITTER = 20_000  # objects made and not freed while driving, after which the youngest are looked through
@@ -38,15 +41,22 @@ class ControlLoop:
     garbage: no tick pays for what can wait until the hand rests.
     """
 
-    def __init__(self, rehearsal: Rehearsal, out: Mailbox, into: Mailbox, pipe: Connection, priority: RealTimePriority):
-        self._rehearsal, self._out, self._in, self._pipe = rehearsal, out, into, pipe
-        self._priority = priority
+    def __init__(
+        self,
+        rehearsal: Rehearsal,
+        out: Mailbox,
+        into: Mailbox,
+        commands: Connection,
+        events: Outbox,
+        priority: RealTimePriority,
+    ):
+        self._rehearsal, self._out, self._in = rehearsal, out, into
+        self._commands, self._events, self._priority = commands, events, priority
         self._state = rehearsal.start("path" if rehearsal.scene.path is not None else "free")
         self._clock = _clock(rehearsal.settings.dt_s)
         self._handle = Handle()
         self._input = HandInput()
         self._input_seen = 0
-        self._keys_beat_at = -np.inf
         self._running = False
         self._driving = False
         self._open = True
@@ -54,7 +64,7 @@ class ControlLoop:
         self._publish(rehearsal.snapshot(self._state), force=True)
 
     def run(self) -> None:
-        """Until the pipe closes."""
+        """Until it is told to end, or the pipe closes."""
         while self._open:
             now = time.monotonic()
             if not self._driving or now - self._obeyed_at >= PUBLISH_S:  # a look into the pipe costs 10 µs
@@ -69,6 +79,8 @@ class ControlLoop:
                 self._clock.worked()
             else:
                 self._rest()
+                if now - self._published_at >= SIGN_S:
+                    self._publish(self._rehearsal.snapshot(self._state))
                 time.sleep(REST_S)
         self._rest()
 
@@ -98,19 +110,17 @@ class ControlLoop:
         if led:
             settings, tool = self._rehearsal.settings, self._state.tool
             grip = self._rehearsal.scene.tool.grip(tool.tip.rotation, tool.tip.position)
+            hand = self._input
             force = self._handle.force(grip, settings.stiffness_n_per_mm, settings.force_cap_n, now)
-            keys = self._keys_alive(now)
-            command = Command(force, self._input.drive if keys else 0, self._input.twist if keys else 0)
+            keys = hand.keys.share(now)
+            command = Command(hand.hand.share(now) * force, keys * hand.drive, keys * hand.twist)
         else:
             command = Command(np.zeros(3))
         self._state, snapshot = self._rehearsal.step(self._state, command)
         self._publish(snapshot)
 
     def _driven(self, now: float) -> bool:
-        return self._handle.active(now) or (self._keys_alive(now) and bool(self._input.drive or self._input.twist))
-
-    def _keys_alive(self, now: float) -> bool:
-        return self._handle.fresh(self._keys_beat_at, now)
+        return self._input.hand.active(now) or self._input.keys.active(now)
 
     def _read_hand(self, now: float) -> None:
         news = self._in.read(self._input_seen)
@@ -118,39 +128,38 @@ class ControlLoop:
             return
         self._input_seen = news[0]
         before, self._input = self._input, HandInput.from_bytes(news[1])
-        if self._input.beats != before.beats:
-            self._keys_beat_at = now
-            self._handle.beat(now)
         if self._input.moves != before.moves:
-            if self._input.pressed and self._input.grip is not None:
-                self._handle.press(np.array(self._input.grip), now)
-            else:
-                self._handle.release(now)
+            self._handle.move(np.array(self._input.grip), now, onwards=before.hand.active(now))
 
     def _obey(self) -> None:
-        """Commands from the page; what cannot be done is said, never half done."""
+        """A command from the page; what cannot be done is said, never half done.
+
+        One at a time, so that a flood of them stops no ticks, and none from whoever does not read the answers.
+        """
+        self._open = self._open and not self._events.ended
         try:
-            while self._pipe.poll():
-                verb, *values = self._pipe.recv()
+            if self._open and self._events.room >= ANSWERS and self._commands.poll():
+                verb, *values = self._commands.recv()
                 try:
                     self._do(verb, values)
                 except VfixError as error:
-                    self._pipe.send(Event("note", str(error)))
+                    self._events.put(Event("note", str(error)))
                 if verb == "settings":
-                    self._pipe.send(Event("settings", json.dumps(self._rehearsal.settings.to_dict())))
+                    self._events.put(Event("settings", json.dumps(self._rehearsal.settings.to_dict())))
                 elif verb == "record":
-                    self._pipe.send(Event("record", json.dumps(self._clock.record().to_dict())))
+                    self._events.put(Event("record", json.dumps(self._clock.record().to_dict())))
         except (EOFError, OSError):
             self._open = False
 
     def _do(self, verb: str, values: list[Any]) -> None:
-        if verb == "run":
+        if verb == "end":
+            self._open = False
+        elif verb == "run":
             self._running = True
         elif verb == "pause":
             self._running = False
         elif verb == "reset":
             self._running = False
-            self._handle = Handle()
             self._state = self._rehearsal.start("path" if self._rehearsal.scene.path is not None else "free")
         elif verb == "mode":
             self._state = self._rehearsal.with_mode(self._state, *values)

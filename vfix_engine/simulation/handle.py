@@ -1,9 +1,13 @@
 """The virtual handle: a spring between the hand's grip and the tool's, kept alive by a heartbeat (HAZ-11).
 
-All times are seconds of one monotonic clock that the caller reads.
+All times are seconds of the monotonic clock, which all processes of a machine share: whoever hears the hand stamps what
+it does, and the control loop reads the force off it, however late that is.
 """
 
 from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,77 +17,77 @@ from ..control.admittance import saturate
 Array = NDArray[np.float64]
 
 INTERPOLATION_S = 0.05  # two drag events of the page are this far apart
+RISE_S = 0.06  # a hand that takes hold has its whole force after this long
 FRESH_S = 0.06  # a heartbeat keeps the force whole for this long
 GONE_S = 0.1  # after it, or after the release, the force is gone
-FARTHEST_MM = 1e6  # a grip further from the origin is no place
 MAX_JUMP_MM = 200.0  # a grip further from the tool than this is an error of the sender, not a pull
 
 
-class Handle:
-    """Force of the hand on the tool's grip."""
+@dataclass(frozen=True)
+class Hold:
+    """The dead man's switch of a handle or of keys: a press takes hold, heartbeats keep hold, nothing else does.
 
-    def __init__(self) -> None:
-        self._from: Array | None = None
-        self._to: Array | None = None
-        self._moved_at = 0.0
-        self._beat_at = -np.inf
-        self._released_at: float | None = 0.0
+    begun_at: when the share of the force began to rise from 0; beat_at: the last sign of the hand; released_at: ∞ while
+    the hand has not let go.
+    """
 
-    def press(self, grip: Array, now: float) -> None:
-        """The hand holds the grip at (3,) in LPS mm; every call is a heartbeat as well."""
-        if not (np.isfinite(grip).all() and np.abs(grip).max() <= FARTHEST_MM):
-            return
-        current = self._at(now) if self._released_at is None else None
-        self._from, self._to = (grip if current is None else current), np.array(grip)
-        self._moved_at, self._released_at = now, None
-        self.beat(now)
+    begun_at: float = -math.inf
+    beat_at: float = -math.inf
+    released_at: float = math.inf
 
-    def beat(self, now: float) -> None:
-        """The button is still down."""
-        if self._released_at is None:
-            self._beat_at = now
+    def press(self, now: float) -> Hold:
+        """The hand takes hold, or moves on; its share of the force rises from what it is now."""
+        return Hold(now - RISE_S * self.share(now), now)
 
-    def release(self, now: float) -> None:
-        """The button is up: the force fades."""
-        if self._released_at is None:
-            self._released_at = now
+    def beat(self, now: float) -> Hold:
+        """The hand is still there; one that has been lost stays lost until it presses."""
+        return self.press(now) if self.alive(now) else self
+
+    def release(self, now: float) -> Hold:
+        """The hand lets go: its share fades."""
+        return replace(self, released_at=min(self.released_at, now))
+
+    def alive(self, now: float) -> bool:
+        """The hand holds on: not released, and heard of within the last ``GONE_S``."""
+        return self.released_at > now and now - self.beat_at < GONE_S - 1e-9
 
     def active(self, now: float) -> bool:
-        """There is a force, whole or fading."""
-        return self._to is not None and self._share(now) > 0.0
+        """There is a force, or one begins."""
+        return self.alive(now) or self.share(now) > 0.0
 
-    @staticmethod
-    def fresh(beat_at: float, now: float) -> bool:
-        """A heartbeat at ``beat_at`` still counts."""
-        return now - beat_at < GONE_S - 1e-9
+    def share(self, now: float) -> float:
+        """Share of the whole force, 0 … 1: rising after a press, fading without heartbeats and after a release."""
+        since = now - self.beat_at
+        if since >= GONE_S - 1e-9:
+            return 0.0
+        silent = 1.0 - (since - FRESH_S) / (GONE_S - FRESH_S)
+        released = 1.0 - (now - self.released_at) / GONE_S
+        return max(min((now - self.begun_at) / RISE_S, silent, released, 1.0), 0.0)
+
+
+NOBODY = Hold()
+
+
+class Handle:
+    """Where the hand has its grip, and how it pulls."""
+
+    def __init__(self) -> None:
+        self._from = self._to = np.zeros(3)
+        self._moved_at = 0.0
+
+    def move(self, grip: Array, now: float, onwards: bool) -> None:
+        """The grip goes to (3,) in LPS mm: ``onwards`` evenly within ``INTERPOLATION_S``, otherwise at once."""
+        self._from = self._at(now) if onwards else grip
+        self._to, self._moved_at = grip, now
 
     def force(self, tool_grip: Array, stiffness: float, cap: float, now: float) -> Array:
-        """Force (3,) in N on the tool: stiffness [N/mm] × pull, no more than cap [N], faded when the hand is gone."""
-        target = self._at(now)
-        if target is None:
-            return np.zeros(3)
-        share = self._share(now)
-        if share == 0.0:
-            self._from = self._to = None  # the grip returns to the tool
-            self._released_at = now if self._released_at is None else self._released_at
-            return np.zeros(3)
-        pull = target - tool_grip
+        """Whole force (3,) in N of a hand that holds: stiffness [N/mm] × pull, no more than cap [N]."""
+        pull = self._at(now) - tool_grip
         if float(np.linalg.norm(pull)) > MAX_JUMP_MM:
             return np.zeros(3)
-        return share * saturate(stiffness * pull, cap)
+        return saturate(stiffness * pull, cap)
 
-    def _at(self, now: float) -> Array | None:
-        if self._from is None or self._to is None:
-            return None
+    def _at(self, now: float) -> Array:
         share = min(max((now - self._moved_at) / INTERPOLATION_S, 0.0), 1.0)
         place: Array = self._from + share * (self._to - self._from)
         return place
-
-    def _share(self, now: float) -> float:
-        since_beat = now - self._beat_at
-        if not self.fresh(self._beat_at, now):
-            return 0.0
-        share = 1.0 if since_beat <= FRESH_S else 1.0 - (since_beat - FRESH_S) / (GONE_S - FRESH_S)
-        if self._released_at is not None:
-            share = min(share, 1.0 - (now - self._released_at) / GONE_S)
-        return max(share, 0.0)

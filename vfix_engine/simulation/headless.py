@@ -12,11 +12,12 @@ import numpy as np
 from ..errors import ControlError
 from .dry_run import dry_run
 from .operators import Operator, PushingOperator, ScriptedOperator
-from .rehearsal import Rehearsal, RehearsalState
+from .rehearsal import ON_PATH_MM, Rehearsal, RehearsalState
 from .snapshot import Snapshot
 
 PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up
 GAIN_MM = 0.02  # less than this in that many steps is no progress towards a target
+GAIN_SHARE = 0.005  # less of the way that a free hand would make in that many steps is no progress along the path
 ATTEMPTS = 3  # to bring the view onto a target, each from further out
 BACK_OFF_MM = 8.0
 PASSED_MM = 0.3  # the view is past its nearest place when it is this much further away again
@@ -31,6 +32,8 @@ class Tally:
 
     steps: int = 0
     held: int = 0
+    approach: int = 0  # steps on which a guide brought the tip to the path
+    on_path: bool = False  # since it last came into the path's mode the tip has been within ON_PATH_MM of it
     least_clearance: float = np.inf
     rows: tuple[int, int] = (10**9, 0)
 
@@ -44,7 +47,9 @@ class Tally:
         self.least_clearance = min(self.least_clearance, snapshot.clearance_mm)
         if snapshot.rows:
             self.rows = (min(self.rows[0], snapshot.rows), max(self.rows[1], snapshot.rows))
-        if snapshot.phase in ("follow", "done"):
+        self.approach += snapshot.phase == "approach"
+        self.on_path = snapshot.mode == "path" and (self.on_path or snapshot.tip_error_mm <= ON_PATH_MM)
+        if self.on_path:
             self.errors.append(snapshot.tip_error_mm)
         if self.steps > WARM_UP_STEPS:
             self.times.append(1e6 * seconds)
@@ -57,8 +62,10 @@ class Tally:
         return {
             "steps": self.steps,
             "held_steps": self.held,
+            "approach_steps": self.approach,
             "tip_error_mm": spread(self.errors, mean=np.mean, max=np.max),
             "min_clearance_mm": self.least_clearance,
+            "min_bone_clearance_mm": self.least_clearance,
             "step_time_us": spread(self.times, median=np.median, p99=lambda a: np.percentile(a, 99)),
             "qp_rows": {"min": min(self.rows), "max": self.rows[1]},
         }
@@ -98,7 +105,12 @@ class HeadlessRun:
             "mode": snapshot.mode,
             # What slowed the last step, or what it went along without being slowed.
             "reason": snapshot.reason or next(iter(snapshot.active), ""),
-            "pushing": {"steps": pushed.steps, "min_clearance_mm": pushed.least_clearance, "held_steps": pushed.held},
+            "pushing": {
+                "steps": pushed.steps,
+                "min_clearance_mm": pushed.least_clearance,
+                "min_bone_clearance_mm": pushed.least_clearance,
+                "held_steps": pushed.held,
+            },
         }
 
     def inspect(self, target: int, steps: int) -> dict[str, Any]:
@@ -118,7 +130,7 @@ class HeadlessRun:
             state, snapshot = self._drive(state, ScriptedOperator(), _arrival())
             if snapshot.phase == "inspect_hold":
                 return {"target": name, "reached": True, "reason": ""} | self._swing(state, steps)
-        reason = snapshot.reason or "the view does not get there"
+        reason = snapshot.reason or next(iter(snapshot.active), "the view does not get there")
         return {"target": name, "reached": False, "reason": reason, "error_mm": None, "swing_deg": 0.0}
 
     def _swing(self, state: RehearsalState, steps: int) -> dict[str, Any]:
@@ -154,11 +166,17 @@ class HeadlessRun:
     def _drive(
         self, state: RehearsalState, operator: Operator, stop: Callable[[Snapshot], bool]
     ) -> tuple[RehearsalState, Snapshot]:
+        """Until ``stop``, or until the hand gives up: held for long, or on the path and no longer getting anywhere."""
         snapshot = self.rehearsal.snapshot(state)
-        held = 0
-        while not stop(snapshot) and held < PATIENCE_STEPS:
+        settings = self.rehearsal.settings
+        free = settings.gain_mm_per_s_per_n * settings.force_cap_n * settings.dt_s * PATIENCE_STEPS
+        held, idle, best = 0, 0, (snapshot.progress_mm, snapshot.tip_error_mm)
+        while not stop(snapshot) and max(held, idle) < PATIENCE_STEPS:
             state, snapshot = self._one(state, operator)
             held = held + 1 if snapshot.held else 0
+            now = snapshot.progress_mm, snapshot.tip_error_mm
+            nowhere = max(abs(a - b) for a, b in zip(now, best, strict=True)) < GAIN_SHARE * free
+            idle, best = (idle + 1, best) if nowhere and snapshot.mode == "path" else (0, now)
         return state, snapshot
 
     def _one(self, state: RehearsalState, operator: Operator) -> tuple[RehearsalState, Snapshot]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,6 +44,7 @@ def place_robot(
     settings: ControlSettings,
     zones: tuple[Zone, ...] = (),
     fixtures: tuple[Fixture, ...] = (),
+    go_on: Callable[[], object] = bool,
 ) -> Placing:
     """The placing from which the controller gets furthest along the path.
 
@@ -51,12 +52,18 @@ def place_robot(
     orientation at samples of the path; the best few are driven dry, among zones and with standing fixtures where there
     are any, and the first that arrives is taken.
     A robot that arrives in none of them is placed where it gets furthest, and ``run.reason`` says what holds it there.
+    ``go_on`` is called between all of these steps; what it raises ends the search.
 
     Raises:
         StartRefused: the tool does not fit at the entry in any of these directions.
     """
     stand = Stand(robot, tool)
-    ranked = sorted(_orientations(path, tool), key=lambda o: -_room(tree, tool, path, o.tip, settings))
+
+    def room(orientation: _Orientation) -> float:
+        go_on()
+        return _room(tree, tool, path, orientation.tip, settings)
+
+    ranked = sorted(_orientations(path, tool), key=room, reverse=True)
     best: Placing | None = None
     reason = ""
     tried = 0
@@ -64,7 +71,7 @@ def place_robot(
         try:
             base, q_start = stand.at(orientation.tip, path.position(0.0), orientation.roll)
             scene = Scene(tree, robot, tool, base, q_start, path, zones=zones, fixtures=fixtures)
-            run = dry_run(scene, settings)
+            run = dry_run(scene, settings, go_on)
         except StartRefused as error:
             reason = reason or str(error)  # of the best one
             continue

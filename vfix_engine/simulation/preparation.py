@@ -36,6 +36,7 @@ from .scene import Scene
 # Of two processes; the second parts put kernels of both first ones into theirs.
 HALVES = (("surface", "distances"), ("parts", "control"))
 HALF_SECONDS = 600.0  # a process that takes longer hangs
+_LOOK_S = 0.1
 _DONE = "prepared"
 _GO = b"."
 _idle = threading.Event()
@@ -80,9 +81,13 @@ def _count(folder: Path) -> int:
     return sum(1 for _ in folder.glob("*.nbi"))
 
 
-def wait() -> None:
-    """Return once no preparation runs in this process: compiling the same a second time would slow both down."""
-    _idle.wait()
+def wait(go_on: Callable[[], object] = bool) -> None:
+    """Return once no preparation runs in this process: compiling the same a second time would slow both down.
+
+    go_on: called now and then; what it raises ends the waiting.
+    """
+    while not _idle.wait(_LOOK_S):
+        go_on()
 
 
 def warm_up(rehearsal: Rehearsal) -> None:

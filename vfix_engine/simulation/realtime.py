@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import multiprocessing
 import signal
 import threading
 import time
+import traceback
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any
@@ -18,11 +21,13 @@ from ..control import ControlSettings
 from ..errors import ControlError, VfixError
 from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
+from ..geometry.places import FARTHEST_MM
 from ..geometry.proximity import ProximityTree
 from ..robots import RobotModel, Tool
 from .control_loop import ControlLoop
 from .events import Event
 from .mailbox import Mailbox
+from .outbox import Outbox
 from .preparation import warm_up
 from .priority import RealTimePriority
 from .rehearsal import Rehearsal
@@ -33,7 +38,10 @@ from .wire import INPUT_BYTES, SNAPSHOT_BYTES, HandInput, snapshot_from_bytes
 Array = NDArray[np.float64]
 
 START_TIMEOUT_S = 120.0  # the first start after an installation compiles the kernels
-CLOSE_TIMEOUT_S = 2.0
+CLOSE_TIMEOUT_S = 0.5  # a process that has not ended by itself by then is killed
+LAST_WORD_S = 0.5  # for a process that ends to say why
+UNANSWERED = "the control process does not answer, or nobody reads its events; close the rehearsal and start it again"
+ENDED = "the control process ended; start the rehearsal again"
 
 
 @dataclass(frozen=True)
@@ -59,30 +67,37 @@ class SceneSpec:
 
 
 class RehearsalProcess:
-    """A rehearsal in a process of its own; every method may be called from any thread."""
+    """A rehearsal in a process of its own; every method may be called from any thread.
+
+    None waits for the process but ``wait_ready`` and ``close``, not even for one that is stopped or hangs.
+    """
 
     def __init__(self, scene: SceneSpec, settings: ControlSettings, real_time: bool = True):
         """real_time: take a real-time priority while somebody drives, where the system allows it."""
         self._lock = threading.Lock()
         self._out, self._in = Mailbox.create(SNAPSHOT_BYTES), Mailbox.create(INPUT_BYTES)
         context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
+        self._pipe, self._theirs = context.Pipe()
         self._process = context.Process(
             target=_main,
-            args=(scene, settings, self._out.name, self._in.name, theirs, real_time),
+            args=(self._out.name, self._in.name, self._theirs, real_time),
             name="vfix-control",
             daemon=True,
         )
-        self._theirs = theirs
+        self._first = (scene, settings)
         self._input = HandInput()
         self._latest: Snapshot | None = None
         self._seen = 0
-        self._closed = False
+        self._heard_at = time.monotonic()
+        self._closed = self._end_told = False
 
     def start(self) -> None:
         """Start the process; it says 'ready' when it can be driven."""
         self._process.start()
         self._theirs.close()
+        atexit.register(self.close)  # before multiprocessing waits for it, in vain where it is stopped
+        self._outbox = Outbox(self._pipe)
+        self._outbox.put(self._first)
 
     def wait_ready(self, timeout: float = START_TIMEOUT_S) -> None:
         """Wait until it can be driven.
@@ -108,28 +123,28 @@ class RehearsalProcess:
         return not self._closed and self._process.is_alive()
 
     def set_grip(self, position: ArrayLike) -> None:
-        """The hand holds the grip at (3,) in LPS mm; also a heartbeat. Numbers that are none are ignored."""
+        """The hand takes the grip to (3,) in LPS mm; also a heartbeat. What is no place of a tool is ignored."""
         grip = np.asarray(position, dtype=float)
-        if grip.shape != (3,) or not np.isfinite(grip).all():
+        if grip.shape != (3,) or not (np.abs(grip) <= FARTHEST_MM).all():
             return
         place = (float(grip[0]), float(grip[1]), float(grip[2]))
-        self._put(lambda i: replace(i, grip=place, pressed=True, moves=i.moves + 1, beats=i.beats + 1))
+        self._put(lambda i, now: replace(i, grip=place, moves=i.moves + 1, hand=i.hand.press(now)))
 
     def heartbeat(self) -> None:
-        """The button or key is still down."""
-        self._put(lambda i: replace(i, beats=i.beats + 1))
+        """The button or key is still down; a hand that has been silent for 100 ms has to take hold anew."""
+        self._put(lambda i, now: replace(i, hand=i.hand.beat(now), keys=i.keys.beat(now)))
 
     def release(self) -> None:
         """The hand lets go of everything."""
-        self._put(lambda i: replace(i, grip=None, pressed=False, drive=0, twist=0, moves=i.moves + 1))
+        self._put(lambda i, now: replace(i, drive=0, twist=0, hand=i.hand.release(now), keys=i.keys.release(now)))
 
     def drive(self, direction: int) -> None:
         """Along the path: −1 back, 0 stop, +1 forward; needs heartbeats like the grip."""
-        self._put(lambda i: replace(i, drive=_sign(direction), beats=i.beats + 1))
+        self._put(lambda i, now: _key(replace(i, drive=_sign(direction)), direction, now))
 
     def twist(self, direction: int) -> None:
         """About the shaft: −1, 0, +1; needs heartbeats like the grip."""
-        self._put(lambda i: replace(i, twist=_sign(direction), beats=i.beats + 1))
+        self._put(lambda i, now: _key(replace(i, twist=_sign(direction)), direction, now))
 
     def run(self) -> None:
         """Let the clock tick; the tool moves when a hand moves it."""
@@ -140,7 +155,8 @@ class RehearsalProcess:
         self._send("pause")
 
     def reset(self) -> None:
-        """Back to the entry, paused."""
+        """Back to the entry, paused; the hand has to take hold anew."""
+        self.release()
         self._send("reset")
 
     def set_mode(self, mode: str, target_index: int | None = None) -> None:
@@ -162,68 +178,94 @@ class RehearsalProcess:
                 return self._latest
             news = self._out.read(self._seen)
             if news is not None:
-                self._seen = news[0]
+                self._seen, self._heard_at = news[0], time.monotonic()
                 self._latest = snapshot_from_bytes(news[1])
             return self._latest
 
+    @property
+    def silence_s(self) -> float:
+        """Seconds since the last snapshot. Once it is ready, one comes every ``SIGN_S`` at least, or the loop hangs."""
+        self.snapshot()
+        return time.monotonic() - self._heard_at
+
     def events(self) -> list[Event]:
-        """What the process has said since the last call."""
+        """What the process has said since the last call; that it has ended is said once, why before that."""
         with self._lock:
             found: list[Event] = []
             try:
-                while not self._closed and self._pipe.poll():
+                while not (self._closed or self._end_told) and self._pipe.poll():
                     found.append(self._pipe.recv())
             except (EOFError, OSError):
-                found.append(Event("failed", "the control process ended; start the rehearsal again"))
+                self._end_told = True
+                found.append(Event("failed", ENDED))
             return found
 
     def close(self) -> None:
-        """End the process and free its mailboxes."""
+        """End the process within a second, by force where it does not end by itself, and free its mailboxes."""
         with self._lock:
             if self._closed:
                 return
             self._closed = True
-            self._pipe.close()  # the process ends when its pipe does
-            if self._process.pid is not None:
-                self._process.join(CLOSE_TIMEOUT_S)
-                if self._process.is_alive():
-                    self._process.kill()
-                    self._process.join()
-            self._out.close()
-            self._in.close()
+        atexit.unregister(self.close)
+        if self._process.pid is not None:
+            self._outbox.put(("end",))
+            self._process.join(CLOSE_TIMEOUT_S)
+            if self._process.is_alive():
+                self._process.kill()
+                self._process.join()
+            self._outbox.end()
+            self._outbox.join()
+        self._pipe.close()
+        self._out.close()
+        self._in.close()
 
-    def _put(self, change: Any) -> None:
+    def _put(self, change: Callable[[HandInput, float], HandInput]) -> None:
         with self._lock:
             if not self._closed:
-                self._input = change(self._input)
+                self._input = change(self._input, time.monotonic())
                 self._in.write(self._input.to_bytes())
 
     def _send(self, verb: str, *values: Any) -> None:
         with self._lock:
             if self._closed:
                 raise ControlError("the rehearsal is closed")
-            try:
-                self._pipe.send((verb, *values))
-            except OSError as error:
-                raise ControlError("the control process ended; start the rehearsal again") from error
+            if not self._process.is_alive():
+                raise ControlError(ENDED)
+            if not self._outbox.put((verb, *values)):
+                raise ControlError(UNANSWERED)
 
 
 def _sign(direction: int) -> int:
     return (direction > 0) - (direction < 0)
 
 
-def _main(scene: SceneSpec, settings: ControlSettings, out: str, into: str, pipe: Connection, real_time: bool) -> None:
-    """The process's main: builds the scene, says so, and loops until its pipe closes."""
+def _key(hand: HandInput, direction: int, now: float) -> HandInput:
+    """After a key went down, or up where the direction is 0: then it is held only as long as another one is."""
+    if direction:
+        return replace(hand, keys=hand.keys.press(now))
+    return hand if hand.drive or hand.twist else replace(hand, keys=hand.keys.release(now))
+
+
+def _main(out: str, into: str, pipe: Connection, real_time: bool) -> None:
+    """The process's main: builds the scene, says so, and loops until it is told to end or its pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the planner, which closes this pipe
+    events = Outbox(pipe)
     try:
+        scene, settings = pipe.recv()
         rehearsal = Rehearsal(scene.build(), settings)
         warm_up(rehearsal)
         priority = RealTimePriority(real_time)
-        loop = ControlLoop(rehearsal, Mailbox.attach(out), Mailbox.attach(into), pipe, priority)
+        loop = ControlLoop(rehearsal, Mailbox.attach(out), Mailbox.attach(into), pipe, events, priority)
+        gc.collect()
+        gc.freeze()  # what is here stays: no later collection looks through it
+        events.put(Event("ready"))
+        loop.run()
     except VfixError as error:
-        pipe.send(Event("refused", str(error)))
-        return
-    gc.collect()
-    gc.freeze()  # what is here stays: no later collection looks through it
-    pipe.send(Event("ready"))
-    loop.run()
+        events.put(Event("refused", str(error)))
+    except EOFError:
+        pass  # closed before it began
+    except Exception as error:
+        traceback.print_exc()  # to the planner's log
+        words = f"the control process failed ({type(error).__name__}: {error}); start the rehearsal again"
+        events.put(Event("failed", words))
+    events.flush(LAST_WORD_S)

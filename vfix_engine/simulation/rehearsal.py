@@ -19,7 +19,7 @@ from ..control.tasks import (
     move_freely,
     view_point,
 )
-from ..errors import ControlError
+from ..errors import ControlError, InputError
 from ..fixtures import Zone
 from ..geometry.proximity import Proximity
 from .scene import Scene
@@ -41,14 +41,14 @@ GUIDED = ("approach", "inspect_approach")  # phases in which the fixture chooses
 
 @dataclass(frozen=True)
 class Command:
-    """What the hand does during one step: force (3,) in N at the grip, drive and twist as -1, 0 or +1.
+    """What the hand does during one step: force (3,) in N at the grip, drive and twist from -1 to +1 of full force.
 
     With a ``master`` the step is teleoperated, in every mode: its motion counts instead of force and drive.
     """
 
     force: Array
-    drive: int = 0
-    twist: int = 0
+    drive: float = 0
+    twist: float = 0
     master: Master | None = None
 
 
@@ -65,6 +65,7 @@ class PathPoint:
 class RehearsalState:
     """All that a rehearsal remembers between two steps; ``nearest`` is None where there is no path.
 
+    nearest: to the tip while it follows the path; in other modes where it was when it last did.
     emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
     """
 
@@ -76,6 +77,11 @@ class RehearsalState:
     steps: int
     emergencies: int = 0
     lag: Array = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def q(self) -> Array:
+        """Joints (n,) in mm and rad, in the order of ``RobotModel.joints``; ``tool`` has the rest of the pose."""
+        return self.tool.q
 
 
 class Rehearsal:
@@ -125,10 +131,16 @@ class Rehearsal:
         return replace(state, mode=mode, phase="free")
 
     def step(self, state: RehearsalState, command: Command) -> tuple[RehearsalState, Snapshot]:
-        """One control period."""
+        """One control period.
+
+        Raises:
+            InputError: the command's force is not an array of three numbers; non-finite ones count as none.
+        """
         force = np.asarray(command.force, dtype=float)
-        if force.shape != (3,) or not np.isfinite(force).all():
-            force = np.zeros(3)  # HAZ-05: a number that is none pushes nothing
+        if force.shape != (3,):
+            raise InputError(f"the force has the shape {force.shape}; it is three numbers in N, in the patient frame")
+        if not np.isfinite(force).all():
+            force = np.zeros(3)  # HAZ-05
         force = saturate(np.clip(force, -FORCE_LIMIT_N, FORCE_LIMIT_N), self.settings.force_cap_n)
         if command.master is None:
             state = replace(state, lag=np.zeros(3))
@@ -202,7 +214,8 @@ class Rehearsal:
         else:
             pull = force
             if command.drive > 0:
-                pull = saturate(force + self.settings.force_cap_n * _unit(target - centre), self.settings.force_cap_n)
+                cap = self.settings.force_cap_n
+                pull = saturate(force + command.drive * cap * _unit(target - centre), cap)
             task = approach_target(state.tool, tool, pull, target, self.settings, reach)
         report = self.controller.step(state.tool, task)
         if phase == "inspect_hold":  # the master holds the grip there, and the virtual point before
@@ -256,7 +269,8 @@ class Rehearsal:
         centre = view_point(tool, scene.tool, settings.view_distance_mm)
         error = progress = length = 0.0
         if scene.path is not None and state.nearest is not None:
-            near = state.nearest if state.mode == "path" else self._nearest(state)
+            # Off the path the tip may have gone anywhere: there no branch is preferred.
+            near = state.nearest if state.mode == "path" else PathPoint(*scene.path.closest(tip))
             error, progress, length = float(np.linalg.norm(near.position - tip)), near.s, scene.path.length
         target_error = float("nan")
         if state.mode == "inspect":

@@ -15,9 +15,10 @@ from ..errors import ControlError, InputError
 from ..fixtures import Fixture, Zone
 from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
+from ..geometry.places import too_far
 from ..geometry.proximity import Proximity, ProximityTree
 from ..robots import RobotModel, Tool
-from .placing import place_robot
+from .placing import Placing, place_robot
 from .rehearsal import Command, Rehearsal, RehearsalState
 from .scene import Scene
 from .snapshot import Snapshot
@@ -68,12 +69,15 @@ class Simulation:
         robot = robot if isinstance(robot, RobotModel) else RobotModel.load(robot)
         tool = tool if isinstance(tool, Tool) else Tool.load(tool)
         path = path if path is None or isinstance(path, SplinePath) else SplinePath(path)
+        self._placing: Placing | None = None
         if base is None:
             if path is None:
                 raise InputError("where does the robot stand? Give a base (4, 4), or a path to place it by")
-            placing = place_robot(tree, robot, tool, path, settings)
-            base, q_start = placing.base, placing.q_start if q_start is None else q_start
+            self._placing = place_robot(tree, robot, tool, path, settings, tuple(zones), tuple(fixtures))
+            base, q_start = self._placing.base, self._placing.q_start if q_start is None else q_start
         points = np.zeros((0, 3)) if targets is None else _numbers(targets, (-1, 3), "targets")
+        if far := too_far(points):
+            raise InputError(f"target {far[0] + 1} {far[1]}")
         scene = Scene(
             tree,
             robot,
@@ -96,13 +100,21 @@ class Simulation:
         return self._state
 
     @property
+    def placing(self) -> Placing | None:
+        """How the robot was placed by the path, and how far it gets along it from there (``run``); None with a base.
+
+        ``placing.run.reason`` says in words what keeps it from the end, such as too few joints; '' where it arrives.
+        """
+        return self._placing
+
+    @property
     def now(self) -> Snapshot:
         """The picture after the last step: pose, clearance, what holds the tool, and the rest."""
         return self._now
 
     @property
     def q(self) -> Array:
-        """Joints (n,) in mm and rad."""
+        """Joints (n,) in mm and rad, in the order of ``RobotModel.joints``."""
         return self._state.tool.q
 
     @property

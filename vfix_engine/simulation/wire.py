@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from .handle import NOBODY, Hold
 from .snapshot import Snapshot
 
 SNAPSHOT_BYTES = 16_384
@@ -16,14 +17,14 @@ INPUT_BYTES = 512
 
 @dataclass(frozen=True)
 class HandInput:
-    """The newest state of the hand: grip (3) in LPS mm or None, number of heartbeats and moves so far, keys held."""
+    """The newest state of the hand: grip (3) in LPS mm, its moves so far, keys held, and the hold on either."""
 
-    grip: tuple[float, float, float] | None = None
-    pressed: bool = False
+    grip: tuple[float, float, float] = (0.0, 0.0, 0.0)
     moves: int = 0
-    beats: int = 0
     drive: int = 0
     twist: int = 0
+    hand: Hold = NOBODY
+    keys: Hold = NOBODY
 
     def to_bytes(self) -> bytes:
         """Packed for the shared memory, as ``from_bytes`` reads it."""

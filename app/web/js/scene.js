@@ -1,6 +1,6 @@
 // The three-dimensional scene in its frame: tools on top of it, the ghost's card, scale, legend, and the hand on the grip.
 import { h, whenChanged } from "./dom.js";
-import { fixed, mm } from "./format.js";
+import { fixed } from "./format.js";
 import { LET_GO, letGoOfEverything } from "./keys.js";
 
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
@@ -117,7 +117,7 @@ export class SceneFrame {
     this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
     this.changedLegend([state.corridor?.scale, state.step?.name], () => this.renderLegend(state.corridor?.scale));
     const height = state.camera?.view_height_mm;
-    this.renderScale(Number.isFinite(height) ? height / this.frame.clientHeight : null);
+    this.renderScale(state.scene?.ready && Number.isFinite(height) ? height / this.frame.clientHeight : null);
   }
 
   renderGhost(ghost) {
@@ -148,7 +148,7 @@ export class SceneFrame {
       tick.style.left = `${((value - scale.lo) / span) * 100}%`;
       return tick;
     }));
-    legend.replaceChildren(h("div", { class: "legend-title" }, `Clearance of the whole tool, mm; line: margin ${mm(scale.margin, 1)}`), bar, ticks);
+    legend.replaceChildren(h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 1)}`), bar, ticks);
   }
 
   renderScale(perPixel) {

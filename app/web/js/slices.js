@@ -25,7 +25,7 @@ export class Slices {
       WINDOWS.map(([value, label]) => h("option", { value }, label)));
     this.foot = h("div", { class: "slices-foot" },
       h("label", { class: "field" }, h("span", { class: "field-label" }, "Zoom", this.zoomWords), this.zoomInput), this.window);
-    this.empty = h("p", { class: "slices-empty" }, "This head came as a surface, without a CT. Slices need a CT volume.");
+    this.empty = h("p", { class: "slices-empty" });
     root.append(...this.stages.map((stage) => stage.element), this.foot, this.empty);
     this.update({}); // nothing is known of the head yet
     connection.addEventListener("link", () => { for (const stage of this.stages) stage.unanswered(); });
@@ -34,6 +34,7 @@ export class Slices {
   update(state) {
     const available = Boolean(state.case?.has_volume && state.slices);
     this.empty.hidden = available || !state.case;
+    this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "This head came as a surface, without a CT. Slices need a CT volume.";
     this.foot.hidden = !available;
     for (const stage of this.stages) {
       stage.element.hidden = !available;
@@ -179,7 +180,7 @@ class SliceStage {
       svg("line", { class: "cross-hair", y1: 0, y2: height, x1: cross.x, x2: cross.x }),
     ];
     marks.push(...this.line(this.state.curve?.points ?? [], "slice-path"));
-    const plan = this.state.plan;
+    const plan = this.state.driven ?? this.state.plan; // a rehearsal of the plan as it was shows what it drives
     for (const item of plan?.points ?? []) marks.push(this.mark(item, radius, "slice-point", plan.selected));
     for (const item of plan?.targets ?? []) marks.push(this.mark(item, radius, "slice-target", plan.selected));
     if (plan?.ghost) marks.push(this.mark({ id: "ghost", position: plan.ghost.position }, radius * 1.3, "slice-point ghost"));

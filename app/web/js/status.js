@@ -11,7 +11,7 @@ export class StatusBar {
   constructor(root) {
     this.force = reading("Force of the hand");
     this.tip = reading("Tip error");
-    this.clearance = reading("Clearance of the tool");
+    this.clearance = reading("Bone clearance of the tool");
     this.target = reading("Target error");
     this.holding = reading("What holds the tool", "fill");
     this.sheet = h("div", { class: "details-sheet", hidden: true, id: "details-sheet" });
@@ -35,7 +35,7 @@ export class StatusBar {
     this.force.set(now.force_n, 2, "N");
     this.tip.set(now.mode === "path" || !rehearsing ? now.tip_error_mm : null, 3, "mm");
     const corridor = rehearsing ? null : state.corridor;
-    this.clearance.label.textContent = rehearsing ? "Clearance of the tool" : "Least clearance of the plan";
+    this.clearance.label.textContent = rehearsing ? "Bone clearance of the tool" : "Least bone clearance";
     this.clearance.set(rehearsing ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
     this.target.element.hidden = now.mode !== "inspect";
     this.target.set(now.target_error_mm, 3, "mm");
@@ -54,8 +54,7 @@ function holdingWords(now) {
   if (!["running", "paused", "ready"].includes(now.state)) return "–";
   if (now.state === "ready") return "In place at the entry, not started";
   if (now.state === "paused") return "Paused";
-  if (now.held) return sentence(now.reason || "held");
-  return sentence(now.reason || "nothing, the tool is free to move");
+  return sentence(now.holding ?? "");
 }
 
 function reading(name, extra = "") {

@@ -1,5 +1,6 @@
 """A planner that really listens: uvicorn on a loopback port and the scene's server behind it."""
 
+import asyncio
 import contextlib
 import http.client
 import secrets
@@ -10,13 +11,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import uvicorn
 from fastapi import APIRouter, FastAPI
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
 
 from app.gateway.application import build_application
 from app.gateway.scene_server import SceneServer
+from app.gateway.server import PlannerServer
 from app.gateway.warm_up import WarmUp
 from app.settings import Settings
 
@@ -113,6 +114,14 @@ def other_routes() -> APIRouter:
     for method in ("GET", "POST", "PUT", "PATCH", "DELETE"):
         router.add_api_route("/api/echo/{word}", echo, methods=[method], operation_id=f"echo_{method}")
 
+    @router.get("/api/slow")
+    async def slow() -> None:
+        await asyncio.sleep(1.0)
+
+    @router.post("/api/takes")
+    async def takes(numbers: list[int]) -> int:
+        return len(numbers)
+
     @router.get("/api/broken")
     async def broken() -> None:
         raise ValueError("Jane Doe, born 1970")
@@ -125,14 +134,21 @@ def other_routes() -> APIRouter:
     return router
 
 
+class NoServices(contextlib.ExitStack):
+    """In the place of the services: nothing runs that would have to be ended."""
+
+    def end(self) -> None:
+        pass
+
+
 @contextlib.contextmanager
 def listening(home: Path, routers: Sequence[APIRouter]) -> Iterator[Planner]:
     """Serve these routers behind the real gateway until the block ends."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         settings = Settings(home=home, port=listener.getsockname()[1], token=secrets.token_urlsafe(24))
         scene_server = SceneServer()
-        app = build_application(settings, contextlib.ExitStack(), scene_server, WarmUp(()), routers)
-        server = uvicorn.Server(uvicorn.Config(app, ws_max_size=64 * 2**20, log_level="error", access_log=False))
+        app = build_application(settings, NoServices(), scene_server, WarmUp(()), routers)
+        server = PlannerServer(app)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
         deadline = time.monotonic() + 20

@@ -67,6 +67,45 @@ def test_foreign_host_or_origin_is_refused_with_the_right_token(planner: Planner
                 assert planner.handshake(path, *named, host=host).status == 403, (path, host, origin)
 
 
+OTHER_SITES = ("same-site", "cross-site", "", "same-origin, same-site", "SAME-ORIGIN")
+NAVIGATION = (("Sec-Fetch-Mode", "navigate"), ("Sec-Fetch-Dest", "document"))
+
+
+def test_another_port_of_the_machine_cannot_make_the_planner_work(planner: Planner) -> None:
+    """A page of http://127.0.0.1:OTHER is 'same-site': the browser sends it our cookie and names no Origin in a GET."""
+    for site in OTHER_SITES:
+        for path in http_paths(planner):
+            for how in ((), (("Sec-Fetch-Mode", "no-cors"), ("Sec-Fetch-Dest", "image")), NAVIGATION):
+                if path == "/" and how == NAVIGATION:
+                    continue
+                answer = planner.http("GET", path, planner.cookie, ("Sec-Fetch-Site", site), *how)
+                assert answer.status == 403, (site, path, how)
+                assert json.loads(answer.body)["error"]["code"] == "site_refused"
+        for path in websocket_paths(planner):
+            named = (planner.cookie, ("Origin", planner.origin), ("Sec-Fetch-Site", site))
+            assert planner.handshake(path, *named).status == 403, (site, path)
+    twice = (("Sec-Fetch-Site", "same-origin"), ("Sec-Fetch-Site", "cross-site"))
+    assert planner.http("GET", "/docs", planner.cookie, *twice).status == 403
+
+
+def test_a_link_elsewhere_opens_the_page_and_nothing_more(planner: Planner) -> None:
+    for site in ("same-site", "cross-site"):
+        link = (("Sec-Fetch-Site", site), *NAVIGATION)
+        assert planner.http("GET", "/", planner.cookie, *link).status == 200
+        assert planner.http("GET", f"/?token={planner.settings.token}", *link).status == 303
+        for method in ("HEAD", "OPTIONS", "POST"):
+            assert planner.http(method, "/", planner.cookie, *link).status == 403, method
+        framed = (("Sec-Fetch-Site", site), ("Sec-Fetch-Mode", "navigate"), ("Sec-Fetch-Dest", "iframe"))
+        assert planner.http("GET", "/", planner.cookie, *framed).status == 403
+        assert planner.http("GET", f"/?token={planner.settings.token}", *framed).status == 403
+
+
+def test_the_page_itself_and_a_typed_address_reach_everything(planner: Planner) -> None:
+    for site in ("same-origin", "none"):
+        for path in http_paths(planner):
+            assert planner.http("GET", path, planner.cookie, ("Sec-Fetch-Site", site)).status not in (401, 403), path
+
+
 def test_localhost_is_a_name_of_the_loopback_address(planner: Planner) -> None:
     host = f"localhost:{planner.port}"
     assert planner.http("POST", "/api/echo/x", planner.cookie, ("Origin", f"http://{host}"), host=host).status == 200
@@ -108,7 +147,7 @@ def test_the_address_trades_its_token_for_a_cookie(planner: Planner) -> None:
     assert answer.headers["Location"] == "/"
     cookie, *attributes = answer.headers["Set-Cookie"].split("; ")
     assert cookie == f"vfix_token_{planner.port}={planner.settings.token}"
-    assert {part.lower() for part in attributes} == {"httponly", "path=/", "samesite=strict"}
+    assert {part.lower() for part in attributes} == {"httponly", "path=/", "samesite=lax"}
     page = planner.http("GET", "/", ("Cookie", cookie))
     assert page.status == 200
     assert planner.settings.token.encode() not in page.body

@@ -1,20 +1,8 @@
 """The guard over every route that the planner really has: new ones are enumerated by themselves (HAZ-27, HAZ-28)."""
 
 import json
-from collections.abc import Iterator
 
-import pytest
-from knocking import METHODS, Planner, http_paths, listening, websocket_paths
-
-from app.api import router as api_router
-from app.session import router as session_router
-
-
-@pytest.fixture(scope="module")
-def whole_planner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Planner]:
-    """The planner's own routers over no services at all: nothing may get as far as a service."""
-    with listening(tmp_path_factory.mktemp("home"), [api_router, session_router]) as running:
-        yield running
+from knocking import METHODS, Planner, http_paths, websocket_paths
 
 
 def test_the_enumeration_sees_the_planner(whole_planner: Planner) -> None:
@@ -54,3 +42,12 @@ def test_changing_routes_want_the_page_s_origin(whole_planner: Planner) -> None:
     for path in http_paths(whole_planner):
         for method in ("POST", "PUT", "PATCH", "DELETE"):
             assert whole_planner.http(method, path, whole_planner.cookie).status == 403, (method, path)
+
+
+def test_every_route_answers_403_to_pages_of_other_ports(whole_planner: Planner) -> None:
+    elsewhere = ("Sec-Fetch-Site", "same-site")
+    for path in http_paths(whole_planner):
+        assert whole_planner.http("GET", path, whole_planner.cookie, elsewhere).status == 403, path
+    for path in websocket_paths(whole_planner):
+        named = (whole_planner.cookie, ("Origin", whole_planner.origin), elsewhere)
+        assert whole_planner.handshake(path, *named).status == 403, path

@@ -1,6 +1,8 @@
 """The scene's inner server behind its lock, and the relay in front of it (HAZ-27, HAZ-28, HAZ-29, HAZ-31)."""
 
 import contextlib
+import dataclasses
+import logging
 import queue
 import socket
 import time
@@ -15,7 +17,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from app.gateway.relay import ALLOWED_MESSAGES
+from app.gateway import relay
+from app.gateway.scene_messages import ALLOWED_MESSAGES, is_allowed
 from app.gateway.scene_page import scene_page
 from app.gateway.scene_server import MAX_TABS, SUBPROTOCOL, SceneServer
 
@@ -130,6 +133,7 @@ def test_the_number_of_scenes_is_bounded(planner: Planner) -> None:
         with pytest.raises(InvalidStatus) as refused:
             scene(planner, "one-too-many").close()
         assert refused.value.response.status_code == 503
+        assert refused.value.response.headers["Retry-After"] == "15"
     eventually(lambda: not planner.scene_server._held)
 
 
@@ -180,6 +184,14 @@ def test_sharing_is_refused_to_a_raw_client_behind_the_lock(
         {"type": "ShareUrlDisconnect"},
         {"type": "FileTransferStartUpload", "source_component_uuid": "x", "size_bytes": 10**12},
         {"type": "LocalStorageGetItemResponseMessage"},
+        {"type": "SceneNodeClickMessage", "name": "/x"},
+        {"type": "GuiUpdateMessage", "uuid": "no-such-element", "updates": {"value": 1e9}},
+        {"type": "GuiButtonHoldMessage", "uuid": "x", "frequency": 1e9},
+        {"type": "CommandTriggerMessage", "uuid": "x"},
+        {"type": "TransformControlsUpdateMessage", "name": "/x", "wxyz": (1, 0, 0, 0), "position": (0, 0, 0)},
+        {"type": "TransformControlsDragStartMessage", "name": "/x"},
+        {"type": "TransformControlsDragEndMessage", "name": "/x"},
+        {"type": "GetRenderResponseMessage", "payload": bytes(100_000)},
         {"type": "NoSuchMessage"},
         {"kind": "without a type"},
     ],
@@ -194,16 +206,74 @@ def test_the_relay_lets_through_what_a_picture_has_to_say(
     eventually(lambda: not planner.scene_server._held)
 
 
-@pytest.mark.parametrize("data", [b"", b"\xc1", b"\x81\xa4type", b"\x92\x01\x02", "text"])
-def test_the_relay_refuses_noise(planner: Planner, data: bytes | str) -> None:
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"", b"\xc1", b"\x81\xa4type", b"\x92\x01\x02", b"\x81\xa4type\xa1\xff", "text",
+        b"\x82\xa1x" + b"\x91" * 5000 + b"\xc0\xa4type\xb3ViewerCameraMessage", b"\x91" * 100_000,
+    ],
+    ids=["nothing", "no code", "cut off", "a list", "no UTF-8", "text", "nested", "nested for ever"],
+)  # fmt: skip
+def test_the_relay_refuses_noise(planner: Planner, data: bytes | str, caplog: pytest.LogCaptureFixture) -> None:
     with scene(planner, "noisy-tab-1") as connection:
         connection.send(data)
         assert close_code(connection) == 1008
+    assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
     eventually(lambda: not planner.scene_server._held)
 
 
-def test_every_allowed_message_exists_in_the_pinned_viser() -> None:
-    assert all(hasattr(viser._messages, name) for name in ALLOWED_MESSAGES)
+def test_the_allowed_messages_are_those_of_the_pinned_viser() -> None:
+    for message in ALLOWED_MESSAGES:
+        theirs = [field.name for field in dataclasses.fields(getattr(viser._messages, message.__name__))]
+        assert [field.name for field in msgspec.structs.fields(message)] == theirs
+
+
+def test_what_a_browser_sends_is_allowed() -> None:
+    """Numbers of JavaScript that are whole come as integers."""
+    click = {"event_type": "click", "ray_origin": (0, 1.5, 2), "ray_direction": (0, 0, -1), "screen_pos": [(0.5, 1)]}
+    drag = {
+        "phase": "end", "name": "/hand/grip", "instance_index": None, "start_position": (0, 1, 2.5),
+        "start_screen_pos": (0, 1), "end_position": (3, 4, 5), "end_screen_pos": (0.5, 0.5), "button": "left",
+    }  # fmt: skip
+    for message in (
+        {**CAMERA, "wxyz": (1, 0, 0, 0), "fov": 1},
+        {"type": "ScenePointerMessage", **click, "modifier": None},
+        {"type": "ScenePointerMessage", **click, "modifier": "cmd/ctrl+shift"},
+        {"type": "SceneNodeDragMessage", **drag, "modifier": "shift", "owner": "x"},
+    ):
+        assert is_allowed(msgspec.msgpack.encode(message)), message
+    for wrong in ({**CAMERA, "wxyz": (1, 0)}, {**CAMERA, "more": 1}, {**CAMERA, "fov": "wide"}):
+        assert not is_allowed(msgspec.msgpack.encode(wrong)), wrong
+
+
+def test_a_flood_of_messages_is_read_at_the_relay_s_pace(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A browser that sends ten thousand a second is not let take the processor from the robot."""
+    monkeypatch.setattr(relay, "FLOOD_S", 2.0)
+    arrived: list[float] = []
+    with scene(planner, "flooding-tab", close_timeout=1) as connection:
+        say(connection, **CAMERA)
+        eventually(lambda: planner.scene_server.client_for("flooding-tab"))
+        client = planner.scene_server.client_for("flooding-tab")
+        assert client is not None
+        client.camera.on_update(lambda camera: arrived.append(camera.fov))
+        start = time.monotonic()
+        for number in range(3000):
+            say(connection, **{**CAMERA, "fov": 0.5 + number / 10_000})
+        time.sleep(0.5)
+        count, elapsed = len(arrived), time.monotonic() - start
+        assert close_code(connection) == 4429, "it did not end"
+    assert 0 < count <= relay.BURST + relay.MAX_PER_SECOND * elapsed + 2
+    eventually(lambda: not planner.scene_server._held)
+
+
+def test_a_pace_lets_a_burst_through_and_no_more_than_its_rate_afterwards() -> None:
+    pace = relay.Pace(rate=100, burst=10)
+    assert [pace.wait_s(50.0) for _ in range(10)] == [0.0] * 10
+    now = 50.0
+    for _ in range(200):
+        now += pace.wait_s(now)
+    assert now == pytest.approx(52.0)
+    assert pace.wait_s(now + 1.0) == 0.0
 
 
 def test_a_browser_that_vanishes_is_let_go(planner: Planner) -> None:
@@ -283,14 +353,14 @@ def _outer_address() -> str:
     [
         {"type": "ViewerCameraMessage"},
         {**CAMERA, "position": "nowhere", "fov": "wide"},
-        {"type": "GuiUpdateMessage", "uuid": "no-such-element", "updates": {"value": 1e9}},
         {"type": "ScenePointerMessage", "event_type": "click"},
-        {"type": "TransformControlsUpdateMessage", "name": "/no/such/node"},
+        {"type": "SceneNodeDragMessage", "name": "/no/such/node"},
     ],
 )
 def test_a_malformed_message_harms_nobody_else(planner: Planner, message: dict[str, object]) -> None:
     with scene(planner, "healthy-tab") as healthy, scene(planner, "malformed-tab", close_timeout=1) as malformed:
         say(malformed, **message)
+        assert close_code(malformed) == 1008
         say(healthy, **CAMERA)
         eventually(lambda: planner.scene_server.client_for("healthy-tab"))
     eventually(lambda: not planner.scene_server._held)

@@ -23,7 +23,7 @@ def measured(p: np.ndarray, q: np.ndarray, triangles: np.ndarray, limit: float =
 
 
 def check(p: np.ndarray, q: np.ndarray, triangles: np.ndarray) -> None:
-    """Distances are the scalar kernel's, and the points really have them."""
+    """Distances are the oracle's, and the points really have them."""
     distance, t, points = measured(p, q, triangles)
     scale = 1.0 + max(np.abs(p).max(), np.abs(q).max(), np.abs(triangles).max())
     truth = every_distance(p, q, triangles)

@@ -1,10 +1,10 @@
-"""The segment-triangle kernel against exact arithmetic (HAZ-08)."""
+"""The segment-triangle kernel, and the oracle for whole meshes, against exact arithmetic (HAZ-08)."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from geometry_oracle import exact_distance, kernel
+from geometry_oracle import every_distance, exact_distance, kernel
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -28,7 +28,10 @@ def test_random_pairs_match_exact_arithmetic() -> None:
     random = np.random.default_rng(1)
     for _ in range(400):
         p, q, *corners = random.normal(size=(5, 3)) * 10.0 ** random.uniform(-2, 2, (5, 1))
-        check(p, q, np.array(corners))
+        triangle = np.array(corners)
+        check(p, q, triangle)
+        scale = 1.0 + max(np.abs(p).max(), np.abs(q).max(), np.abs(triangle).max())
+        assert every_distance(p, q, triangle)[0] == pytest.approx(exact_distance(p, q, triangle), abs=1e-9 * scale)
 
 
 @settings(max_examples=400, deadline=None, derandomize=True)

@@ -51,65 +51,65 @@ def test_tilted_series_with_gaps_is_refused_with_its_figures(trial_data: Path) -
         assert figure in str(refused.value)
 
 
-def drop_one(slices: Slices) -> None:
-    del slices[4]
+def drop_one(slices: Slices, k: int) -> None:
+    del slices[k]
 
 
-def shift_one(slices: Slices) -> None:
-    slices[4].ImagePositionPatient[2] += 0.2
+def shift_one(slices: Slices, k: int) -> None:
+    slices[k].ImagePositionPatient[2] += 0.2
 
 
-def tilt(slices: Slices) -> None:
-    for k, one in enumerate(slices):
-        one.ImagePositionPatient[1] += 0.3 * k
+def tilt(slices: Slices, k: int) -> None:
+    for number, one in enumerate(slices):
+        one.ImagePositionPatient[1] += 0.1 * k * number
 
 
-def double_one(slices: Slices) -> None:
-    slices[3].ImagePositionPatient = slices[4].ImagePositionPatient
+def double_one(slices: Slices, k: int) -> None:
+    slices[k].ImagePositionPatient = slices[k + 1].ImagePositionPatient
 
 
-def mix_series(slices: Slices) -> None:
-    slices[2].SeriesInstanceUID = generate_uid()
+def mix_series(slices: Slices, k: int) -> None:
+    slices[k].SeriesInstanceUID = generate_uid()
 
 
-def turn_one(slices: Slices) -> None:
-    slices[5].ImageOrientationPatient = [0.0, 1.0, 0.0, 1.0, 0.0, 0.0]
+def turn_one(slices: Slices, k: int) -> None:
+    slices[k].ImageOrientationPatient = [0.0, 1.0, 0.0, 1.0, 0.0, 0.0]
 
 
-def zoom_one(slices: Slices) -> None:
-    slices[1].PixelSpacing = [0.6, 0.75]
+def zoom_one(slices: Slices, k: int) -> None:
+    slices[k].PixelSpacing = [0.6, 0.75]
 
 
-def lose_slope(slices: Slices) -> None:
-    del slices[0].RescaleSlope
+def lose_slope(slices: Slices, k: int) -> None:
+    del slices[k].RescaleSlope
 
 
-def lose_position(slices: Slices) -> None:
-    del slices[0].ImagePositionPatient
+def lose_position(slices: Slices, k: int) -> None:
+    del slices[k].ImagePositionPatient
 
 
-def other_modality(slices: Slices) -> None:
-    slices[0].Modality = "MR"
+def other_modality(slices: Slices, k: int) -> None:
+    slices[k].Modality = "MR"
 
 
-def cut_pixels(slices: Slices) -> None:
-    slices[6].PixelData = slices[6].PixelData[:100]
+def cut_pixels(slices: Slices, k: int) -> None:
+    slices[k].PixelData = slices[k].PixelData[:100]
 
 
-def claim_more(slices: Slices) -> None:
-    slices[6].Rows = 60000
+def claim_more(slices: Slices, k: int) -> None:
+    slices[k].Rows = 60000
 
 
-def infinite_position(slices: Slices) -> None:
-    slices[6].add_new(0x00200032, "DS", b"inf\\0\\0 ")
+def infinite_position(slices: Slices, k: int) -> None:
+    slices[k].add_new(0x00200032, "DS", b"inf\\0\\0 ")
 
 
-def many_frames(slices: Slices) -> None:
-    slices[6].NumberOfFrames = 3
+def many_frames(slices: Slices, k: int) -> None:
+    slices[k].NumberOfFrames = 3
 
 
-def only_one(slices: Slices) -> None:
-    del slices[1:]
+def only_one(slices: Slices, k: int) -> None:
+    del slices[k + 1 :], slices[:k]
 
 
 @pytest.mark.parametrize(
@@ -132,14 +132,17 @@ def only_one(slices: Slices) -> None:
         (only_one, "not a volume"),
     ],
 )
+@pytest.mark.parametrize("k", [1, 3, 5, 7])
 def test_broken_series_is_never_loaded(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture, break_it: Callable[[Slices], None], words: str
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, break_it: Callable[[Slices, int], None], k: int, words: str
 ) -> None:
-    """HAZ-15, and HAZ-33: no message, warning or log line holds the patient's name or series."""
+    """HAZ-15: 60 series, each broken at another slice. HAZ-33: no message, warning or log line holds the patient's name
+    or series.
+    """
     slices = dicom_slices(asymmetric_volume())
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        break_it(slices)
+        break_it(slices, k)
         folder = save_dicom(slices, tmp_path / "series")
     caplog.clear()
     with warnings.catch_warnings(record=True) as heard, pytest.raises(ImageError, match=words) as refused:
@@ -257,15 +260,92 @@ def test_damaged_zip_is_refused(tmp_path: Path) -> None:
             read_volume(file)
 
 
-def test_deep_nesting_is_an_error_with_words(tmp_path: Path) -> None:
-    """HAZ-18: sequences in sequences, 3,000 deep."""
-    depth = 3000
-    nested = b"\x08\x00\x40\x11SQ\0\0\xff\xff\xff\xff\xfe\xff\x00\xe0\xff\xff\xff\xff" * depth
-    plain = dicom_bytes(dicom_slices(asymmetric_volume())[0])
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("depth", [30, 3000])
+def test_deep_nesting_is_an_error_with_words(tmp_path: Path, depth: int, closed: bool) -> None:
+    """HAZ-18: sequences in sequences, ended or cut off; it is the depth that is refused, and the file is named."""
+    opening = b"\x08\x00\x40\x11SQ\0\0\xff\xff\xff\xff\xfe\xff\x00\xe0\xff\xff\xff\xff"
+    closing = b"\xfe\xff\x0d\xe0\0\0\0\0\xfe\xff\xdd\xe0\0\0\0\0"
+    slices = dicom_slices(asymmetric_volume())
+    plain = dicom_bytes(slices[0])
     cut = plain.index(b"\x08\x00\x60\x00CS")
-    file = zipped({"a.dcm": plain[:cut] + nested, "b.dcm": plain}, tmp_path / "deep.zip")
-    with pytest.raises(ImageError):
+    nested = plain[:cut] + opening * depth + (closing * depth + plain[cut:] if closed else b"")
+    entries = {"a.dcm": nested} | {f"{n}.dcm": dicom_bytes(one) for n, one in enumerate(slices[1:])}
+    file = zipped(entries, tmp_path / "deep.zip")
+    if depth == 30 and closed:
+        assert read_volume(file)[0].hu.shape == asymmetric_volume().hu.shape
+        return
+    with pytest.raises(ImageError, match="a.dcm" if depth == 30 else "a.dcm' is nested too deeply"):
         read_volume(file)
+
+
+DIRECTORY, REPORT = "1.2.840.10008.1.3.10", "1.2.840.10008.5.1.4.1.1.88.67"
+
+
+def beside(sop_class: str) -> bytes:
+    """What a hospital's archive lays beside the slices, under a name like theirs."""
+    one = dicom_slices(asymmetric_volume())[0]
+    one.SOPClassUID = one.file_meta.MediaStorageSOPClassUID = sop_class
+    for keyword in ("Rows", "Columns", "PixelData", "SeriesInstanceUID", "ImagePositionPatient"):
+        delattr(one, keyword)
+    if sop_class == DIRECTORY:
+        del one.SOPClassUID
+    return dicom_bytes(one)
+
+
+def test_what_is_no_image_is_passed_over_whatever_it_is_called(tmp_path: Path) -> None:
+    """A directory record that is not called DICOMDIR, and a dose report."""
+    folder = save_dicom(dicom_slices(asymmetric_volume()), tmp_path / "series")
+    (folder / "000A").write_bytes(beside(DIRECTORY))
+    (folder / "zz").mkdir()
+    (folder / "zz" / "IM1").write_bytes(beside(REPORT))
+    assert np.array_equal(read_volume(folder)[0].hu, asymmetric_volume().hu)
+    only = zipped({"a": beside(DIRECTORY)}, tmp_path / "a.zip")
+    with pytest.raises(ImageError, match="no DICOM image"):
+        read_volume(only)
+
+
+def test_of_several_series_one_is_chosen(tmp_path: Path) -> None:
+    """HAZ-15: they are told by their number, images and pixels; another one's faults are no reason to refuse it."""
+    volume = asymmetric_volume()
+    head, scout = dicom_slices(volume), dicom_slices(volume)[:2]
+    screen = dicom_slices(volume)[:1]
+    screen[0].Modality = "OT"
+    del screen[0].ImagePositionPatient
+    entries = {
+        f"{letter}{n}": dicom_bytes(one)
+        for letter, series in (("a", screen), ("b", head), ("c", scout))
+        for n, one in enumerate(series)
+    }
+    file = zipped(entries, tmp_path / "a.zip")
+    with pytest.raises(ImageError) as refused:
+        read_volume(file)
+    told = str(refused.value)
+    for part in ("3 series", "1: 1 image of 15 x 12, not CT", "2: 9 images of 15 x 12;", "3: 2 images", "--series"):
+        assert part in told
+    assert str(head[0].SeriesInstanceUID) not in told
+    assert np.array_equal(read_volume(file, series=2)[0].hu, volume.hu)
+    for number, words in ((1, "the file 'a0' is not a CT image"), (4, "no series 4"), (0, "no series 0")):
+        with pytest.raises(ImageError, match=words):
+            read_volume(file, series=number)
+    with pytest.raises(ImageError, match="which this file is not"):
+        read_volume(save_nrrd(tmp_path / "ct.nrrd"), series=1)
+
+
+def save_nrrd(file: Path) -> Path:
+    sitk.WriteImage(sitk.GetImageFromArray(asymmetric_volume().hu), str(file))
+    return file
+
+
+def test_thickness_of_the_slices_is_kept(tmp_path: Path) -> None:
+    """The scanner's figure, which may be more than the distance between slices; nonsense is no figure."""
+    slices = dicom_slices(asymmetric_volume())
+    for one in slices:
+        one.SliceThickness = 5
+    assert read_volume(save_dicom(slices, tmp_path / "thick"))[0].slice_thickness_mm == 5.0
+    for one in slices:
+        one.SliceThickness = -1
+    assert read_volume(save_dicom(slices, tmp_path / "thick"))[0].slice_thickness_mm is None
 
 
 def test_one_slice_alone_is_refused(tmp_path: Path) -> None:

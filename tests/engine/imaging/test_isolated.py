@@ -1,8 +1,13 @@
 """The worker process: what crosses, what a bad function does to it, and what the caller is told."""
 
+import ctypes
 import os
+import subprocess
+import sys
+import tempfile
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +17,23 @@ from imaging_phantoms import asymmetric_volume
 
 from vfix_engine.errors import FrameError, ImageError, InputError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging import confinement, isolated
 from vfix_engine.imaging.crossing import save
 from vfix_engine.imaging.frame_report import FrameReport
 from vfix_engine.imaging.isolated import Cancellation, Progress, run_isolated
 from vfix_engine.imaging.readers import read_volume
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what became of a process")
+posix = pytest.mark.skipif(os.name != "posix", reason="Windows does not limit the size of a file")
+CALLER = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from test_isolated import wait_in
+from vfix_engine.imaging.isolated import run_isolated
+place = Path(sys.argv[2])
+run_isolated(wait_in, place, True, folder=place, writable=(place,))
+"""
 
 
 def give_back(*values: Any) -> list[Any]:
@@ -61,6 +79,48 @@ def tell_environment() -> list[str]:
     return sorted(os.environ)
 
 
+def fill_disk() -> None:
+    with tempfile.TemporaryFile() as file:
+        file.seek(4 << 30)
+        file.write(b"x")
+
+
+def say_where() -> str:
+    return tempfile.gettempdir()
+
+
+def wait_in(place: Path, deaf: bool) -> None:
+    """A decoded CT, so to speak, and no end; deaf: in code that lets no other thread of Python run."""
+    Path(tempfile.gettempdir(), "voxels").write_bytes(b"x")
+    (place / "started").write_text(str(os.getpid()), encoding="utf-8")
+    if deaf:
+        ctypes.PyDLL(None).sleep(60)
+    time.sleep(60)
+
+
+def started_in(place: Path) -> int:
+    """Process id of the worker that waits there."""
+    file = place / "started"
+    until(lambda: file.exists() and file.read_text(encoding="utf-8") != "")
+    return int(file.read_text(encoding="utf-8"))
+
+
+def until(condition: Callable[[], bool]) -> None:
+    """Returns when it holds; the test ends by its failure when it never does."""
+    end = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def is_alive(process_id: int) -> bool:
+    """Whether it runs; one that has ended and was not asked for its end does not."""
+    try:
+        return "Z" not in Path(f"/proc/{process_id}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+
+
 def test_values_cross_and_come_back() -> None:
     volume, report = asymmetric_volume(), FrameReport("RAS", True)
     mesh = TriangleMesh(np.eye(3), [[0, 1, 2]])
@@ -90,6 +150,7 @@ def test_what_may_not_cross_is_refused(tmp_path: Path) -> None:
         (take_memory, "more memory"),
         (die, "SIGABRT"),
         (leave, "no answer"),
+        pytest.param(fill_disk, "more disk than it may", marks=posix),
     ],
 )
 def test_worker_that_fails_leaves_the_caller_standing(function: Any, words: str) -> None:
@@ -139,3 +200,68 @@ def test_secrets_of_the_environment_stay_outside(monkeypatch: pytest.MonkeyPatch
 def test_real_files_through_the_worker(trial_data: Path) -> None:
     with pytest.raises(ImageError, match="magic"):
         run_isolated(read_volume, trial_data / "formats" / "malformed" / "bad_magic.nii")
+
+
+def test_temporary_files_lie_where_the_caller_says(tmp_path: Path) -> None:
+    place = Path(run_isolated(say_where, folder=tmp_path))
+    assert place.parent == tmp_path
+    assert list(tmp_path.iterdir()) == []
+
+
+@linux
+def test_a_worker_ends_with_the_process_that_started_it(tmp_path: Path) -> None:
+    """HAZ-16: a caller that is killed cleans up nothing."""
+    command = [sys.executable, "-c", CALLER, str(Path(__file__).parent), str(tmp_path)]
+    with subprocess.Popen(command) as caller:
+        worker = started_in(tmp_path)
+        assert is_alive(worker)
+        caller.kill()
+    until(lambda: not is_alive(worker))
+
+
+@linux
+def test_a_worker_ends_when_its_pipe_is_closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no kernel says that the caller has ended, the system closes what the caller held."""
+    begun: list[subprocess.Popen[bytes]] = []
+    real = subprocess.Popen
+
+    def remembered(*args: Any, **options: Any) -> subprocess.Popen[bytes]:
+        begun.append(real(*args, **options))
+        return begun[-1]
+
+    def close_the_pipe() -> None:
+        started_in(tmp_path)
+        assert begun[0].stdin is not None
+        begun[0].stdin.close()
+
+    monkeypatch.setattr(subprocess, "Popen", remembered)
+    thread = threading.Thread(target=close_the_pipe)
+    thread.start()
+    with pytest.raises(InputError, match="SIGKILL"):
+        run_isolated(wait_in, tmp_path, False, writable=(tmp_path,))
+    thread.join()
+
+
+@linux
+def test_what_a_worker_has_started_ends_with_it() -> None:
+    program = "import subprocess; print(subprocess.Popen(['sleep', '60'], stdout=subprocess.DEVNULL).pid, flush=True)"
+    command = [sys.executable, "-c", program]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as process:
+        assert process.stdout is not None
+        child = int(process.stdout.readline())
+        isolated._await_end(process)
+        assert is_alive(child)
+        isolated._kill(process)
+    until(lambda: not is_alive(child))
+
+
+@linux
+def test_a_worker_is_kept_from_network_files_and_processes(tmp_path: Path) -> None:
+    """HAZ-16: whatever a decoder is made to do. Every way is open here, so a probe that sees nothing would be seen."""
+    secret = tmp_path / "other_case.nrrd"
+    secret.write_bytes(b"x")
+    (tmp_path / "work").mkdir()
+    here = confinement.probe(str(secret))
+    assert here == dict.fromkeys(here, False)
+    held = run_isolated(confinement.probe, str(secret), folder=tmp_path / "work")
+    assert held == dict.fromkeys(held, True)

@@ -135,3 +135,29 @@ def test_what_fits_not_is_refused() -> None:
     for wanted in ([np.nan, 0.0], [1.0], [0.0, np.inf]):
         with pytest.raises(InputError, match="finite"):
             motor.step(Steering(0.1, 0.1), wanted)
+
+
+def kinked(seed: int) -> VisualMotor:
+    """Eight unlike bends about a rest with joints at their limits: another slope in every direction."""
+    rng = np.random.default_rng(seed)
+    rest = rng.uniform(-0.3, 0.3, 10)
+    rest[rng.choice(10, 4, replace=False)] = SNAKE.q_max * rng.choice([-1.0, 1.0], 4)
+    shapes = np.clip(rest + rng.normal(0.0, 0.25, (8, 10)), -SNAKE.q_max, SNAKE.q_max)
+    return VisualMotor(SNAKE, PolarHermite(rest, np.arange(8) * np.pi / 4, shapes), BASE)
+
+
+@pytest.mark.parametrize("size", [0.02, 0.4])
+def test_the_hand_gets_away_from_a_kink(size: float) -> None:
+    """HAZ-06: a step comes about as near as a fine search of short rays about r = 0."""
+    rays = [(r, theta) for r in size * np.geomspace(2e-3, 0.2, 12) for theta in np.arange(0.0, 2.0 * np.pi, 0.1)]
+    short = []  # of what that finds, as a share of the wanted motion
+    for seed in range(12):
+        motor, here = kinked(seed), Steering(0.0, 0.0)
+        moved = np.array([in_picture(motor, here, polar(*ray)) for ray in rays])
+        for angle in np.arange(8) * np.pi / 4:
+            wanted = size * np.array([math.cos(angle), math.sin(angle)])
+            best = np.linalg.norm(wanted - moved, axis=1).min()
+            missing = np.linalg.norm(wanted - in_picture(motor, here, motor.step(here, wanted)))
+            short.append((missing - best) / size)
+    assert np.quantile(short, 0.95) < 0.1
+    assert np.max(short) < 0.4

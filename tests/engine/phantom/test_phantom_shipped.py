@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,8 @@ from vfix_engine.imaging.phantom import (
     load_nose_ct,
     measure,
 )
-from vfix_engine.imaging.phantom.shipped import DESCRIPTION, phantom_dir, write_nrrd
+from vfix_engine.imaging.phantom.shipped import BONE_REPORT, DESCRIPTION, phantom_dir, write_nrrd
+from vfix_engine.imaging.surface import clean, extract_surface
 from vfix_engine.imaging.volume import Volume
 
 SIDES = pytest.mark.parametrize("side", [1.0, -1.0], ids=["left", "right"])
@@ -88,6 +90,16 @@ def test_the_bone_surface_is_closed_and_turned_outwards(nose: Volume, bone: Tria
     behind = nose.sample(centres[inner] - 0.4 * bone.face_normals[inner])
     front = nose.sample(centres[inner] + 0.4 * bone.face_normals[inner])
     assert (behind > front).mean() > 0.99
+
+
+def test_the_bone_surface_is_off_as_far_as_is_told(nose: Volume, bone: TriangleMesh) -> None:
+    """Thinned from the CT's own surface: the figures at every vertex both ways, and the pieces left out."""
+    closed = Volume(np.pad(nose.hu, 1, constant_values=-1000), nose.origin - nose.spacing, nose.spacing, nose.direction)
+    cleaned = clean(extract_surface(closed), 400)
+    ways = [ProximityTree(to).point_distance(of.vertices)[0] for of, to in ((cleaned.mesh, bone), (bone, cleaned.mesh))]
+    assert max(way.max() for way in ways) == pytest.approx(BONE_REPORT.max_deviation_mm, abs=2e-3)
+    assert max(way.mean() for way in ways) == pytest.approx(BONE_REPORT.mean_deviation_mm, abs=1e-3)
+    assert cleaned.dropped == replace(BONE_REPORT.dropped, extent_mm=pytest.approx(6.54, abs=0.01))
 
 
 def test_the_corridor_stays_in_air_and_off_bone(nose: Volume, bone: TriangleMesh) -> None:

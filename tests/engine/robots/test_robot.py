@@ -1,6 +1,7 @@
 """The Steady-Hand robot, and what every robot does: kinematics, tool in its hold, refusals (HAZ-06, HAZ-23)."""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -8,11 +9,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vfix_engine.errors import RobotError
+from vfix_engine.errors import InputError, RobotError
+from vfix_engine.geometry.shapes import Box
 from vfix_engine.resources import assets_dir
-from vfix_engine.robots import Joint, Mount, RobotModel, Tool
+from vfix_engine.robots import Joint, Mount, RobotModel, SnakeModel, Tool
 
 ROBOT = RobotModel.load("steady_hand")
+SNAKE = SnakeModel(4)
 SHIPPED = sorted(path.stem for path in (assets_dir() / "robots").glob("*.json"))
 
 
@@ -164,3 +167,15 @@ def test_a_base_that_is_no_rigid_transform_is_refused(bad: np.ndarray) -> None:
         ROBOT.placed(bad)
     with pytest.raises(RobotError, match="rigid"):
         ROBOT.placed(np.eye(4), bad)
+
+
+@pytest.mark.parametrize(("off", "fits"), [(0.9e-6, True), (1.1e-6, False), (1.05e-5, False)])
+def test_robots_snakes_and_boxes_ask_for_the_same_rigidity(off: float, fits: bool) -> None:
+    """One check with one absolute tolerance, on the diagonal of RᵀR as beside it."""
+    stretched, sheared, tilted = np.eye(4), np.eye(4), np.eye(4)
+    stretched[0, 0] = np.sqrt(1.0 + off)
+    sheared[0, 1] = tilted[3, 0] = off
+    for bad in (stretched, sheared, tilted):
+        for build in (ROBOT.placed, lambda m: Box(m, [1.0, 1.0, 1.0]), lambda m: SNAKE.frames(np.zeros(SNAKE.dof), m)):
+            with nullcontext() if fits else pytest.raises(InputError, match="rigid"):
+                build(bad)

@@ -1,7 +1,8 @@
 """The attack of `vfix bench certify`, short: nothing gets past the certificate, and the judges would see it if it did.
 
-HAZ-01, HAZ-02, HAZ-03, HAZ-04, HAZ-05, HAZ-06: about ten thousand adversarial steps over all scenes, each accepted pose
-measured again by brute force, a share of them by coal, and the way between two poses fifty times finer near anatomy.
+HAZ-01, HAZ-02, HAZ-03, HAZ-04, HAZ-05, HAZ-06: ten thousand adversarial steps over the 35 scenes that need no data
+from outside and 400 in the real head, each accepted pose measured again by brute force, a share of them by coal, and
+the way between two poses fifty times finer near anatomy.
 """
 
 from __future__ import annotations
@@ -19,27 +20,40 @@ from benchmarks.certify import summary
 from vfix_engine.control import Controller
 from vfix_engine.fixtures import ToolState
 
-HEADS = ("phantom", "real head")
-STEPS, HEAD_STEPS = 280, 400  # of each scene
+PHANTOM, REAL_HEAD = "phantom", "real head"
+STEPS, HEAD_STEPS = 290, 400  # of each scene
 SEED = 20261121
 
 
 @pytest.fixture(scope="module")
-def attacked(trial_data: object) -> list[dict[str, Any]]:
-    """What the attack found in every scene, the real head's included."""
-    return [Campaign(name, SEED, HEAD_STEPS if name in HEADS else STEPS, coal).run() for name in BUILDERS]
+def attacked() -> list[dict[str, Any]]:
+    """What the attack found in every scene but the real head."""
+    names = [name for name in BUILDERS if name != REAL_HEAD]
+    return [Campaign(name, SEED, HEAD_STEPS if name == PHANTOM else STEPS, coal).run() for name in names]
 
 
-def test_no_accepted_motion_breaks_what_is_promised(attacked: list[dict[str, Any]]) -> None:
-    total = summary(attacked, 0.0)
+def assert_promises_kept(total: dict[str, Any]) -> None:
+    """No failure, no scene left out, nothing deeper than rounding."""
     assert total["failures"] == []
     assert total["missing"] == {}
-    assert total["scenes"] >= 20
-    assert total["steps"] >= 10_000
     for count in ("violations", "nan", "replay_hits", "limit_violations", "disagreements", "exceptions"):
         assert total[count] == 0, count
     assert total["deepest_mm"] <= 1e-9
     assert total["correct"]
+
+
+def test_no_accepted_motion_breaks_what_is_promised(attacked: list[dict[str, Any]]) -> None:
+    total = summary(attacked, 0.0)
+    assert_promises_kept(total)
+    assert (total["scenes"], total["steps"]) == (35, 34 * STEPS + HEAD_STEPS)  # 10,260: the figure that safety.md tells
+
+
+def test_no_accepted_motion_in_the_real_head_breaks_what_is_promised(trial_data: object) -> None:
+    total = summary([Campaign(REAL_HEAD, SEED, HEAD_STEPS, coal).run()], 0.0)
+    assert_promises_kept(total)
+    assert (total["steps"], total["scenes"]) == (HEAD_STEPS, 1)
+    assert total["moved"] > 200
+    assert total["replayed"] > 0
 
 
 def test_the_attack_is_one(attacked: list[dict[str, Any]]) -> None:

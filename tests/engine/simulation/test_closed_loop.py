@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
+from hashlib import sha256
 from itertools import pairwise
 from pathlib import Path
 
@@ -202,20 +202,21 @@ def test_nonsense_forces_move_nothing(tube: Scene) -> None:
 
 
 def test_no_hand_no_motion_and_same_inputs_same_recording(tube: Scene) -> None:
-    """HAZ-13, and the robot never pulls by itself."""
+    """HAZ-13: 100 of 100; and the robot never pulls by itself."""
     rehearsal = Rehearsal(tube, FAST)
     state = rehearsal.start()
     after, _ = rehearsal.step(state, Command(np.zeros(3)))
     np.testing.assert_array_equal(after.tool.q, state.tool.q)
 
-    def drive(record: Callable[[Snapshot], None]) -> None:
-        HeadlessRun(Rehearsal(tube, FAST), record).push(300, seed=1, free=True)
-
-    first: list[Snapshot] = []
-    second: list[Snapshot] = []
-    drive(first.append)
-    drive(second.append)
-    assert [s.q.tobytes() for s in first] == [s.q.tobytes() for s in second]
+    hashes = set()
+    for _ in range(100):
+        random, state, digest = np.random.default_rng(1), rehearsal.start("free"), sha256()
+        for _ in range(40):
+            state, snapshot = rehearsal.step(state, Command(5.0 * random.normal(size=3)))
+            digest.update(snapshot.q.tobytes())
+        hashes.add(digest.hexdigest())
+    assert len(hashes) == 1
+    assert np.abs(snapshot.q - rehearsal.start("free").tool.q).max() > 1e-3
 
 
 def test_a_tip_off_the_path_is_guided_back_first() -> None:

@@ -10,7 +10,7 @@ import pytest
 from tests.engine.scenes import CoalJudge, curved_tube, placed_scene, straight_scene, wall
 from vfix_engine.control import Controller, ControlSettings, StepReport, Task, ToolState
 from vfix_engine.control.tasks import approach_target, follow_path, inspect_target, move_freely, view_point
-from vfix_engine.fixtures import SoftZone
+from vfix_engine.fixtures import Fixture, SoftZone, weighted
 from vfix_engine.geometry.shapes import HalfSpace, Sphere
 from vfix_engine.simulation.scene import Scene
 
@@ -19,7 +19,7 @@ PATH = np.array([[0.0, 0, 0], [0, 10, 0], [0, 30, 0]])
 AHEAD = np.array([0.0, 1.0, 0.0])
 
 
-def controller(scene: Scene, soft: SoftZone, settings: ControlSettings = SLOW) -> Controller:
+def controller(scene: Scene, soft: Fixture, settings: ControlSettings = SLOW) -> Controller:
     return Controller(scene.placed_robot(), scene.tool, scene.tree, settings, fixtures=(soft,))
 
 
@@ -57,6 +57,15 @@ def test_a_steady_hand_stands_where_the_spring_holds_it(mode: str, stiffness: fl
     if mode == "free":
         report = pushed(control, report.state, force / 2 * AHEAD, 500, mode, scene)
         assert 2.0 - judge.clearance(report.state.segments) == pytest.approx(force / 2 / stiffness, rel=0.05)
+
+
+def test_a_weighted_layer_is_as_much_stiffer() -> None:
+    """In closed loop the tool stands at δ = f / (w k)."""
+    scene = straight_scene(wall(6.0), PATH)
+    control = controller(scene, weighted(SoftZone("mucosa", 2.0, 0.5), 4.0))
+    report = pushed(control, control.start(scene.q_start), 1.5 * AHEAD, 700, "path", scene)
+    depth = 2.0 - CoalJudge(scene.tree.mesh).clearance(report.state.segments)
+    assert depth == pytest.approx(1.5 / (4.0 * 0.5), rel=0.05)
 
 
 def test_bone_under_the_layer_stays_hard() -> None:

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from vfix_engine.simulation.handle import Hold
 from vfix_engine.simulation.snapshot import Snapshot, Timing
 from vfix_engine.simulation.wire import (
     INPUT_BYTES,
@@ -58,7 +59,7 @@ def test_what_does_not_exist_comes_back_so() -> None:
 
 
 def test_a_hand_comes_back() -> None:
-    for hand in (HandInput(), HandInput((1.5, -2.0, 3e5), True, 2**40, 7, -1, 1)):
+    for hand in (HandInput(), HandInput((1.5, -2.0, 3e5), 2**40, -1, 1, Hold().press(7.5), Hold(1.0, 2.0, 3.0))):
         assert len(hand.to_bytes()) < INPUT_BYTES
         assert HandInput.from_bytes(hand.to_bytes()) == hand
 

@@ -10,12 +10,13 @@ import numpy.typing as npt
 from skimage.measure import marching_cubes
 
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.phantom.anatomy import Head
 from vfix_engine.imaging.phantom.blending import Field, without
 from vfix_engine.imaging.phantom.generate import generate_fields
 from vfix_engine.imaging.phantom.shapes import Box
 from vfix_engine.imaging.phantom.space import HIGH, LOW, Space
-from vfix_engine.imaging.surface import ThinnedSurface, clean, extract_surface, thin
+from vfix_engine.imaging.surface import clean, extract_surface, thin
 from vfix_engine.imaging.volume import AIR_HU, Volume
 
 NOSE_TRIANGLES = 180_000
@@ -29,12 +30,17 @@ _FLAT = 0.05  # [mm]
 _COORDINATE_STEP = 2.0**-10  # [mm] vertices are rounded to this: the files pack better
 
 
-def bone_around_nose(ct: Volume) -> ThinnedSurface:
-    """Closed bone surface of the nose box at the bone threshold; where the box cuts bone it is closed flat."""
+def bone_around_nose(ct: Volume) -> tuple[TriangleMesh, SurfaceReport]:
+    """Closed bone surface of the nose box at the bone threshold, and how far off it is of the CT's own.
+
+    Where the box cuts bone it is closed flat.
+    """
     padded = np.pad(ct.hu, 1, constant_values=AIR_HU)
     closed = Volume(padded, ct.origin - ct.spacing, ct.spacing, ct.direction)
-    thinned = thin(clean(extract_surface(closed), _SMALLEST_BODY), NOSE_TRIANGLES)
-    return ThinnedSurface(_rounded(thinned.mesh), thinned.mean_deviation_mm, thinned.max_deviation_mm)
+    cleaned = clean(extract_surface(closed), _SMALLEST_BODY)
+    thinned = thin(cleaned.mesh, NOSE_TRIANGLES)
+    report = SurfaceReport(thinned.mean_deviation_mm, thinned.max_deviation_mm, cleaned.dropped)
+    return _rounded(thinned.mesh), report
 
 
 def skull(spacing_mm: float) -> TriangleMesh:
@@ -71,11 +77,11 @@ def _display(
     outside = np.pad(distance, 1, constant_values=_FAR_OUTSIDE)
     kji, faces, _, _ = marching_cubes(outside, 0.0, allow_degenerate=False)
     vertices = kji[:, ::-1].astype(np.float64) * spacing_mm + origin - spacing_mm
-    whole = clean(TriangleMesh(vertices, faces[:, ::-1]), _SMALLEST_BODY)
+    whole = clean(TriangleMesh(vertices, faces[:, ::-1]), _SMALLEST_BODY).mesh
     points, corners = fast_simplification.simplify(
         np.array(whole.vertices), np.array(whole.faces), target_count=triangles, agg=5.0
     )
-    thinned = clean(TriangleMesh(points, corners), 1)
+    thinned = clean(TriangleMesh(points, corners), 1).mesh
     return _rounded(_creased(thinned, np.stack([origin, origin + spacing_mm * (np.array(distance.shape[::-1]) - 1)])))
 
 

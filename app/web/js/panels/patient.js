@@ -1,6 +1,6 @@
 // Patient: which head is open, which others there are, and how a new one comes in.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
-import { count, fixed, when } from "../format.js";
+import { count, fixed, sentence, when } from "../format.js";
 import { FRAME_QUESTION, askChoices, askName, note, noteDone } from "../dialogs.js";
 import { finished, post, remove, upload } from "../rest.js";
 
@@ -25,6 +25,7 @@ export class PatientPanel {
     this.changedCases = whenChanged();
     this.facts = h("dl", { class: "facts" });
     this.caseWords = h("p", { class: "words" });
+    this.uncertainty = h("p", { class: "words", id: "uncertainty" });
     this.list = h("ul", { class: "list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(this.connection.state) });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".nrrd,.nii,.gz,.mha,.zip,.ply,.stl,.obj", onchange: () => this.chosen() });
@@ -33,7 +34,7 @@ export class PatientPanel {
     this.progressWords = h("p", { class: "words" });
     this.progress = h("div", { hidden: true }, this.progressWords, h("div", { class: "progress" }, this.progressBar));
     this.element = h("div", {},
-      group("This head", null, this.facts, this.caseWords),
+      group("This head", null, this.facts, this.caseWords, this.uncertainty),
       group("Heads", null, this.list, h("label", { class: "check" }, this.showDeleted, "Show deleted heads")),
       group("Import", null,
         h("p", { class: "words" }, "A CT volume (NRRD, NIfTI, MHA, a zip of DICOM slices) or a bone surface (PLY, STL, OBJ). It stays on this computer."),
@@ -48,6 +49,7 @@ export class PatientPanel {
   renderCase(open) {
     if (!open) {
       this.facts.replaceChildren();
+      this.uncertainty.hidden = true;
       this.caseWords.textContent = "No head is open. Choose one below.";
       return;
     }
@@ -56,12 +58,16 @@ export class PatientPanel {
       ["Name", open.name],
       ["Voxel size, mm", spacing],
       ["Frame", open.frame.assumed ? `${open.frame.name}, assumed` : open.frame.name],
-      ...open.surfaces.map((surface) => [surfaceName(surface.name), count(surface.triangles, "triangle", "triangles")]),
+      ...open.surfaces.map((surface) => [surfaceName(surface.name), [count(surface.triangles, "triangle", "triangles"), surface.words].filter(Boolean).join("; ")]),
     ];
     if (open.beads) facts.push(["Markers", count(open.beads, "bead", "beads")]);
     this.facts.replaceChildren(...facts.flatMap(([term, value]) => [h("dt", {}, term), h("dd", {}, value)]));
-    this.caseWords.textContent = open.loading ?? (open.frame.assumed ? "The file did not name its frame; LPS in millimetres was assumed. Check left and right." : "");
-    this.caseWords.className = open.frame.assumed ? "words caution" : "words";
+    const assumed = open.frame.assumed && !open.notes.length; // of a case that is older than its notes
+    const doubts = assumed ? ["The file did not name its frame or its unit; LPS or millimetres were assumed. Check left and right."] : open.notes;
+    this.caseWords.textContent = open.loading ?? doubts.join(" ");
+    this.caseWords.className = doubts.length ? "words caution" : "words";
+    this.uncertainty.textContent = open.uncertainty ? `${sentence(open.uncertainty)}; the margin has to cover that.` : "";
+    this.uncertainty.hidden = !open.uncertainty;
   }
 
   renderCases(state) {
@@ -112,15 +118,20 @@ export class PatientPanel {
     this.fileName = file.name;
     try {
       const job = await this.imported(await upload("/api/cases", form, (part) => this.uploading(part)));
-      if (!job) return;
-      note("The head was imported.");
-      this.connection.send("case.open", { case_id: job.result });
+      if (job) this.offer(job.result);
     } catch (error) {
       note(`‘${file.name}’: ${error.message}`, { error: true });
     } finally {
       this.importButton.disabled = false;
       this.progress.hidden = true;
     }
+  }
+
+  /** A head that came in is offered: whatever is open, or runs, stays until somebody chooses. */
+  offer(caseId) {
+    const open = () => this.connection.send("case.open", { case_id: caseId });
+    if (!this.connection.state.case) open();
+    note("The head was imported. It is in the list of heads.", this.connection.state.case ? { action: { label: "Open it", run: open } } : {});
   }
 
   /** Watch an import, and answer what its file does not say; the file stays with the planner. Null: taken back. */

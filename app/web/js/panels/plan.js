@@ -12,7 +12,7 @@ const POINTS_QUESTION = {
 const QUESTIONS = [FRAME_QUESTION, POINTS_QUESTION];
 const EXPORTS = [
   ["json", "vfix plan (JSON)", "Everything, comes back as it was"],
-  ["mrk.json", "3D Slicer markups (.mrk.json)", "Control points, dense curve with clearance, targets"],
+  ["mrk.json", "3D Slicer markups (.mrk.json)", "Control points, dense curve with bone clearance, targets"],
   ["csv", "Table (.csv)", "Points and targets in mm"],
 ];
 
@@ -29,12 +29,13 @@ export class PlanPanel {
     this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
     this.pointWords = h("p", { class: "empty" });
-    this.corridor = h("p", { class: "words" });
+    this.corridor = h("p", { class: "words", id: "verdict" });
+    this.marginWarning = h("p", { class: "words caution", id: "margin-warning" });
     this.exports = h("div", { class: "list" }, EXPORTS.map(([format, label, words]) =>
       h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label)));
     this.element = h("div", {},
       group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
-      group("Path", null, this.table("point", this.points), this.pointWords, this.pathWords, this.corridor),
+      group("Path", null, this.table("point", this.points), this.pointWords, this.pathWords, this.corridor, this.marginWarning),
       group("Targets", null, this.table("target", this.targets), this.targetWords),
       group("Selected", null, this.selectedWords, this.selectedTools),
       group("Plans of this head", [h("button", { type: "button", class: "plain", onclick: () => this.newPlan() }, "New")], this.planList,
@@ -102,6 +103,8 @@ export class PlanPanel {
     this.targetWords.hidden = this.targetWords.textContent === "";
     this.pathWords.textContent = plan?.points.length > 1 ? `Spline of degree ${plan.degree}, ${mm(plan.length_mm)} long. Frame ${plan.frame}, ${plan.unit}.` : "";
     this.corridor.textContent = sentence(corridor?.words ?? "");
+    this.marginWarning.textContent = corridor?.warning ? `${sentence(corridor.warning)}.` : "";
+    this.marginWarning.hidden = !corridor?.warning;
     this.corridor.className = corridor?.caution ? "words caution" : "words";
     for (const button of this.exports.children) button.disabled = !plan;
     this.renderSelected(plan);
@@ -204,7 +207,7 @@ export class PlanPanel {
     if (questions.length && questions.length === error.details.missing.length) {
       const chosen = await askChoices(`What ‘${file.name}’ does not say`, error.message, questions, "Import");
       if (chosen) await this.send(file, { ...answers, ...chosen });
-    } else if (/another case/.test(error.message) && !answers.other_case) {
+    } else if (error.code === "other_case" && !answers.other_case) {
       if (await confirm(`‘${file.name}’ was made for another head`, error.message, "Import all the same")) await this.send(file, { ...answers, other_case: "yes" });
     } else {
       note(`‘${file.name}’: ${error.message}`, { error: true });

@@ -4,6 +4,7 @@ import { fixed, mm, sentence } from "../format.js";
 import { holdButton } from "../hold.js";
 
 const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: the controller follows the hand and keeps off the bone.", paused: "Paused where it is." };
+const CHANGED_WORDS = "The plan has changed since the robot was placed. What is drawn here is what is driven; ‘Reset to entry’ takes the plan as it is now.";
 const LIVE = ["ready", "running", "paused"];
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
 
@@ -16,7 +17,7 @@ export class RehearsePanel {
     const send = (type, fields) => connection.send(type, fields);
     this.words = h("p", { class: "words" });
     this.startButton = h("button", { type: "button", class: "primary", id: "start", onclick: () => this.startOrPause() });
-    this.resetButton = h("button", { type: "button", id: "reset", onclick: () => send("rehearsal.reset") }, "Reset to entry");
+    this.resetButton = h("button", { type: "button", id: "reset", onclick: () => this.resetOrEnd() }, "Reset to entry");
     this.leaseWords = h("p", { class: "words" });
     this.leaseButton = h("button", { type: "button", class: "wide", id: "lease", onclick: () => this.lease() });
     this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Mode" }, MODES.map(([mode, label]) =>
@@ -34,48 +35,53 @@ export class RehearsePanel {
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
     this.fields = h("div", { class: "fields" });
+    this.fieldWords = h("p", { class: "words caution", role: "status" });
     this.sliders = new Map();
+    this.marginWarning = h("p", { class: "words caution", hidden: true });
     this.element = h("div", {},
       group("Robot", null, this.words, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, h("div", { class: "progress" }, this.progressBar)),
-      group("Hand and margin", null, this.fields));
+      group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
 
   update(state) {
     const rehearsal = state.rehearsal ?? {};
-    this.changedTargets([state.plan?.targets], () => this.renderTargets(state.plan?.targets ?? []));
+    const targets = (state.driven ?? state.plan)?.targets ?? []; // those of the robot that is there
+    this.changedTargets([targets], () => this.renderTargets(targets));
     const adjustable = LIVE.includes(rehearsal.state) && Boolean(rehearsal.mine);
-    this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings?.fields ?? [], adjustable));
-    const { state: phase, words, mine, holder, can_take, mode, target_index, path_done } = rehearsal;
-    this.changedState([phase, words, mine, holder, can_take, mode, target_index, path_done, state.plan?.targets?.length], () => this.renderState(state, rehearsal));
+    this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
+    const { state: phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
+    this.changedState([phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
   }
 
-  renderState(state, rehearsal) {
+  renderState(state, rehearsal, targets) {
     const live = LIVE.includes(rehearsal.state);
     const driving = live && rehearsal.mine;
-    this.words.textContent = sentence(rehearsal.words || STATE_WORDS[rehearsal.state] || "");
-    this.words.className = rehearsal.state === "failed" ? "words caution" : "words";
+    const changed = live && rehearsal.plan_changed;
+    const silent = rehearsal.state === "silent";
+    this.words.textContent = sentence(rehearsal.words || (changed && CHANGED_WORDS) || STATE_WORDS[rehearsal.state] || "");
+    this.words.className = changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
     this.startButton.disabled = !(driving || ["absent", "failed"].includes(rehearsal.state)) || (state.plan?.points.length ?? 0) < 2;
-    this.resetButton.disabled = !driving;
+    this.resetButton.textContent = silent ? "End the process" : "Reset to entry";
+    this.resetButton.disabled = !driving && !(silent && (rehearsal.mine || rehearsal.can_take));
     this.leaseWords.textContent = !live ? "The handle appears when the robot is in place." : rehearsal.mine
       ? "This window holds the handle. Drag the sphere on the shaft."
       : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Another window"} holds the handle. You are watching.`;
     this.leaseButton.hidden = !live;
     this.leaseButton.textContent = rehearsal.mine ? "Let go of the handle" : "Take over the handle";
     this.leaseButton.disabled = !rehearsal.mine && !rehearsal.can_take;
-    const targets = state.plan?.targets.length ?? 0;
     for (const button of this.modes.children) {
       const mode = button.dataset.mode;
       button.setAttribute("aria-pressed", String(mode === rehearsal.mode));
       button.disabled = !driving || (mode === "inspect" && !targets);
     }
     this.target.hidden = rehearsal.mode !== "inspect" && !(rehearsal.path_done && targets);
-    if (Number.isInteger(rehearsal.target_index)) this.target.value = String(rehearsal.target_index);
+    if (rehearsal.target_id) this.target.value = rehearsal.target_id;
     this.target.disabled = !driving;
     this.modeWords.textContent = modeWords(rehearsal, targets);
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) button.disabled = !(driving && rehearsal.state === "running");
@@ -92,11 +98,18 @@ export class RehearsePanel {
   }
 
   renderTargets(targets) {
-    this.target.replaceChildren(...targets.map((target, index) => h("option", { value: String(index) }, target.label)));
+    const chosen = this.target.value;
+    this.target.replaceChildren(...targets.map((target) => h("option", { value: target.id }, target.label)));
+    if (targets.some((target) => target.id === chosen)) this.target.value = chosen;
   }
 
   /** What is in force, also after a change was refused; a slider under the hand is left alone. */
-  renderFields(fields, adjustable) {
+  renderFields(settings, adjustable) {
+    const fields = settings?.fields ?? [];
+    this.fieldWords.textContent = adjustable ? settings?.words ?? "" : "";
+    this.fieldWords.hidden = !this.fieldWords.textContent;
+    this.marginWarning.textContent = settings?.warning ? `${sentence(settings.warning)}.` : "";
+    this.marginWarning.hidden = !settings?.warning;
     if (this.sliders.size !== fields.length) this.fields.replaceChildren(...fields.map((field) => this.field(field)));
     for (const field of fields) {
       const { input, shown } = this.sliders.get(field.name);
@@ -123,13 +136,16 @@ export class RehearsePanel {
     this.connection.send(running ? "rehearsal.pause" : "rehearsal.start");
   }
 
+  resetOrEnd() {
+    this.connection.send(this.connection.state.rehearsal?.state === "silent" ? "rehearsal.end" : "rehearsal.reset");
+  }
+
   lease() {
     this.connection.send(this.connection.state.rehearsal?.mine ? "rehearsal.let_go" : "rehearsal.take");
   }
 
   setMode(mode) {
-    const target = mode === "inspect" ? Number(this.target.value || 0) : null;
-    this.connection.send("rehearsal.mode", { mode, target_index: target });
+    this.connection.send("rehearsal.mode", { mode, target_id: mode === "inspect" ? this.target.value || null : null });
   }
 }
 

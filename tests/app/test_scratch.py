@@ -1,18 +1,19 @@
-"""The folder of uploads: what a planner that ended has left is removed, what a running one needs is not."""
+"""The folder of temporary data: what a planner that ended has left is removed, what a running one needs is not."""
 
 import os
 import subprocess
 import sys
 from pathlib import Path
 
-from app.services.uploads import Uploads
+from app.store.scratch import Scratch
 
 ROOT = Path(__file__).resolve().parents[2]
 KILLED = """
 import os, sys
 from pathlib import Path
-from app.services.uploads import Uploads
-(Uploads(Path(sys.argv[1])).new_place() / "head.nrrd").write_bytes(b"x")
+from app.store.scratch import Scratch
+scratch = Scratch(Path(sys.argv[1]))
+(scratch.new_place() / "head.nrrd").write_bytes(b"x")
 os.kill(os.getpid(), 9)
 """
 
@@ -23,21 +24,21 @@ def files(folder: Path) -> list[str]:
 
 def test_what_a_killed_planner_left_is_removed_at_the_next_start(tmp_path: Path) -> None:
     """HAZ-30."""
-    folder = tmp_path / "uploads"
+    folder = tmp_path / "tmp"
     (folder / "0123456789abcdef").mkdir(parents=True)
     (folder / "0123456789abcdef" / "old.nrrd").write_bytes(b"x")
     (folder / "stray.zip").write_bytes(b"x")
     subprocess.run([sys.executable, "-c", KILLED, folder], cwd=ROOT, check=False)
     assert "head.nrrd" in files(folder)
-    uploads = Uploads(folder)
-    uploads.open()
+    scratch = Scratch(folder)
+    scratch.open()
     assert files(folder) == []
-    uploads.close()
+    scratch.close()
     assert [path.name for path in folder.iterdir()] == [".lock"]
 
 
 def test_planners_of_one_home_leave_each_other_alone(tmp_path: Path) -> None:
-    first, second = Uploads(tmp_path), Uploads(tmp_path)
+    first, second = Scratch(tmp_path), Scratch(tmp_path)
     (first.new_place() / "first.nrrd").write_bytes(b"x")
     (second.new_place() / "second.nrrd").write_bytes(b"x")
     assert files(tmp_path) == ["first.nrrd", "second.nrrd"]
@@ -47,10 +48,10 @@ def test_planners_of_one_home_leave_each_other_alone(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == [".lock"]
 
 
-def test_uploads_are_for_their_owner_alone(tmp_path: Path) -> None:
-    uploads = Uploads(tmp_path / "uploads")
-    place = uploads.new_place()
+def test_temporary_data_is_for_their_owner_alone(tmp_path: Path) -> None:
+    scratch = Scratch(tmp_path / "tmp")
+    place = scratch.new_place()
     if os.name != "nt":
         assert [oct(path.stat().st_mode)[-3:] for path in (place, place.parent, place.parent.parent)] == ["700"] * 3
-    uploads.close()
-    uploads.close()
+    scratch.close()
+    scratch.close()

@@ -1,16 +1,20 @@
-"""Uploads on their way into a case: in a folder of this planner's own, of which nothing outlives it.
+"""Temporary data, uploads and decoded images among them: in a folder of this planner's own, which does not outlive it.
 
 Several planners may share one home, so what another one left is removed only when its lock shows that it has ended.
 """
 
 from __future__ import annotations
 
+import os
 import secrets
 import shutil
 import sys
 import threading
+import weakref
 from pathlib import Path
 from typing import BinaryIO
+
+from app.store.errors import StorageError
 
 if sys.platform == "win32":
     import msvcrt
@@ -20,45 +24,52 @@ else:
 _LOCK = ".lock"
 
 
-class Uploads:
-    """The folder of uploads of one home; may be used from any thread."""
+class Scratch:
+    """A folder for temporary data of every planner of a home; may be used from any thread."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._guard = threading.Lock()
         self._own: Path | None = None
-        self._lock_file: BinaryIO | None = None
+        self._let_go: weakref.finalize[..., Scratch] | None = None
 
     def open(self) -> Path:
-        """This planner's own folder; the first call removes what planners that ended have left."""
+        """This planner's own folder; the first call removes what planners that ended have left. Raises StorageError."""
         with self._guard:
             if self._own is None:
-                self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-                with (self._folder / _LOCK).open("ab") as door:
-                    _lock(door, wait=True)  # between making a lock's file and locking it nobody may look
-                    self._remove_leftovers()
-                    own = self._folder / secrets.token_hex(8)
-                    self._lock_file = own.with_suffix(_LOCK).open("ab")
-                    _lock(self._lock_file, wait=False)
-                    own.mkdir(mode=0o700)
-                self._own = own
+                try:
+                    self._own = self._opened()
+                except OSError as error:
+                    raise _no_room(error) from error
             return self._own
 
     def new_place(self) -> Path:
-        """A fresh folder for one upload."""
+        """A fresh folder of its own. Raises StorageError."""
         place = self.open() / secrets.token_hex(8)
-        place.mkdir(mode=0o700)
+        try:
+            place.mkdir(mode=0o700)
+        except OSError as error:
+            raise _no_room(error) from error
         return place
 
     def close(self) -> None:
-        """Remove every upload of this planner."""
+        """Remove everything of this planner; its end does so too, unless it is killed."""
         with self._guard:
-            if self._own is None or self._lock_file is None:
-                return
-            shutil.rmtree(self._own, ignore_errors=True)
-            self._lock_file.close()
-            self._own.with_suffix(_LOCK).unlink(missing_ok=True)
-            self._own = self._lock_file = None
+            if self._let_go is not None:
+                self._let_go()
+            self._own = self._let_go = None
+
+    def _opened(self) -> Path:
+        self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with (self._folder / _LOCK).open("ab") as door:
+            _lock(door, wait=True)  # between making a lock's file and locking it nobody may look
+            self._remove_leftovers()
+            own = self._folder / secrets.token_hex(8)
+            lock_file = own.with_suffix(_LOCK).open("ab")
+            self._let_go = weakref.finalize(self, _remove, own, lock_file, os.getpid())
+            _lock(lock_file, wait=False)
+            own.mkdir(mode=0o700)
+        return own
 
     def _remove_leftovers(self) -> None:
         for path in sorted(self._folder.iterdir(), key=lambda path: path.suffix == _LOCK):  # locks after folders
@@ -69,6 +80,17 @@ class Uploads:
                 shutil.rmtree(path, ignore_errors=True)
             else:
                 path.unlink(missing_ok=True)
+
+
+def _remove(own: Path, lock_file: BinaryIO, owner: int) -> None:
+    if os.getpid() == owner:  # and not a copy of it that ends
+        shutil.rmtree(own, ignore_errors=True)
+        own.with_suffix(_LOCK).unlink(missing_ok=True)
+    lock_file.close()
+
+
+def _no_room(error: OSError) -> StorageError:
+    return StorageError(f"the data folder takes no temporary files: {error.strerror or error}.")
 
 
 def _is_held(path: Path) -> bool:

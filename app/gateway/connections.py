@@ -1,0 +1,119 @@
+"""Connections are bounded before anybody has shown a token: how many wait, how long, and what they write to the log.
+
+A connection waits while no request of its own is being answered: before its first head, between two, and while the
+body of an answered one still arrives. Each has HEAD_DEADLINE_S for a whole head, however slowly bytes drip in, and
+of more than MAX_WAITING the one that has waited longest goes: somebody who honestly asks does so at once.
+"""
+
+import asyncio
+import logging
+from time import monotonic
+from typing import Any
+
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from websockets.asyncio.server import ServerConnection
+from websockets.protocol import State
+
+HEAD_DEADLINE_S = 10.0
+MAX_WAITING = 128
+MAX_MESSAGE_BYTES = 256 << 10  # of a browser's WebSocket; the longest that one sends is about 60 KiB
+_MOST_DESCRIPTORS = 8192
+_SAME_LINES = 5  # of one kind a minute
+_NOISY_LOGGERS = ("asyncio", "uvicorn.error", "websockets.server")
+
+
+class BoundedHttp(H11Protocol):
+    """uvicorn's HTTP/1.1, whose own time-out begins after the first answer and anew with every byte."""
+
+    waiting_since: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        super().connection_made(transport)
+        self._note_waiting()
+        waiting = {
+            other: timer.when()
+            for other in self.connections
+            if isinstance(other, BoundedHttp) and (timer := other.waiting_since) is not None
+        }
+        if len(waiting) > MAX_WAITING:
+            min(waiting, key=waiting.__getitem__)._give_up()
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        self._note_waiting()
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        self._note_waiting()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        super().connection_lost(exc)
+        self._stop_waiting()
+
+    def _note_waiting(self) -> None:
+        answering = self.cycle is not None and not self.cycle.response_complete
+        if answering or self.transport.is_closing() or self.transport.get_protocol() is not self:  # else a WebSocket
+            self._stop_waiting()
+        elif self.waiting_since is None:
+            self.waiting_since = self.loop.call_later(HEAD_DEADLINE_S, self._give_up)
+
+    def _stop_waiting(self) -> None:
+        if self.waiting_since is not None:
+            self.waiting_since.cancel()
+            self.waiting_since = None
+
+    def _give_up(self) -> None:
+        self._stop_waiting()
+        self.transport.abort()
+
+
+class BoundedWebSocket(ServerConnection):
+    """The same for the scene's inner server, which gives up a connection without a handshake after 10 s by itself."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        waiting = [other for other in self.server.handlers if other.protocol.state is State.CONNECTING]
+        for other in waiting[: len(waiting) - MAX_WAITING]:
+            other.transport.abort()
+
+
+class FewLines(logging.Filter):
+    """Lets through _SAME_LINES records of one kind a minute and says how many more there were with the next."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._seen: dict[Any, tuple[float, int]] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        kind = str(record.msg)[:60]  # asyncio puts the socket's number into some messages, behind what happened
+        since, count = self._seen.get(kind, (0.0, 0))
+        now = monotonic()
+        if now - since >= 60.0:
+            if count > _SAME_LINES:
+                record.msg = f"({count - _SAME_LINES} more of the kind since) {record.msg}"
+            since, count = now, 0
+        if len(self._seen) > 100:
+            self._seen.clear()
+        self._seen[kind] = (since, count + 1)
+        return count < _SAME_LINES
+
+
+def quieten_log() -> None:
+    """Keep what anybody can provoke without a token from filling the disk."""
+    for name in _NOISY_LOGGERS:
+        logger = logging.getLogger(name)
+        if not any(isinstance(known, FewLines) for known in logger.filters):
+            logger.addFilter(FewLines())
+
+
+def raise_descriptor_limit() -> None:
+    """Let this process open as many files and sockets as it may, within reason; many systems begin with 1,024."""
+    try:
+        import resource
+    except ImportError:  # Windows knows no such limit
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = _MOST_DESCRIPTORS if hard == resource.RLIM_INFINITY else min(_MOST_DESCRIPTORS, hard)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))

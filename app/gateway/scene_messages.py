@@ -1,0 +1,63 @@
+"""What a picture has to say to its server: where the camera is, a click, and a drag, each in exactly viser's form.
+
+Everything else that viser's client can send is refused: uploads, browser storage, the public share tunnel, values of
+controls, rendered pictures. The names of types and fields are viser's; a test holds them to the pinned version.
+"""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+_Pair = tuple[float, float]
+_Triple = tuple[float, float, float]
+_Word = Annotated[str, msgspec.Meta(max_length=200)]
+
+
+class _Message(msgspec.Struct, tag_field="type", tag=True, forbid_unknown_fields=True):
+    """A message in one map, whose 'type' is the name of its class."""
+
+
+class ViewerCameraMessage(_Message):
+    wxyz: tuple[float, float, float, float]
+    position: _Triple
+    fov: float
+    near: float
+    far: float
+    image_height: int
+    image_width: int
+    look_at: _Triple
+    up_direction: _Triple
+
+
+class ScenePointerMessage(_Message):
+    event_type: Literal["click"]
+    ray_origin: _Triple
+    ray_direction: _Triple
+    screen_pos: tuple[_Pair]
+    modifier: _Word | None
+
+
+class SceneNodeDragMessage(_Message):
+    phase: Literal["start", "update", "end"]
+    name: _Word
+    instance_index: int | None
+    start_position: _Triple
+    start_screen_pos: _Pair
+    end_position: _Triple
+    end_screen_pos: _Pair
+    button: Literal["left", "middle", "right"]
+    modifier: _Word | None
+    owner: _Word = ""
+
+
+ALLOWED_MESSAGES = (ViewerCameraMessage, ScenePointerMessage, SceneNodeDragMessage)
+_DECODER = msgspec.msgpack.Decoder(ViewerCameraMessage | ScenePointerMessage | SceneNodeDragMessage)
+
+
+def is_allowed(data: bytes) -> bool:
+    """Whether a browser's frame is one of these messages, whole and with nothing beside it."""
+    try:
+        _DECODER.decode(data)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+        return False
+    return True

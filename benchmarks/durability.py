@@ -1,0 +1,205 @@
+"""`vfix bench durability`: kills a planner that writes, again and again, and looks at what is left (HAZ-24)."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from app.services.cases import CaseFrame, CaseService
+from app.services.plan_editor import PlanEditor
+from app.services.plan_model import PlanContent, content_to_json
+from app.services.plans import PlanService
+from app.settings import Settings
+from app.store import Store
+from benchmarks import report
+from vfix_engine.geometry.mesh import TriangleMesh
+
+SUMMARY = "kill -9 a planner that writes: edits acknowledged, edits lost, and the database's own check"
+MAX_KILLS = 100_000
+_MOST_POINTS = 40  # of the plan that is edited
+_MOST_EDITS = 200  # of one writer; fewer than a plan's history holds
+_LONGEST_S = 0.05  # from a writer's beginning, or from one of its edits, to its end
+_ANY = ""  # a digest that every content has
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """How often, and from which random numbers."""
+    parser.add_argument("--kills", type=int, default=100, metavar="N", help="writers that are killed (default 100)")
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the edits and of the moments of killing")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """The figures of `--kills` kills in a home of its own.
+
+    Raises:
+        BenchmarkRefused: the system has no SIGKILL and fork, or the number makes no sense.
+    """
+    if not 1 <= args.kills <= MAX_KILLS:
+        raise report.BenchmarkRefused(f"--kills {args.kills} is not between 1 and {MAX_KILLS:,}")
+    if not hasattr(os, "fork"):
+        raise report.BenchmarkRefused("this benchmark needs a system with kill -9, such as Linux or macOS")
+    return campaign(args.kills, args.seed) | {"seed": args.seed, "machine": report.machine().to_dict()}
+
+
+def campaign(kills: int, seed: int, early: bool = False) -> dict[str, Any]:
+    """Run `_fight` in a process of its own, which has one thread and can therefore be copied for each writer.
+
+    early: writers acknowledge an edit before it is stored, as they must not: to see that this would be found.
+    """
+    with tempfile.TemporaryDirectory(prefix="vfix-durability-") as folder:
+        command = [sys.executable, "-m", "benchmarks.durability", folder, str(kills), str(seed), str(int(early))]
+        root = str(Path(__file__).resolve().parents[1])
+        path = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
+        done = subprocess.run(command, env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE, check=True)
+    answer: dict[str, Any] = json.loads(done.stdout)
+    return answer
+
+
+@dataclass
+class _Tally:
+    """What was found so far."""
+
+    kills: int = 0
+    kills_before_an_edit: int = 0
+    edits_acknowledged: int = 0
+    edits_lost: int = 0
+    edits_stored_unacknowledged: int = 0
+    failed_checks: list[str] = field(default_factory=list)
+
+
+def _fight(settings: Settings, kills: int, seed: int, early: bool) -> dict[str, Any]:
+    chance = random.Random(seed)
+    begin = time.perf_counter()
+    with _opened(settings) as store:
+        corners = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]])
+        bone = TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+        case = CaseService(store).create("Killed", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": bone})
+        plan = PlanService(store).create(case.id, "Killed").id
+    tally, stored = _Tally(), 0
+    for _ in range(kills):
+        acknowledged, status = _writer_that_is_killed(settings, plan, chance, early)
+        if not os.WIFSIGNALED(status):
+            tally.failed_checks.append("a writer could not go on with what it found")
+        tally.kills += 1
+        tally.kills_before_an_edit += not acknowledged
+        tally.edits_acknowledged += len(acknowledged)
+        stored = _look(settings, plan, acknowledged, stored, tally)
+    with _opened(settings) as store:  # the planner goes on with it
+        PlanService(store).get(plan)
+    return {
+        **vars(tally),
+        "failed_checks": tally.failed_checks[:10],
+        "correct": tally.edits_acknowledged > 0 and not tally.edits_lost and not tally.failed_checks,
+        "seconds": time.perf_counter() - begin,
+    }
+
+
+def _look(settings: Settings, plan: str, acknowledged: dict[int, str], before: int, tally: _Tally) -> int:
+    """What is there once nobody has the database open any more; returns the number of the newest state.
+
+    acknowledged: digest of the content by the number of the state that an edit made; before: the newest one until then.
+    """
+    with closing(sqlite3.connect(settings.database_path)) as database:  # repairs what the kill left
+        for check, good in (("integrity_check", [("ok",)]), ("foreign_key_check", [])):
+            found = database.execute(f"pragma {check}").fetchall()
+            if found != good:
+                tally.failed_checks.append(f"{check}: {found[0][0]}")
+        rows = database.execute("select position, document from plan_states where plan_id = ?", (plan,)).fetchall()
+        (cursor,) = database.execute("select cursor from plans where id = ?", (plan,)).fetchone()
+    states = {position: _digest(json.loads(document)) for position, document in rows}
+    tally.edits_lost += sum(
+        number > cursor or number not in states or digest not in (_ANY, states[number])
+        for number, digest in acknowledged.items()
+    )
+    newest = max(acknowledged, default=before)
+    tally.edits_stored_unacknowledged += max(cursor - newest, 0)
+    if cursor - newest > 1:
+        tally.failed_checks.append(f"{cursor - newest} edits of one writer were stored and not acknowledged")
+    return int(cursor)
+
+
+def _writer_that_is_killed(
+    settings: Settings, plan: str, chance: random.Random, early: bool
+) -> tuple[dict[int, str], int]:
+    """Start a writer and kill it at some moment, while it opens the store too; what it acknowledged, and its status."""
+    ours, theirs = os.pipe()
+    seed, patience, after = chance.random(), _LONGEST_S * chance.random(), chance.choice([0, 1, 1, 5])
+    writer = os.fork()
+    if writer == 0:
+        os.close(ours)
+        _write(settings, plan, random.Random(seed), theirs, early)
+    os.close(theirs)
+    with os.fdopen(ours, "rb") as pipe:
+        told = b"".join(pipe.readline() for _ in range(after))
+        time.sleep(patience)
+        os.kill(writer, signal.SIGKILL)
+        told += pipe.read()
+    status = os.waitpid(writer, 0)[1]
+    whole = told[: told.rfind(b"\n") + 1]  # of the last one a part may be there
+    lines = [line.partition(" ") for line in whole.decode().splitlines()]
+    return {int(number): digest for number, _, digest in lines}, status
+
+
+def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, early: bool) -> NoReturn:
+    """Edit a plan, and say after each edit which state it made."""
+    try:
+        editor = PlanService(Store(settings)).editor(plan)
+        with closing(sqlite3.connect(settings.database_path)) as database:
+            (number,) = database.execute("select cursor from plans where id = ?", (plan,)).fetchone()
+        for _ in range(_MOST_EDITS):
+            number += 1
+            if early:
+                os.write(pipe, f"{number} {_ANY}\n".encode())
+            content = _edited(editor, chance)
+            if not early:
+                os.write(pipe, f"{number} {_digest(content_to_json(content))}\n".encode())
+        time.sleep(60.0)  # its end is on the way
+    finally:
+        os._exit(1)
+
+
+def _edited(editor: PlanEditor, chance: random.Random) -> PlanContent:
+    """The plan after one edit of some kind."""
+    place = (chance.uniform(-99, 99), chance.uniform(-99, 99), chance.uniform(-99, 99))
+    points = [point.id for point in editor.plan.points]
+    kinds: list[Callable[[], Any]] = [lambda: editor.added_point(place)[1]]
+    if points:
+        one = chance.choice(points)
+        change = [lambda: editor.move_point(one, place), lambda: editor.rename_point(one, f"{place[0]:.3f}")]
+        kinds = [*change, lambda: editor.delete_point(one)] if len(points) > _MOST_POINTS else [*kinds, *change]
+    content: PlanContent = chance.choice(kinds)().content
+    return content
+
+
+def _digest(document: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
+
+
+@contextmanager
+def _opened(settings: Settings) -> Iterator[Store]:
+    store = Store(settings)
+    try:
+        yield store
+    finally:
+        store.close()
+
+
+if __name__ == "__main__":
+    home, times, start, unsafe = sys.argv[1:]
+    print(json.dumps(_fight(Settings(home=Path(home) / "home"), int(times), int(start), unsafe == "1")))

@@ -1,0 +1,88 @@
+"""Connections that ask nothing, ask slowly, ask too much, and what they write to the log (HAZ-30)."""
+
+import contextlib
+import json
+import logging
+import socket
+
+import pytest
+from knocking import Planner, raw
+
+from app.gateway import connections
+from app.gateway.body_limit import MAX_BODY_BYTES
+
+
+def is_closed_on(connection: socket.socket, drip: bytes) -> bool:
+    """Whether the planner ends a connection over which a byte comes again and again."""
+    connection.settimeout(0.1)
+    for _ in range(50):
+        try:
+            connection.sendall(drip)
+            with contextlib.suppress(TimeoutError):
+                if connection.recv(1 << 16) == b"":
+                    return True
+        except OSError:
+            return True
+    return False
+
+
+@pytest.mark.parametrize(
+    ("first", "drip"),
+    [
+        (b"", b""),
+        (b"GET / HTTP/1.1\r\nX-Slow: ", b"x"),
+        (b"GET /docs HTTP/1.1\r\nHost: {host}\r\n\r\n", b"G"),
+        (b"POST /docs HTTP/1.1\r\nHost: {host}\r\nContent-Length: 1000\r\n\r\n", b"x"),
+    ],
+    ids=["says nothing", "a slow head", "a slow second head", "a slow body of a refused request"],
+)
+def test_who_does_not_ask_in_time_is_let_go(
+    planner: Planner, monkeypatch: pytest.MonkeyPatch, first: bytes, drip: bytes
+) -> None:
+    monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 0.5)
+    with socket.create_connection(("127.0.0.1", planner.port), timeout=5) as connection:
+        connection.sendall(first.replace(b"{host}", planner.host.encode()))
+        assert is_closed_on(connection, drip)
+
+
+def test_a_request_that_is_answered_slowly_is_not_cut_off(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 0.3)
+    assert planner.http("GET", "/api/slow", planner.bearer).status == 200
+    request = f"GET /api/slow HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\n\r\n".encode()
+    with socket.create_connection(("127.0.0.1", planner.port), timeout=5) as connection:
+        for _ in range(2):  # one connection after the other request
+            connection.sendall(request)
+            answer = b""
+            while not answer.endswith(b"null"):
+                answer += (more := connection.recv(1 << 16))
+                assert more, "the connection was cut off"
+
+
+def test_a_body_is_refused_before_it_is_sent(planner: Planner) -> None:
+    """Who asks first (`Expect`) or sends all the same gets the answer in words (HAZ-30)."""
+    head = f"POST /api/takes HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\n"
+    claimed = f"{head}Content-Type: application/json\r\nContent-Length: {{}}\r\n".encode()
+    first = claimed.replace(b"{}", b"1000000000") + b"Expect: 100-continue\r\n\r\n"
+    whole = claimed.replace(b"{}", b"3000000") + b"\r\n" + b"[" * 3_000_000
+    chunked = head.encode() + b"Transfer-Encoding: chunked\r\n\r\n" + (b"10000\r\n" + b"[" * 65536 + b"\r\n") * 20
+    for data in (first, whole, chunked + b"0\r\n\r\n"):
+        answer = raw(planner.port, data)
+        assert answer.status == 413
+        assert json.loads(answer.body)["error"]["code"] == "too_large"
+        assert f"{MAX_BODY_BYTES >> 10} KiB" in json.loads(answer.body)["error"]["message"]
+    small = claimed.replace(b"{}", b"5") + b"\r\n[1,2]"
+    assert raw(planner.port, small).status == 200
+
+
+def test_the_log_cannot_be_flooded(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    now = 1000.0
+    monkeypatch.setattr(connections, "monotonic", lambda: now)
+    logger = logging.getLogger("vfix-flooded")
+    logger.addFilter(connections.FewLines())
+    for number in range(2000):
+        logger.error("socket.accept() out of system resource\nsocket: <asyncio.TransportSocket fd=%d>", number)
+        logger.error("another kind") if number < 2 else None
+    assert len(caplog.records) == 7
+    now += 60.0
+    logger.error("socket.accept() out of system resource\nsocket: <asyncio.TransportSocket fd=%d>", 1)
+    assert caplog.records[-1].getMessage().startswith("(1995 more of the kind since) socket.accept()")

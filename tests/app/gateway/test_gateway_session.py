@@ -1,0 +1,97 @@
+"""The page's socket: what is refused with a reason, and after how long to come again (HAZ-05, HAZ-31)."""
+
+import contextlib
+import json
+import logging
+from collections.abc import Iterator
+from unittest.mock import MagicMock
+
+import pytest
+from knocking import Planner, eventually
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import Close
+from websockets.sync.client import ClientConnection, connect
+
+from app.session import workspace
+from app.session.board import Board
+from app.session.hub import MAX_PAGES
+from app.session.router import MAX_MESSAGE_CHARS, MAX_PER_SECOND
+
+HEARTBEAT = '{"type":"heartbeat"}'
+
+
+@pytest.fixture
+def pages(whole_planner: Planner, monkeypatch: pytest.MonkeyPatch) -> Iterator[Planner]:
+    """Workspaces that draw nothing and take every command."""
+    monkeypatch.setattr(workspace, "Workspace", lambda *_: MagicMock(board=Board()))
+    yield whole_planner
+    hub = whole_planner.app.state.sessions
+    eventually(lambda: not any(entry.connected for entry in hub._entries.values()))
+    hub._entries.clear()
+
+
+def page(planner: Planner, tab: str) -> ClientConnection:
+    headers = [planner.cookie]
+    return connect(
+        f"ws://{planner.host}/session?tab={tab}", additional_headers=headers, origin=planner.origin, proxy=None
+    )
+
+
+def closing(connection: ClientConnection) -> Close:
+    """How the planner ends a connection; fails when it does not."""
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            connection.recv(timeout=10)
+    assert connection.close_code is not None
+    return Close(connection.close_code, connection.close_reason or "")
+
+
+def answers(connection: ClientConnection) -> bool:
+    connection.send('{"type":"no such command"}')
+    return bool(json.loads(connection.recv(timeout=10))["type"] == "note")
+
+
+@pytest.mark.parametrize(
+    ("messages", "code", "words"),
+    [
+        ([b"\x00\x01"], 1003, "text"),
+        ([HEARTBEAT.encode()], 1003, "text"),
+        ([HEARTBEAT] * (MAX_PER_SECOND + 1), 4429, "try again in 10 s"),
+        (["x" * (MAX_MESSAGE_CHARS + 1)], 4429, "try again in 10 s"),
+    ],
+    ids=["binary", "a command as bytes", "too many", "too long"],
+)
+def test_what_is_no_command_ends_the_connection_with_a_reason(
+    pages: Planner, caplog: pytest.LogCaptureFixture, messages: list[str | bytes], code: int, words: str
+) -> None:
+    with page(pages, "refused-tab") as refused, page(pages, "honest-tab") as honest:
+        for message in messages:
+            refused.send(message)
+        ended = closing(refused)
+        assert (ended.code, words in ended.reason) == (code, True)
+        assert answers(honest)
+    assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
+
+
+def test_a_page_too_many_is_told_so_and_let_in_when_another_goes(pages: Planner) -> None:
+    with contextlib.ExitStack() as opened:
+        first = opened.enter_context(page(pages, "page-number-0"))
+        for number in range(1, MAX_PAGES):
+            opened.enter_context(page(pages, f"page-number-{number}"))
+        with page(pages, "page-too-many") as refused:
+            ended = closing(refused)
+        assert (ended.code, ended.reason) == (
+            4503,
+            f"{MAX_PAGES} pages of this planner are open; close one, or try again in 15 s",
+        )
+        first.close()
+        with page(pages, "page-too-many") as let_in:
+            assert answers(let_in)
+
+
+@pytest.mark.parametrize(("tab", "code"), [("short", 1008), ("twice-opened", 4409)])
+def test_a_tab_has_a_name_of_its_own(pages: Planner, tab: str, code: int) -> None:
+    with page(pages, "twice-opened"), page(pages, tab) as refused:
+        ended = closing(refused)
+    assert ended.code == code
+    assert "tab" in ended.reason

@@ -1,0 +1,131 @@
+"""The one door for a head from a file: read, checked that it can be one, and what is doubtful about it in words.
+
+`read_mesh` and `read_volume` take any surface and any volume; a head has a size, air around it and bone in it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from vfix_engine.errors import ImageError, MeshError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.frame_report import MM_PER_UNIT, FrameReport
+from vfix_engine.imaging.mesh_files import read_mesh
+from vfix_engine.imaging.readers import read_volume
+from vfix_engine.imaging.volume import Volume
+
+HEAD_MM = (20.0, 2500.0)  # longest side: from a part of a nose to a scan of the whole body
+USUAL_MM = (60.0, 400.0)
+FEW_TRIANGLES = 1000
+FINE_MM = 1.25  # the coarsest slices that navigation of the sinuses is advised
+_MOST_LABELS = 250  # a label map has fewer values than this, all whole and none below 0
+
+Notes = tuple[str, ...]
+
+
+def read_surface_of_head(
+    path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
+) -> tuple[TriangleMesh, FrameReport, Notes]:
+    """`read_mesh`, and what is doubtful about the surface. Raises MeshError for one that cannot be a head's."""
+    mesh, report = read_mesh(path, frame, unit, assume=assume)
+    return mesh, report, (*assumption(report), *check_surface(mesh))
+
+
+def read_ct_of_head(
+    path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False, series: int | None = None
+) -> tuple[Volume, FrameReport, Notes]:
+    """`read_volume`, and what is doubtful about the CT. Raises ImageError for one that cannot be a head's."""
+    volume, report = read_volume(path, frame, unit, assume=assume, series=series)
+    return volume, report, (*assumption(report), *check_ct(volume))
+
+
+def assumption(report: FrameReport) -> Notes:
+    """What was taken for granted, if anything."""
+    if not report.missing:
+        return ()
+    words = {"frame": "LPS", "unit": "mm"}
+    taken = f"{' and '.join(words[part] for part in report.missing)} {'were' if len(report.missing) > 1 else 'was'}"
+    check = " Check left and right." if "frame" in report.missing else ""
+    return (f"The file does not name its {' and its '.join(report.missing)}; {taken} assumed.{check}",)
+
+
+def check_surface(mesh: TriangleMesh) -> Notes:
+    """What is doubtful about the bone of a head. Raises MeshError when it cannot be one."""
+    sides = mesh.bounds[1] - mesh.bounds[0]
+    fault = _size_fault(sides, "surface")
+    if fault:
+        raise MeshError(fault)
+    notes = list(_size_notes(sides, "surface"))
+    flat = int(np.count_nonzero(~mesh.face_normals.any(axis=1)))
+    if flat == len(mesh.faces):
+        raise MeshError(f"all {flat:,} triangles of the surface are without area.")
+    if flat:
+        notes.append(
+            f"{flat:,} of {len(mesh.faces):,} triangles are without area; the tool is kept away from them too."
+        )
+    if len(mesh.faces) < FEW_TRIANGLES:
+        notes.append(f"The surface has {len(mesh.faces):,} triangles only, which is little for the bone of a head.")
+    unused = len(mesh.vertices) - len(np.unique(mesh.faces))
+    if unused:
+        notes.append(
+            f"{unused:,} of {len(mesh.vertices):,} corners belong to no triangle; a file that was cut off looks so."
+        )
+    return tuple(notes)
+
+
+def check_ct(volume: Volume) -> Notes:
+    """What is doubtful about the CT of a head. Raises ImageError when it cannot be one."""
+    low, high = int(volume.hu.min()), int(volume.hu.max())
+    if low >= 0:
+        raise ImageError(f"the values run from {low} to {high}: {_why_no_air(volume, high)}")
+    sides = volume.bounds[1] - volume.bounds[0]
+    fault = _size_fault(sides, "CT")
+    if fault:
+        raise ImageError(fault)
+    return (*_size_notes(sides, "CT"), *_coarseness(volume))
+
+
+def _why_no_air(volume: Volume, high: int) -> str:
+    if high < _MOST_LABELS:
+        return (
+            f"{len(np.unique(volume.hu))} whole numbers from 0 on are the labels of a segmentation, not Hounsfield "
+            "units. Import the CT that it was drawn on."
+        )
+    return (
+        "there is no air in them, so they are not Hounsfield units; an offset of 1024 is missing, perhaps. "
+        "Export the CT with its rescale applied."
+    )
+
+
+def _coarseness(volume: Volume) -> Notes:
+    if volume.resolution_mm <= FINE_MM:
+        return ()
+    sizes = " x ".join(f"{value:.3g}" for value in volume.spacing)
+    thick = volume.slice_thickness_mm
+    told = f", its slices {thick:.3g} mm thick" if thick is not None else ""
+    return (
+        f"The CT is coarse: its voxels are {sizes} mm{told}, where at most {FINE_MM:g} mm are advised. Thin bone is "
+        f"missing from it, and its surface can be off by half a voxel, {volume.resolution_mm / 2:.2g} mm, or more: "
+        "choose a margin that covers that.",
+    )
+
+
+def _size_fault(sides: np.ndarray, what: str) -> str | None:
+    longest = float(sides.max())
+    if HEAD_MM[0] <= longest <= HEAD_MM[1]:
+        return None
+    metres = longest * MM_PER_UNIT["m"]
+    hint = " Its unit is metres, perhaps: say so." if USUAL_MM[0] <= metres <= HEAD_MM[1] else ""
+    return f"the {what} is {_figures(sides)} mm large, which cannot be a head.{hint}"
+
+
+def _size_notes(sides: np.ndarray, what: str) -> Notes:
+    if USUAL_MM[0] <= float(sides.max()) <= USUAL_MM[1]:
+        return ()
+    return (f"The {what} is {_figures(sides)} mm large, which is unusual for a head; check its unit.",)
+
+
+def _figures(sides: np.ndarray) -> str:
+    return " x ".join(f"{side:.3g}" for side in sides)
