@@ -193,6 +193,9 @@ def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, planner: P
     """The planner comes back with another token: no promise to reconnect, no hot retries, and a way back in."""
     station = open_page().ready()
     banner = station.page.locator("#banner")
+    row = station.page.locator("table.points tbody tr").first
+    row.click()
+    station.wait_for("the selection", lambda: station.state("plan")["selected"])
     asked: list[str] = []
     planner.stop()
     planner.start("another-token-" + "1" * 20)
@@ -211,6 +214,7 @@ def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, planner: P
     station.page.click("#retry")
     station.wait_for("the line", lambda: not banner.is_visible())
     assert not station.page.locator("#panel").evaluate("(panel) => panel.inert")
+    assert row.evaluate("(row) => row === document.activeElement"), "the focus is where it was before"
     station.ready()
 
 

@@ -64,6 +64,11 @@ export async function askChoices(title, words, questions, confirmWord) {
   return Object.fromEntries(questions.map((question, index) => [question.name, selects[index].value]));
 }
 
+/** Ask for what can be taken back: say that it was done, with the way back, or why it was not. */
+export function noteDone(request, words, action) {
+  request.then(() => note(words, { action })).catch((error) => note(error.message, { error: true }));
+}
+
 /** A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves. */
 export function note(words, { error = false, action = null } = {}) {
   const box = document.getElementById(error ? "alerts" : "notes");

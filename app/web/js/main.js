@@ -2,7 +2,7 @@
 import { Connection } from "./connection.js";
 import { h, whenChanged } from "./dom.js";
 import { note } from "./dialogs.js";
-import { Keys } from "./keys.js";
+import { Keys, letGoOfEverything } from "./keys.js";
 import { PatientPanel } from "./panels/patient.js";
 import { PlanPanel } from "./panels/plan.js";
 import { RehearsePanel } from "./panels/rehearse.js";
@@ -73,13 +73,21 @@ class Page {
 
   /** While the line is lost, what is shown is old and nothing can be asked for: figures are grey, controls off. */
   link({ connected, again, words, refused }) {
-    document.getElementById("banner").hidden = connected;
+    const { activeElement } = document;
+    const banner = document.getElementById("banner");
+    const idle = activeElement === document.body || banner.contains(activeElement);
+    banner.hidden = connected;
     document.getElementById("banner-words").textContent = words ?? "";
     document.body.classList.toggle("offline", !connected);
-    const focused = document.activeElement;
+    if (!connected) {
+      this.focused = activeElement?.closest("[data-live] *") ?? this.focused;
+      letGoOfEverything();
+    }
     for (const part of document.querySelectorAll("[data-live]")) part.inert = !connected;
-    if (!connected && document.activeElement !== focused) this.focused = focused;
-    if (connected && document.activeElement === document.body) this.focused?.focus({ preventScroll: true });
+    if (connected) {
+      if (idle) this.focused?.focus({ preventScroll: true });
+      this.focused = null;
+    }
     if (refused) this.scene.close();
     if (connected && (again || this.scene.isClosed)) this.scene.open();
   }

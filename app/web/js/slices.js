@@ -62,7 +62,7 @@ class SliceStage {
     this.zoomOf = zoom;
     this.pictures = svg("g");
     this.coming = svg("g", { visibility: "hidden" });
-    this.loader = new Loader(this.coming, (plane, images) => this.loaded(plane, images));
+    this.loader = new Loader(this.coming, connection, (plane, images) => this.loaded(plane, images));
     this.sent = []; // positions asked for whose answer is not there yet, oldest first
     this.marks = svg("g");
     this.svg = svg("svg", { preserveAspectRatio: "xMidYMid meet" }, this.coming, this.pictures, this.marks);
@@ -117,6 +117,7 @@ class SliceStage {
   unanswered() {
     this.sent = [];
     this.wanted = null;
+    this.loader.again();
   }
 
   addresses() {
@@ -299,8 +300,9 @@ class SliceStage {
 /** Fetches the pictures of the newest wanted plane; at most one plane is on its way, and a failure shows none. */
 class Loader {
   /** room: holds pictures while they load; shown(plane, images): images is null where they could not be loaded. */
-  constructor(room, shown) {
+  constructor(room, connection, shown) {
     this.room = room;
+    this.connection = connection;
     this.shown = shown;
   }
 
@@ -309,9 +311,15 @@ class Loader {
     if (!this.loading && this.wanted.key !== this.done) this.load(this.wanted);
   }
 
+  /** Ask once more for what could not be loaded; without a line that waits for the next one. */
+  again() {
+    if (!this.missing || this.loading || !this.wanted || !this.connection.connected) return;
+    this.load(this.wanted);
+  }
+
   clear() {
     clearTimeout(this.timer);
-    this.wanted = this.loading = this.done = null;
+    this.wanted = this.loading = this.done = this.missing = null;
     this.room.replaceChildren();
   }
 
@@ -322,10 +330,11 @@ class Loader {
     try {
       images = await Promise.all(job.addresses.map((address) => picture(address, this.room)));
     } catch {
-      this.timer = setTimeout(() => { this.done = null; if (this.wanted) this.want(this.wanted.plane, this.wanted.addresses); }, TRY_AGAIN_MS);
+      this.timer = setTimeout(() => this.again(), TRY_AGAIN_MS);
     }
     if (this.loading !== job) return; // another head was opened
     this.loading = null;
+    this.missing = images === null;
     this.done = job.key;
     this.shown(job.plane, images);
     this.room.replaceChildren();

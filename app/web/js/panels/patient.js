@@ -1,7 +1,7 @@
 // Patient: which head is open, which others there are, and how a new one comes in.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
 import { count, fixed, sentence, when } from "../format.js";
-import { FRAME_QUESTION, askChoices, askName, note } from "../dialogs.js";
+import { FRAME_QUESTION, askChoices, askName, note, noteDone } from "../dialogs.js";
 import { finished, post, remove, upload } from "../rest.js";
 
 // What a file may leave unsaid, by the word that the planner has for it.
@@ -97,9 +97,9 @@ export class PatientPanel {
   }
 
   remove(id) {
-    this.connection.request("case.delete", { case_id: id })
-      .then(() => note("The head was deleted.", { action: { label: "Restore", run: () => this.connection.send("case.restore", { case_id: id }) } }))
-      .catch((error) => note(error.message, { error: true }));
+    const fields = { case_id: id };
+    noteDone(this.connection.request("case.delete", fields), "The head was deleted.",
+      { label: "Restore", run: () => this.connection.send("case.restore", fields) });
   }
 
   async chosen() {

@@ -1,7 +1,7 @@
 // Plan: the points of the path and the targets, and what the tool makes of them.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
 import { fixed, mm, sentence, when } from "../format.js";
-import { FRAME_QUESTION, askChoices, askName, confirm, note } from "../dialogs.js";
+import { FRAME_QUESTION, askChoices, askName, confirm, note, noteDone } from "../dialogs.js";
 import { download, upload } from "../rest.js";
 
 const POINTS_QUESTION = {
@@ -166,9 +166,9 @@ export class PlanPanel {
   }
 
   remove(id) {
-    this.connection.request("plan.delete", { plan_id: id })
-      .then(() => note("The plan was deleted.", { action: { label: "Restore", run: () => this.connection.send("plan.restore", { plan_id: id }) } }))
-      .catch((error) => note(error.message, { error: true }));
+    const fields = { plan_id: id };
+    noteDone(this.connection.request("plan.delete", fields), "The plan was deleted.",
+      { label: "Restore", run: () => this.connection.send("plan.restore", fields) });
   }
 
   async newPlan() {
