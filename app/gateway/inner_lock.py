@@ -39,8 +39,7 @@ def locked_servers(admit: Admit) -> Iterator[None]:
             answer = process_request(connection, request)
             return cast(Response | None, await answer if inspect.isawaitable(answer) else answer)
 
-        bounds = {"create_connection": BoundedWebSocket}
-        return original(handler, host, port, process_request=guarded, **bounds, **options)
+        return original(handler, host, port, process_request=guarded, create_connection=BoundedWebSocket, **options)
 
     websockets_server.serve = serve  # type: ignore[assignment,misc]
     try:
