@@ -147,7 +147,8 @@ def test_the_browser_s_command_line_does_not_hold_the_token(tmp_path: Path) -> N
     home = tmp_path / "home"
     home.mkdir()
     env = {**environment(home), "BROWSER": browser, "HOME": str(home), "USERPROFILE": str(home)}
-    subprocess.run([sys.executable, "-c", OPEN, f"http://127.0.0.1:1/?token={token}"], cwd=ROOT, env=env, check=True)
+    command = [sys.executable, "-c", OPEN, f"http://127.0.0.1:1/?token={token}"]
+    subprocess.run(command, cwd=ROOT, env=env, check=True)
     told = json.loads(told_file.read_text(encoding="utf-8"))
     assert token not in " ".join(told["arguments"])
     assert f'content="0; url=http://127.0.0.1:1/?token={token}"' in told["text"]
@@ -155,6 +156,10 @@ def test_the_browser_s_command_line_does_not_hold_the_token(tmp_path: Path) -> N
         assert told["mode"] == 0o600
     assert not Path(told["page"]).exists()
     assert list(home.iterdir()) == []
+    home.rmdir()
+    without = subprocess.run(command, cwd=ROOT, env=env, check=True, capture_output=True, text=True)
+    assert "open the address above yourself" in without.stderr
+    assert "Traceback" not in without.stderr
 
 
 def test_a_taken_port_is_left_or_named(tmp_path: Path) -> None:
