@@ -127,7 +127,9 @@ def test_serve_refuses(tmp_path: Path, arguments: list[str], words: str) -> None
 BROWSER = """
 import json, os, pathlib, sys, urllib.parse, urllib.request
 page = pathlib.Path(urllib.request.url2pathname(urllib.parse.urlsplit(sys.argv[2]).path))
-told = {"arguments": sys.argv, "mode": page.stat().st_mode & 0o777, "text": page.read_text(), "page": str(page)}
+told = {"arguments": sys.argv}
+if page.is_file():
+    told |= {"mode": page.stat().st_mode & 0o777, "text": page.read_text(), "page": str(page)}
 pathlib.Path(sys.argv[1]).write_text(json.dumps(told))
 """
 OPEN = """
