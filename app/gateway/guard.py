@@ -141,7 +141,7 @@ class _SecuredSend:
 
 
 def _is_page(scope: Scope) -> bool:
-    return bool(scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == _LOGIN_PATH)
+    return (scope["type"], scope.get("method"), scope["path"]) == ("http", "GET", _LOGIN_PATH)
 
 
 def _query(scope: Scope) -> dict[str, list[str]]:

@@ -116,7 +116,7 @@ def other_routes() -> APIRouter:
 
     @router.get("/api/slow")
     async def slow() -> None:
-        await asyncio.sleep(1.0)
+        await asyncio.sleep(0.5)
 
     @router.post("/api/takes")
     async def takes(numbers: list[int]) -> int:

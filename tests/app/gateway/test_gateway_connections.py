@@ -46,11 +46,11 @@ def test_who_does_not_ask_in_time_is_let_go(
 
 
 def test_a_request_that_is_answered_slowly_is_not_cut_off(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 0.3)
+    monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 0.2)
     assert planner.http("GET", "/api/slow", planner.bearer).status == 200
     request = f"GET /api/slow HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\n\r\n".encode()
     with socket.create_connection(("127.0.0.1", planner.port), timeout=5) as connection:
-        for _ in range(2):  # one connection after the other request
+        for _ in range(2):  # of one connection
             connection.sendall(request)
             answer = b""
             while not answer.endswith(b"null"):
