@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import hashlib
 import json
 import os
@@ -91,6 +92,7 @@ def _fight(settings: Settings, kills: int, seed: int, early: bool) -> dict[str, 
         bone = TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
         case = CaseService(store).create("Killed", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": bone})
         plan = PlanService(store).create(case.id, "Killed").id
+    gc.freeze()  # a writer that collected garbage would copy all that it shares with this process
     tally, stored = _Tally(), 0
     for _ in range(kills):
         acknowledged, status = _writer_that_is_killed(settings, plan, chance, early)

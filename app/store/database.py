@@ -4,6 +4,7 @@ SQLite in WAL mode with synchronous=FULL: a transaction whose commit returned su
 """
 
 import logging
+import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -112,6 +113,8 @@ class Store:
         if self._refusal is None:
             self.scratch.open()
             self.files.scratch.open()
+            for left in (self._home / "uploads", *(self._home / "files").glob(".vfix-*")):  # of earlier versions
+                shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
     def data_version(self) -> int:
         """A number that every commit changes, of this process and of others. For one thread, which asks often."""

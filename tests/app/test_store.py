@@ -6,6 +6,8 @@ import errno
 import json
 import os
 import sqlite3
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,7 @@ from benchmarks import durability
 from benchmarks.report import BenchmarkRefused
 
 KILLS = 100
+ROOT = Path(__file__).resolve().parents[2]
 kills = pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no kill -9 here")
 posix = pytest.mark.skipif(os.name == "nt", reason="these are the rights of POSIX")
 
@@ -161,6 +164,23 @@ def test_equal_files_are_stored_once_and_their_name_is_their_hash(store: Store, 
     assert first == second
     assert store.files.path(first).read_bytes() == b"skull"
     assert len(list(settings.files_dir.glob("??/*"))) == 1
+
+
+def test_what_is_half_written_when_a_planner_is_killed_is_removed_at_the_next_start(
+    store: Store, settings: Settings
+) -> None:
+    """HAZ-33: half a file of a case is half a patient's head."""
+    program = (
+        "import os, sys; from pathlib import Path; from app.settings import Settings; from app.store import Store\n"
+        "Store(Settings(home=Path(sys.argv[1]))).files.put_with(lambda f: (f.write(b'voxels'), f.flush(), os._exit(9)))"
+    )
+    subprocess.run([sys.executable, "-c", program, settings.home], cwd=ROOT, check=False)
+    (settings.files_dir / ".vfix-former").write_bytes(b"voxels")
+    (settings.home / "uploads" / "former").mkdir(parents=True)
+    assert [path for path in settings.files_dir.rglob("*") if path.is_file() and path.stat().st_size]
+    store.sweep()
+    assert not [path for path in settings.files_dir.rglob("*") if path.is_file() and path.stat().st_size]
+    assert not (settings.home / "uploads").exists()
 
 
 @pytest.mark.parametrize("key", ["../../etc/passwd", "ab", "0" * 64])
