@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     report |= _rehearse(Rehearsal(scene, settings), args)
     if not report["completed"] and obstacle:
-        report["reason"] = obstacle
+        report["reason"] = obstacle if args.task == "path" else f"{report['reason']}; {obstacle}"
     report["notice"] = NOTICE
     if args.json:
         print(json.dumps(report, allow_nan=False))
