@@ -85,8 +85,10 @@ def run(args: argparse.Namespace) -> int:
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     report |= _rehearse(Rehearsal(scene, settings), args)
-    if not report["completed"] and obstacle:
-        report["reason"] = obstacle if args.task == "path" else f"{report['reason']}; {obstacle}"
+    if obstacle:
+        report["placing_reason"] = obstacle
+    if not report["completed"]:
+        report["reason"] = report["reason"] or obstacle or "the tool no longer moves along the path"
     report["notice"] = NOTICE
     if args.json:
         print(json.dumps(report, allow_nan=False))
@@ -170,8 +172,7 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     else:
         last = run.follow()
         done = last.phase == "done"
-        reason = "" if done else last.reason or "the tool no longer moves along the path"
-        result = {"completed": done, "reason": reason, "reached_mm": last.progress_mm}
+        result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
     path = run.rehearsal.scene.path
     length = math.nan if path is None else path.length
     zones = [
