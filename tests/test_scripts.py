@@ -106,6 +106,24 @@ def test_the_scripts_need_the_standard_library_only(name: str) -> None:
     assert {module.split(".")[0] for module in imported - ours} <= sys.stdlib_module_names
 
 
+@pytest.mark.parametrize("failing", ["preparation", "ruff", "pytest"])
+def test_whatever_fails_is_the_status_of_the_whole(
+    environment: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], failing: str
+) -> None:
+    """The preparation of the kernels too: without it the tests would measure something else."""
+    spec = importlib.util.spec_from_file_location("the_test_script", SCRIPTS / "test.py")
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    monkeypatch.setenv("VFIX_BROWSER", "")
+    monkeypatch.setattr(script, "ensure_environment", lambda with_tests: Path("python"))
+    monkeypatch.setattr(script, "ensure_browser", lambda python: "browser")
+    monkeypatch.setattr(script, "run_in_environment", lambda python, *words: 3 if failing in " ".join(words) else 0)
+    assert script.main(["tests/one.py"]) == 3
+    assert "FAILED (3)" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("name", ["start.py", "test.py"])
 def test_help_installs_nothing(name: str, tmp_path: Path) -> None:
     for script in (name, "environment.py"):

@@ -100,13 +100,15 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     poses = Poses()
     report |= _rehearse(Rehearsal(scene, settings), args, poses)
-    if not report["completed"] and obstacle:
-        report["reason"] = obstacle
+    if obstacle:
+        report["placing_reason"] = obstacle
+    if not report["completed"]:
+        report["reason"] = report["reason"] or obstacle or "the tool no longer moves along the path"
     if notes:
         report["notes"] = list(notes)
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
-    report["warnings"] = [f"{words}."] if (words := case.uncertainty.warning(settings.margin_mm)) else []
-    say_notes(report["warnings"])
+    report["warnings"] = [words] if (words := case.uncertainty.warning(settings.margin_mm)) else []
+    say_notes([f"{words}." for words in report["warnings"]])
     report["notice"] = NOTICE
     if args.json:
         print(json.dumps(report, allow_nan=False))
@@ -210,8 +212,7 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     else:
         last = run.follow()
         done = last.phase == "done"
-        reason = "" if done else last.reason or "the tool no longer moves along the path"
-        result = {"completed": done, "reason": reason, "reached_mm": last.progress_mm}
+        result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
         if not done:
             result |= _stopped(last)
     path = run.rehearsal.scene.path

@@ -169,7 +169,7 @@ class Watch:
             tally.fail("joint limit", assault=doing, joint=joint, over=float(over.max()), step_of=step.tolist())
 
     def _over_limits(self, before: RehearsalState, after: RehearsalState, emergency: bool) -> Array:
-        """By how much (n,) a step exceeds a joint's limits at most, in mm or rad; an emergency has no acceleration's."""
+        """By how much (n,) a step exceeds range, speed and, unless in an emergency, acceleration; mm or rad."""
         robot, q, dt = self._robot, after.tool.q, self._settings.dt_s
         step = q - before.tool.q
         last = before.tool.velocity * dt

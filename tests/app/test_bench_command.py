@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
+import subprocess
 import sys
 import types
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from app import cli
 from app.commands import bench
-from benchmarks import BENCHMARKS, cases, report
+from benchmarks import BENCHMARKS, cases, realtime, report, step
+from tests.engine.scenes import curved_tube
 from vfix_engine.errors import VfixError
+from vfix_engine.geometry.path import SplinePath
 
 
 @pytest.fixture
@@ -114,6 +119,57 @@ def test_a_head_that_is_not_there_is_said_to_be_missing(tmp_path: Path, monkeypa
     assert str(tmp_path) in measured["missing"]["head"]
     with pytest.raises(VfixError, match="VFIX_TRIAL_DATA"):
         cases.find_cases(case_options("--case", "head"))
+
+
+@pytest.fixture(scope="module")
+def tube() -> cases.BenchCase:
+    mesh, points = curved_tube()
+    return cases.BenchCase("tube", mesh, SplinePath(points))
+
+
+def test_a_driven_process_is_judged(
+    tube: cases.BenchCase, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-10: correct where every tick was a step and the margin was kept; a tick too many is status 1."""
+    monkeypatch.setattr(cases, "find_cases", lambda args: cases.Cases((tube,), {}))
+    assert cli.main(["bench", "realtime", "--seconds", "0.5", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    one = told["cases"]["tube"]
+    assert told["correct"]
+    assert one["correct"]
+    assert one["steps"] == one["ticks"] > 0
+    assert one["moved_mm"] > 0.0
+    assert one["min_clearance_mm"] >= 0.3
+    monkeypatch.setattr(realtime, "_measure", lambda *_: one | {"correct": False})
+    assert cli.main(["bench", "realtime", "--seconds", "0.5"]) == 1
+
+
+def test_steps_without_a_like_are_counted_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step that is cut short or held is not compared with the stack's, which says so."""
+    outcomes = ["moved", "shrunk", "moved", "held"]
+    state = types.SimpleNamespace(q=np.zeros(2), clearance=1.0)
+    done = iter(types.SimpleNamespace(outcome=outcome, state=state) for outcome in outcomes)
+    answer = types.SimpleNamespace(seconds=(1e-3,), pairs=3, step=np.zeros(2), clearance=1.0)
+    stack: Any = types.SimpleNamespace(step=lambda *_: answer)
+    controller: Any = types.SimpleNamespace(step=lambda *_: next(done))
+    scene = types.SimpleNamespace(placed_robot=lambda: None, tool=None)
+    monkeypatch.setattr(cases, "drive", lambda *_: types.SimpleNamespace(scene=scene))
+    monkeypatch.setattr(step, "Stack", lambda *_, **__: stack)
+    case: Any = types.SimpleNamespace(mesh=None)
+    moment: Any = (state, types.SimpleNamespace(scale=0.01))
+    drive = step._Drive(None, case, 20)
+    drive._compare([moment] * step.BLOCK, controller)
+    assert drive._outcomes == {"moved": 2, "shrunk": 1, "held": 1}
+    assert len(drive._steps_apart) == 2
+
+
+def test_uncompiled_the_engine_says_what_to_do() -> None:
+    command = [sys.executable, "-m", "app.cli", "rehearse", "--case", "one", "--plan", "two"]
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("vfix: NUMBA_DISABLE_JIT is set; ")
+    assert done.stderr.count("\n") == 1
 
 
 def test_the_real_head_and_files_of_ones_own(trial_data: Path) -> None:

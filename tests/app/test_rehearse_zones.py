@@ -11,6 +11,7 @@ import pytest
 import trimesh
 
 from app.cli import main
+from tests.engine.robots.urdf_texts import joint, links, urdf
 from tests.engine.scenes import curved_tube
 
 NERVE = {
@@ -100,3 +101,23 @@ def test_a_start_inside_a_zone_is_refused_by_its_name(
     status, report = rehearse([*tube, *with_zones(tmp_path, [around])], capsys)
     assert status == 2
     assert "inside no-fly zone 'optic nerve'" in report["error"]["message"]
+
+
+def test_a_robot_with_too_few_joints_is_told_and_soon(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It gives up where it gets nowhere, and says what the placing found; an inspection that fails has a reason too."""
+    limit = '<axis xyz="1 0 0"/><limit lower="-1" upper="1" velocity="1"/>'
+    joints = joint("one", "a", "b", inside=limit), joint("two", "b", "c", inside=limit)
+    (tmp_path / "two.urdf").write_text(urdf(links("a", "b", "c"), *joints))
+    arguments = [*tube, "--robot", str(tmp_path / "two.urdf")]
+    status, report = rehearse(arguments, capsys)
+    assert (status, report["completed"]) == (1, False)
+    assert "in 2 of 3 directions" in report["reason"]
+    assert report["placing_reason"] == report["reason"]
+    assert report["steps"] < 5_000
+    status, report = rehearse([*arguments, "--task", "inspect"], capsys)
+    assert (status, report["completed"]) == (1, False)
+    assert report["targets"][0]["reason"]
+    assert report["targets"][0]["reason"] in report["reason"]
+    assert "in 2 of 3 directions" in report["placing_reason"]

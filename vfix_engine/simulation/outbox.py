@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 MOST = 256  # messages that wait
@@ -15,7 +16,7 @@ class Outbox:
 
     def __init__(self, pipe: Connection):
         self._pipe = pipe
-        self._waiting: deque[Any] = deque()
+        self._waiting: deque[memoryview] = deque()
         self._change = threading.Condition()
         self._sending = self._ended = False
         self._thread = threading.Thread(target=self._run, name="vfix-outbox", daemon=True)
@@ -32,11 +33,12 @@ class Outbox:
         return self._ended
 
     def put(self, message: Any) -> bool:
-        """Send when the other end reads; False, and nothing is sent, where there is no room for it."""
+        """Send when the other end reads, as ``Connection.send``; False, and nothing is sent, where there is no room."""
+        packed = ForkingPickler.dumps(message)  # here, so that whoever sends what cannot be sent hears of it
         with self._change:
             if self._ended or len(self._waiting) >= MOST:
                 return False
-            self._waiting.append(message)
+            self._waiting.append(packed)
             self._change.notify_all()
             return True
 
@@ -67,6 +69,6 @@ class Outbox:
                 self._sending = True
                 message = self._waiting.popleft()
             try:
-                self._pipe.send(message)
+                self._pipe.send_bytes(message)
             except OSError:  # nobody is at the other end any more
                 self.end()

@@ -107,12 +107,13 @@ class RehearsalProcess:
         """
         deadline = time.monotonic() + timeout
         while time.monotonic() < deadline:
+            alive = self.alive  # asked first: what an ending process has said is heard before its end
             for event in self.events():
                 if event.kind == "ready":
                     return
                 if event.kind in ("refused", "failed"):
                     raise ControlError(event.text)
-            if not self.alive:
+            if not alive:
                 raise ControlError("the control process ended before it was ready; start the rehearsal again")
             time.sleep(0.01)
         raise ControlError(f"the control process was not ready within {timeout:.0f} s")

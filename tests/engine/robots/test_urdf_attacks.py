@@ -101,6 +101,10 @@ def test_no_name_leads_out_of_the_folder(tmp_path: Path, opened: Callable[[], li
         '<collision><geometry><mesh filename="{}"/></geometry></collision>',
         '<visual><geometry><box size="1 1 1"/></geometry><material><texture filename="{}"/></material></visual>',
     ]
+    unused = '<link name="lamp"><visual><geometry><mesh filename="../lamp.stl"/></geometry></visual></link>'
+    (folder / "robot.urdf").write_text(urdf(links("a", "b"), unused, joint("one", "a", "b")))
+    with pytest.raises(RobotError, match=r"link 'lamp': the file name '../lamp.stl' leads out .*; put the file beside"):
+        RobotModel.load(folder / "robot.urdf")
     taken = []
     for number, name in enumerate(names):
         place = places[number % 3].format(name.replace('"', "&quot;"))

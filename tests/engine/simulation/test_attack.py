@@ -40,6 +40,11 @@ def assert_promises_kept(total: dict[str, Any]) -> None:
         assert total[count] == 0, count
     assert total["deepest_mm"] <= 1e-9
     assert total["correct"]
+    judged, past = total["limits_judged"], total["steps"] - total["limits_judged"] - total["exceptions"]
+    assert total["limits_judged_share"] == judged / total["steps"]
+    assert total["limits_judged_share"] > 0.5
+    assert total["emergency_share"] == total["emergencies"] / judged
+    assert 0 < total["beyond_limits"] <= past  # past the program the certificate is asked alone, and knows none
 
 
 def test_no_accepted_motion_breaks_what_is_promised(attacked: list[dict[str, Any]]) -> None:

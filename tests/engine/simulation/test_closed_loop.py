@@ -12,12 +12,12 @@ import pytest
 
 from tests.engine.scenes import CoalJudge, curved_tube, head_corridor, head_mesh, placed_scene, straight_scene, wall
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import ControlError, StartRefused
+from vfix_engine.errors import ControlError, InputError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.imaging.phantom import load_bone_surface, load_landmarks
 from vfix_engine.simulation.dry_run import dry_run
 from vfix_engine.simulation.headless import HeadlessRun
-from vfix_engine.simulation.rehearsal import Command, Rehearsal
+from vfix_engine.simulation.rehearsal import ON_PATH_MM, Command, Rehearsal
 from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.snapshot import Snapshot
 
@@ -232,6 +232,43 @@ def test_a_tip_off_the_path_is_guided_back_first() -> None:
     assert phases[0] == "approach"
     assert phases[-1] == "follow"
     assert snapshot.tip_error_mm < 0.03
+
+
+def test_the_error_of_the_tip_counts_from_where_it_first_came_onto_the_path() -> None:
+    """Also where it is pushed off later, further than what is called following; the approach before it is counted."""
+    run = HeadlessRun(Rehearsal(straight_scene(wall(200.0), np.array([[8.0, 5, 0], [8, 20, 0]])), FAST), lambda s: None)
+    assert run.follow().phase == "done"
+    report = run.tally.report()
+    assert report["approach_steps"] > 100
+    assert report["tip_error_mm"]["max"] <= ON_PATH_MM
+    assert len(run.tally.errors) + report["approach_steps"] == pytest.approx(report["steps"], abs=1)
+    away = replace(run.rehearsal.snapshot(run.rehearsal.start()), tip_error_mm=3.0, phase="approach")
+    run.tally.add(away, 0.0)
+    assert run.tally.report()["tip_error_mm"]["max"] == 3.0
+    for mode, error, counts in (("free", 2.0, 0), ("path", 2.0, 0), ("path", 0.01, 1), ("path", 2.0, 1)):
+        before = len(run.tally.errors)
+        run.tally.add(replace(away, mode=mode, tip_error_mm=error), 0.0)
+        assert len(run.tally.errors) - before == counts, (mode, error)
+
+
+@pytest.mark.parametrize("mode", ["free", "inspect"])
+def test_progress_is_the_nearest_point_of_the_path_wherever_the_tip_has_gone(mode: str) -> None:
+    """Off the path nothing binds it to the arc where it last was: 40 mm further it says 40 mm further."""
+    scene = straight_scene(wall(200.0), np.array([[0.0, 0, 0], [0, 30, 0], [0, 60, 0]]))
+    rehearsal = Rehearsal(replace(scene, targets=np.array([[0.0, 50.0, 9.0]]), target_names=("one",)), FAST)
+    state = rehearsal.with_mode(rehearsal.start("path"), mode)
+    moved = replace(state, tool=rehearsal.controller.measure(state.q + 40.0 * np.eye(7)[1]))
+    snapshot = rehearsal.snapshot(moved)
+    assert snapshot.progress_mm == pytest.approx(40.0, abs=1e-6)
+    assert snapshot.tip_error_mm == pytest.approx(0.0, abs=1e-6)
+    assert rehearsal.step(moved, Command(np.zeros(3)))[1].progress_mm == pytest.approx(40.0, abs=0.5)
+
+
+@pytest.mark.parametrize("wrong", [np.zeros(2), np.zeros((1, 3)), 5.0])
+def test_a_force_of_another_shape_is_an_error(wrong: np.ndarray) -> None:
+    rehearsal = Rehearsal(straight_scene(wall(90.0)), FAST)
+    with pytest.raises(InputError, match="three numbers in N"):
+        rehearsal.step(rehearsal.start("free"), Command(wrong))
 
 
 def test_starts_that_would_be_unsafe_are_refused_with_the_reason() -> None:

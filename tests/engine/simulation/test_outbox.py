@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import threading
+
+import pytest
 
 from vfix_engine.simulation.outbox import MOST, Outbox
 
@@ -17,6 +20,8 @@ def test_a_reader_that_sleeps_holds_nobody_up_and_gets_everything_in_order() -> 
     assert [theirs.recv()[1] for _ in range(taken)] == list(range(taken))
     assert outbox.flush(10.0)
     assert outbox.room == MOST
+    with pytest.raises(TypeError, match="lock"):
+        outbox.put(threading.Lock())
     assert outbox.put("last")
     assert theirs.recv() == "last"
     outbox.end()

@@ -1,6 +1,8 @@
 """Placing: every shipped robot drives a path; where its base stands; what a robot with too few joints is told."""
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -9,15 +11,21 @@ from scipy.spatial.transform import Rotation
 from tests.engine.robots.test_robot import SHIPPED, random_base
 from tests.engine.robots.urdf_texts import joint, links, urdf
 from tests.engine.scenes import CoalJudge, curved_tube
+from vfix_engine import Simulation
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import StartRefused
+from vfix_engine.fixtures import Rows, Situation, ToolState, Zone
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.robots.inverse import joints_for
+from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.placing import Placing, place_robot
 from vfix_engine.simulation.realtime import SceneSpec
+from vfix_engine.simulation.rehearsal import Rehearsal
+from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.standing import Stand, tip_freedom
 
 MESH, POINTS = curved_tube()
@@ -94,9 +102,48 @@ def test_too_few_joints_are_told(tmp_path: Path) -> None:
     )
     robot = RobotModel.load(file)
     assert tip_freedom(robot.placed(np.eye(4), Tool.load("bent_30")), robot.home) == 2
-    run = place(robot).run
-    assert not run.completed
-    assert "in 2 of 3 directions" in run.reason
+    placing = place(robot)
+    assert not placing.run.completed
+    assert "in 2 of 3 directions" in placing.run.reason
+    simulation = Simulation(TREE, path=PATH, robot=robot)
+    assert simulation.placing is not None
+    assert simulation.placing.run.reason == placing.run.reason
+    scene = Scene(TREE, robot, Tool.load("bent_30"), placing.base, placing.q_start, PATH)
+    driven = HeadlessRun(Rehearsal(scene, ControlSettings()), lambda snapshot: None)
+    assert driven.follow().phase != "done"
+    assert driven.tally.steps < 5_000, "it was driven on although it got nowhere"
+
+
+def test_a_simulation_places_its_robot_among_its_zones_and_fixtures() -> None:
+    """As `place_robot` does with them, and not as it does without."""
+    alone = Simulation(TREE, path=PATH)
+    zone = Zone("where the shaft would be", Sphere(alone.now.segments_start[-1], 8.0), 1.0)
+    among = Simulation(TREE, path=PATH, zones=[zone], fixtures=[Standing()])
+    expected = place_robot(
+        TREE, RobotModel.load("steady_hand"), Tool.load("bent_30"), PATH, ControlSettings(), (zone,), (Standing(),)
+    )
+    assert alone.placing is not None
+    assert among.placing is not None
+    np.testing.assert_array_equal(among.placing.base, expected.base)
+    np.testing.assert_array_equal(among.q, expected.q_start)
+    assert not np.array_equal(among.placing.base, alone.placing.base)
+    assert (among.state.tool.distance[1] >= zone.margin_mm).all()
+    assert Standing.asked > 0
+    assert Simulation(TREE, base=alone.placing.base).placing is None
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A fixture that only counts how often it is asked."""
+
+    asked: ClassVar[int] = 0
+
+    def rows(self, now: Situation) -> Rows:
+        Standing.asked += 1
+        return Rows()
+
+    def keeps(self, before: ToolState, after: ToolState) -> bool:
+        return True
 
 
 @pytest.mark.parametrize("name", ["steady_hand", "dvrk_psm", "arm_6", "arm_7"])
