@@ -67,7 +67,7 @@ def _read(file: Path) -> None:
     elif is_volume(file):
         bounds = read_volume(file, assume=True)[0].bounds
     else:
-        points = read_plan(file.name, file.read_bytes()).content.points
+        points = read_plan(file.name, file.read_bytes(), points_as="path").content.points
         bounds = np.array([point.position for point in points])
     if not np.isfinite(bounds).all():
         raise ArithmeticError("a number that is not finite came in")
