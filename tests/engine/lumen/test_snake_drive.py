@@ -429,6 +429,10 @@ def test_from_a_surface_to_a_driven_snake() -> None:
     assert [side["toward_deg"] for side in by_name["middle"]["sides"]] == [45.0 * k for k in range(8)]
     assert all(side["turned_deg"] >= 20.0 for side in by_name["middle"]["sides"])
     assert told["retries"] == []
+    assert told["warnings"] == []
+    assert told["narrowest"]["radius_mm"] == pytest.approx(14.0, abs=0.7)
+    assert told["behind_wall"]["mm"] < 4.0
+    assert (told["operator"], told["notice"]) == ("scripted", "Not for clinical use.")
     assert not by_name["behind the end"]["reached"]
     assert "from the path" in by_name["behind the end"]["note"]
     assert "too near the entrance" in by_name["entrance"]["note"]
