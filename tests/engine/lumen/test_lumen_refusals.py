@@ -291,7 +291,7 @@ def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.Monke
     """Every order is 'shrunk', none brings the robot anywhere: that is no reason to go on for ever."""
     stuck = SimpleNamespace(
         tip_s=100.0, length_mm=300.0, settings=DriveSettings(), can_look=True, straight=False, bend=np.full(10, 0.2),
-        state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside", held_at=None),
+        state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside", held_at=np.zeros(3)),
         plan_anew=lambda _: None,
     )  # fmt: skip
     assert sum(1 for _ in scripted(stuck, [], 200.0)) < 1000
