@@ -12,6 +12,7 @@ import pytest
 from app.cli import main
 from app.commands.lumen import read_landmarks
 from vfix_engine.errors import InputError
+from vfix_engine.imaging.mesh_files import read_mesh
 from vfix_engine.lumen.synthetic import synthetic_colon, synthetic_course, write_stl
 
 
@@ -37,7 +38,8 @@ def told(colon: Path) -> list[str]:
 def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
     colon: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status = main([*told(colon), "--links", "6", "--pictures", str(tmp_path / "seen"), "--json"])
+    kept = ["--pictures", str(tmp_path / "seen"), "--pathway", str(tmp_path / "held_to.ply")]
+    status = main([*told(colon), "--links", "6", *kept, "--json"])
     printed = capsys.readouterr()
     report = json.loads(printed.out)
     assert status == 0
@@ -63,6 +65,13 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
     assert arrived.shape[1] >= 1500
     assert np.count_nonzero((arrived != looking).any(axis=2)) > 5000  # the robot is bent in one of them
     assert "arrived bend" in printed.err
+    assert "LPS and mm are assumed" in report["surface_assumed"]
+    assert report["surface_assumed"] in report["warnings"]
+    assert "warning: the surface's file does not name" in printed.err
+    assert report["behind_wall"]["mm"] < 8.0
+    held_to, read = read_mesh(tmp_path / "held_to.ply")
+    assert (read.name, read.assumed, report["pathway"]) == ("LPS", False, str(tmp_path / "held_to.ply"))
+    assert len(held_to.faces) > 1000
 
 
 @pytest.mark.parametrize(
@@ -82,6 +91,7 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
         (["--interpolated", "0"], "interpolated"),
         (["--contours", "100000"], "contours"),
         (["--waypoint", "1e-9"], "waypoint_mm"),
+        (["--pathway", "held_to.stl"], ".ply"),
     ],
 )
 def test_what_cannot_be_done_is_said(

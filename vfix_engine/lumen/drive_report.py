@@ -189,7 +189,7 @@ class DriveReport:
             "seconds": {key: float(value) for key, value in self.seconds.items()},
             "settings": self.settings,
             "stopped_by": self.stopped_by,
-            "retries": [asdict(retry) | {"at_lps": _listed(retry.at_lps)} for retry in self.retries],
+            "retries": [asdict(retry) | {"at_lps": list(retry.at_lps)} for retry in self.retries],
             "operator": self.operator,
             "robot_assumed": list(self.robot_assumed),
             "warnings": list(self.warnings),
@@ -197,10 +197,6 @@ class DriveReport:
             "behind_wall": self.behind_wall,
             "notice": NOTICE,
         }
-
-
-def _listed(place: tuple[float, float, float] | None) -> list[float] | None:
-    return None if place is None else list(place)
 
 
 def _median(values: list[float]) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -69,7 +69,7 @@ class Looked:
 class Retry:
     """One more attempt to get past a place that held the insertion, by drawing back and coming again.
 
-    at_mm: of the tip; at_lps: where a link would have left its bound, mm; None where something else held it.
+    at_mm: of the tip; at_lps: where a link would have left its bound, or else the tip, mm.
     """
 
     at_mm: float
@@ -77,18 +77,12 @@ class Retry:
     drawn_back_mm: float
     waypoint_mm: float
     passed: bool
-    at_lps: tuple[float, float, float] | None = None
+    at_lps: tuple[float, float, float]
 
     @property
     def words(self) -> str:
         """What held it and where."""
-        return held_words(self.held_by, self.at_mm, self.at_lps)
-
-
-def held_words(held_by: str, at_mm: float, at_lps: Sequence[float] | None) -> str:
-    """What holds an insertion and where, for people."""
-    near = "" if at_lps is None else f", near {place_words(at_lps)}"
-    return f"held at {at_mm:.0f} mm{near}: {held_by}"
+        return f"held at {self.at_mm:.0f} mm, near {place_words(self.at_lps)}: {self.held_by}"
 
 
 class Order(NamedTuple):

@@ -58,8 +58,7 @@ def _insert(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
 def _come_again(drive: SnakeDrive, to_s: float) -> Generator[Order, None, bool]:
     """Draw back and come again, farther and with other shapes each time; whether the place was passed."""
     at, why, usual = drive.tip_s, drive.state.held_by or "steps that hardly move it", drive.settings.waypoint_mm
-    place = drive.state.held_at
-    lps = None if place is None else (float(place[0]), float(place[1]), float(place[2]))
+    x, y, z = (drive.tip if drive.state.held_at is None else drive.state.held_at).tolist()
     passed = False
     for back, share in _COME_AGAIN:
         drive.plan_anew(share * usual)
@@ -69,7 +68,7 @@ def _come_again(drive: SnakeDrive, to_s: float) -> Generator[Order, None, bool]:
         beyond = min(at + _PASSED_MM, to_s, drive.length_mm)
         yield from _go(drive, beyond)
         passed = drive.tip_s >= beyond - 1e-6
-        retry = Retry(at, why, at - began, share * usual, passed, lps)
+        retry = Retry(at, why, at - began, share * usual, passed, (x, y, z))
         yield Order(Command(), drive.settings.step_s, retry=retry)
         if passed:
             break

@@ -137,6 +137,12 @@ class SnakeDrive(DistalSteps):
         return bool(np.abs(self.q - self._conformed.q).max() < _STRAIGHT)
 
     @property
+    def tip(self) -> Array:
+        """(3,) of the last link's far end, LPS mm."""
+        tip: Array = self.snake.tip(self.q, self._conformed.base)[:3, 3]
+        return tip
+
+    @property
     def distal_limits(self) -> HardLimits:
         """That certify motion of the distal links."""
         return self._distal_limits

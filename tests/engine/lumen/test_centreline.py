@@ -11,6 +11,7 @@ from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.mesh_files import read_mesh
+from vfix_engine.lumen import voxel_pieces
 from vfix_engine.lumen.centreline import Centreline, centreline_between
 from vfix_engine.lumen.curve import Curve
 from vfix_engine.lumen.synthetic import SyntheticCourse, synthetic_colon, synthetic_course, write_stl
@@ -168,6 +169,28 @@ def test_voxels_of_boxes_are_exact() -> None:
     assert piece_with(lumen, voxel).volume_mm3 == np.count_nonzero(second)
 
 
+def test_pieces_that_overlap_are_one_and_one_within_is_a_hole() -> None:
+    """Counted together, what two closed pieces share would be outside."""
+    first, second, hole = (
+        box(np.zeros(3), np.array([20.0, 8.0, 8.0])), box(np.array([12.0, 2.0, 2.0]), np.array([20.0, 4.0, 4.0])),
+        box(np.array([2.0, 2.0, 2.0]), np.full(3, 4.0)),
+    )  # fmt: skip
+    pieces = [first, second, hole]
+    vertices = np.concatenate([one[0] for one in pieces])
+    faces = np.concatenate([one[1] + 8 * k for k, one in enumerate(pieces)])
+    lumen = voxels_of(TriangleMesh(vertices, faces), 1.0)
+    assert lumen.volume_mm3 == 20 * 8 * 8 + (32 - 20) * 4 * 4 - 4**3
+
+
+def test_voxels_that_memory_does_not_hold_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the figures, before any is made."""
+    monkeypatch.setattr(voxel_pieces, "_memory_bytes", lambda: 4_000_000_000)
+    large = TriangleMesh(*box(np.zeros(3), np.full(3, 500.0)))
+    with pytest.raises(InputError, match=r"500 × 500 × 500 mm and take 4\.6 GB, of the 4\.0 GB of this machine"):
+        voxels_of(large, 1.5)
+    assert voxels_of(large, 10.0).volume_mm3 == 500.0**3
+
+
 # What cannot be used
 
 
@@ -178,7 +201,7 @@ def test_voxels_of_boxes_are_exact() -> None:
         ({"end": [1.0, 2.0]}, InputError, "end .* no point"),
         ({"start": [300.0, 0.0, 0.0]}, PathwayError, "start .* lies [0-9]{3}[.][0-9] mm from the lumen"),
         ({"voxel_mm": 0.0}, InputError, "edge of 0.0 mm"),
-        ({"voxel_mm": 0.05}, InputError, "take larger ones"),
+        ({"voxel_mm": 0.01}, InputError, "take larger ones"),
         ({"power": -1.0}, InputError, "power"),
         ({"smooth_mm": float("inf")}, InputError, "smoothing"),
         ({"end": "start"}, PathwayError, "same place"),

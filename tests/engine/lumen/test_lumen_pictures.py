@@ -123,6 +123,7 @@ def test_a_picture_shows_robot_pathway_and_lumen(made_up_course: SyntheticCourse
     assert (eye[..., 0] >= eye[..., 2]).mean() > 0.99  # tissue
     assert (picture[:head] < 100).any()
     assert (seen[580:640] < 100).any()  # the words
+    assert (seen[HEIGHT - 28 : HEIGHT - 8, :220] < 100).any()  # HAZ-35: 'not for clinical use'
 
 
 def test_names_of_landmarks_lie_on_no_dot_and_on_no_name(monkeypatch: pytest.MonkeyPatch) -> None:

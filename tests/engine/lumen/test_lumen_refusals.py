@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from lumen_shapes import straight
 
 from vfix_engine.errors import InputError, VfixError
@@ -20,10 +21,12 @@ from vfix_engine.lumen.drive_state import Command, DriveSettings
 from vfix_engine.lumen.fit import fit_pathway
 from vfix_engine.lumen.hermite import PolarHermite
 from vfix_engine.lumen.look_round import look_round
+from vfix_engine.lumen.narrow import narrowest
 from vfix_engine.lumen.operators import Stop, scripted
 from vfix_engine.lumen.optimise import control_bends
 from vfix_engine.lumen.packed import PackedPathway
 from vfix_engine.lumen.pathway import Pathway
+from vfix_engine.lumen.pathway_surface import pathway_surface
 from vfix_engine.lumen.query import Query, deviation_of_points
 from vfix_engine.lumen.snake_drive import SnakeDrive
 from vfix_engine.lumen.tissue_motion import breathing, peristalsis
@@ -249,7 +252,27 @@ def test_tissue_that_leaves_no_pathway_holds_the_robot_until_there_is_one() -> N
     assert 60 <= held <= 110
     assert len(reasons) == 1
     assert "leaves no pathway" in str(reasons)
-    assert (drive.lost, state.outcome) == (None, "moved")
+    assert drive.lost is None
+    assert state.outcome in ("moved", "shrunk")  # by the joints' speed
+
+
+def test_a_lumen_that_is_narrower_than_the_robot_is_told_with_its_place() -> None:
+    at = np.linspace(0.0, 300.0, 31)
+    waist = Pathway(np.column_stack([np.zeros((31, 2)), at]), np.where(np.abs(at - 150.0) < 15.0, 4.0, 14.0), 61)
+    found = narrowest(waist, 6.0, 8.0, 300.0)
+    assert (found.radius_mm, found.at_mm) == pytest.approx((4.0, 140.0))
+    assert found.below_robot_mm == found.below_bound_mm == pytest.approx(25.0, abs=5.0)
+    wide, bound = found.warnings(6.0, 8.0)
+    assert "the robot is wider than the lumen: the lumen's radius is 4.0 mm at 140 mm, (0.0, 0.0, 140.0) in LPS" in wide
+    assert "smaller bound" in bound
+    assert narrowest(waist, 6.0, 8.0, 100.0).warnings(6.0, 8.0) == []
+
+
+def test_the_pathway_as_a_surface_is_closed_and_as_wide_as_it_is() -> None:
+    made = pathway_surface(straight(100.0, 12.0, contours=11))
+    closed = trimesh.Trimesh(made.vertices, made.faces, process=False)
+    assert closed.is_watertight
+    assert closed.volume == pytest.approx(math.pi * 12.0**2 * 100.0, rel=0.02)
 
 
 def test_where_nothing_is_steered_the_turn_is_the_views() -> None:
@@ -268,7 +291,7 @@ def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.Monke
     """Every order is 'shrunk', none brings the robot anywhere: that is no reason to go on for ever."""
     stuck = SimpleNamespace(
         tip_s=100.0, length_mm=300.0, settings=DriveSettings(), can_look=True, straight=False, bend=np.full(10, 0.2),
-        state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside", held_at=None),
+        state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside", held_at=np.zeros(3)),
         plan_anew=lambda _: None,
     )  # fmt: skip
     assert sum(1 for _ in scripted(stuck, [], 200.0)) < 1000

@@ -86,6 +86,28 @@ def test_steps_that_are_not_small_are_carried_out_at_the_wall() -> None:
     assert outcomes.count("held") <= 8
 
 
+def test_straightening_goes_back_by_the_way_that_was_come() -> None:
+    """Where the short way is not free: round what stands in it, and not held there for ever."""
+    drive = SnakeDrive(SnakeModel(6), straight(400.0, 30.0, contours=21), SETTINGS, tip_s=200.0)
+    aside, beyond = np.zeros(10), np.zeros(10)
+    aside[8], beyond[8:] = 0.3, 0.3
+    for bend in (aside, beyond):
+        for _ in range(300):
+            drive.step(Command(bend=tuple(bend)))
+    honest = drive.distal_limits.certify
+
+    def certify(packed, windows, before, after, *more):
+        verdict = honest(packed, windows, before, after, *more)
+        blocked = np.linalg.norm((after.q - drive.state.q_conformed[-10:])[8:] - 0.15) < 0.06
+        return verdict._replace(taken=False, held_by="something in the way") if blocked else verdict
+
+    drive.distal_limits.certify = certify
+    outcomes = [drive.step(Command(straighten=True)).outcome for _ in range(900)]
+    assert drive.straight
+    assert outcomes.count("held") < 5
+    assert outcomes[-1] == "rest"
+
+
 def test_a_program_without_an_answer_costs_motion_only() -> None:
     control = QpControl()
     drive = SnakeDrive(SnakeModel(6), straight(400.0, 12.0, contours=21), SETTINGS, tip_s=200.0)

@@ -174,7 +174,7 @@ def test_a_link_at_its_bound_is_named_with_its_place_and_enough_digits() -> None
     assert float(depth) > float(bound)
     assert state.held_at is not None
     x, _, z = state.held_at
-    assert x == pytest.approx(12.0 + float(bound), abs=0.5)  # to the right
+    assert abs(x) == pytest.approx(12.0 + float(bound), abs=0.5)  # to one side
     assert 150.0 < z < 176.0 + 1e-9
     assert told_beyond(4.0 + 1e-4, 4.0) == "4.0001"
     assert told_beyond(4.123, 4.0) == "4.12"
@@ -322,7 +322,8 @@ def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
     assert drive.state.held_by is None  # it has drawn back since
     stopped = _why_it_ended(drive, 300.0, told)
     assert stopped is not None
-    assert re.match(r"held at \d+ mm, near \(-?[\d.]+, -?[\d.]+, 1[34]\d\.\d\) in LPS mm: link 3 would be", stopped)
+    assert re.match(r"held at \d+ mm, near \(-?[\d.]+, -?[\d.]+, 1[34]\d\.\d\) in LPS mm: ", stopped)
+    assert told[-1].held_by in stopped
     assert "; 4 more attempts failed there; a larger bound, a thinner robot" in stopped
     assert _why_it_ended(drive, drive.tip_s, told) is None
 
@@ -429,6 +430,10 @@ def test_from_a_surface_to_a_driven_snake() -> None:
     assert [side["toward_deg"] for side in by_name["middle"]["sides"]] == [45.0 * k for k in range(8)]
     assert all(side["turned_deg"] >= 20.0 for side in by_name["middle"]["sides"])
     assert told["retries"] == []
+    assert told["warnings"] == []
+    assert told["narrowest"]["radius_mm"] == pytest.approx(14.0, abs=0.7)
+    assert 1.0 < told["behind_wall"]["mm"] < 9.0  # it leans against the wall while it looks round, by 8 mm at most
+    assert (told["operator"], told["notice"]) == ("scripted", "Not for clinical use.")
     assert not by_name["behind the end"]["reached"]
     assert "from the path" in by_name["behind the end"]["note"]
     assert "too near the entrance" in by_name["entrance"]["note"]
