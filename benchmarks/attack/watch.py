@@ -174,7 +174,7 @@ class Watch:
         step = q - before.tool.q
         last = before.tool.velocity * dt
         rounding = 1e-15 * (1.0 + np.abs(q))
-        over = np.maximum(robot.lower - q, q - robot.upper)
+        over: Array = np.maximum(robot.lower - q, q - robot.upper)
         over = np.maximum(over, np.abs(step) - robot.speed * dt * (1.0 + LAST_BITS) - rounding)
         if not emergency:
             change = robot.acceleration * dt * dt
