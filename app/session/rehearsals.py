@@ -6,7 +6,6 @@ import contextlib
 import json
 import logging
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
@@ -72,8 +71,6 @@ class RehearsalRoom:
         self._words_for_holder: deque[str] = deque(maxlen=8)
         self._hand: str | None = None  # the tab whose hand holds the grip
         self._target_id: str | None = None
-        self._newest: Snapshot | None = None
-        self._newest_at = self._checked_at = 0.0
         self.watchers: set[str] = set()
 
     @property
@@ -162,7 +159,6 @@ class RehearsalRoom:
                 self._talk = SettingsTalk(prepared.settings)
                 self._notes.clear()
                 self._words_for_holder.clear()
-                self._newest = None
                 self._state, self._words = "ready", ""
                 return
         process.close()
@@ -211,16 +207,12 @@ class RehearsalRoom:
             with self._lock:
                 self._state, self._words = "failed", words or _ENDED
         else:
-            self._watch(process, time.monotonic())
+            self._watch(process)
 
-    def _watch(self, process: RehearsalProcess, now: float) -> None:
-        """The age of the newest snapshot tells a process that hangs; while nobody looked, nobody knows."""
-        snapshot = process.snapshot()
+    def _watch(self, process: RehearsalProcess) -> None:
+        """The age of the newest snapshot tells a process that hangs; one that wakes up again is shown again."""
+        silent = process.silence_s
         with self._lock:
-            if snapshot is not self._newest or now - self._checked_at > SILENT_S / 2:
-                self._newest, self._newest_at = snapshot, now
-            self._checked_at = now
-            silent = now - self._newest_at
             if self._process is process and self._state in ("ready", "silent"):
                 self._state, self._words = ("ready", "") if silent < SILENT_S else ("silent", _silence(silent))
 
@@ -234,7 +226,7 @@ class RehearsalRoom:
                 self._notes.pop()  # it is said beside the slider
         if following is not None:
             with contextlib.suppress(ControlError):  # it has ended: said by the check that follows
-                process.set_settings(following)
+                self._ask(process, following)
 
     def take_words(self, tab: str) -> list[str]:
         """What the process has said to the holder of the handle, once; nothing for other tabs."""
@@ -331,7 +323,15 @@ class RehearsalRoom:
         with self._lock:
             settings = self._talk.wish(values)
         if settings is not None:
+            self._ask(process, settings)
+
+    def _ask(self, process: RehearsalProcess, settings: ControlSettings) -> None:
+        try:
             process.set_settings(settings)
+        except ControlError:  # it was not sent: no answer will come
+            with self._lock:
+                self._talk.forget()
+            raise
 
     def leave(self, tab: str) -> None:
         """The tab's page is gone: whatever it held is let go of at once (HAZ-11)."""

@@ -42,6 +42,10 @@ class SettingsTalk:
         self._waiting = {}
         return self._asked
 
+    def forget(self) -> None:
+        """What was asked last could not be sent."""
+        self._asked = None
+
     def told(self, in_force: ControlSettings, reason: str, clearance_mm: float | None) -> ControlSettings | None:
         """The answer, with the reason of a refusal and the tool's clearance; returns what to send next."""
         before, now = self.in_force.to_dict(), in_force.to_dict()

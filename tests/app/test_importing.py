@@ -247,6 +247,8 @@ def test_a_rehearsal_takes_a_file_as_an_import_does(
     err = capsys.readouterr().err
     assert "does not name its frame; LPS was assumed" in err
     assert "wholly outside the head, at least 400 mm from the box around its bone (x -100 to 100" in err
+    assert main(["plan", "import", str(plan), "--case", HEAD_PHANTOM]) == 0
+    assert "vfix: The path lies wholly outside the head" in capsys.readouterr().err
 
 
 def test_a_file_that_is_called_like_a_case_is_no_case(

@@ -385,6 +385,8 @@ def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> 
 class _Robot:
     """Stands for the control process of a room: ready at once, and notes what it is told."""
 
+    silence_s = 0.0
+
     def __init__(self) -> None:
         self.alive, self.told = True, []  # type: bool, list[str]
 

@@ -146,6 +146,7 @@ class _Process:
     """Stands for the control process and notes what it is told."""
 
     refuses = False
+    silence_s = 0.0
 
     def __init__(self, *_: Any) -> None:
         self.told: list[Any] = []
@@ -311,26 +312,29 @@ def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(room: R
     assert len(_sent(room)) == 1
 
 
+def test_a_change_that_could_not_be_sent_is_not_waited_for(
+    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(process: _Process, settings: ControlSettings) -> None:
+        raise ControlError("the control process does not answer")
+
+    room.lease.take("one")
+    monkeypatch.setattr(_Process, "set_settings", refuse, raising=False)
+    with pytest.raises(ControlError, match="does not answer"):
+        room.change_settings("one", {"margin_mm": 0.5})
+    monkeypatch.undo()
+    room.change_settings("one", {"force_cap_n": 2.0})
+    (sent,) = _sent(room)
+    assert (sent.margin_mm, sent.force_cap_n) == (room.settings.margin_mm, 2.0)
+
+
 def test_a_process_that_hangs_is_told_and_can_be_ended(room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch) -> None:
     """HAZ-10: the age of its newest snapshot tells it; one that wakes up again is shown again."""
-    now, shown = [100.0], [object()]
-    monkeypatch.setattr(rehearsals.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr(_Process, "snapshot", lambda self: shown[0])
-
-    def look(seconds: float) -> str:
-        for _ in range(round(seconds / 0.5)):
-            now[0] += 0.5
-            room.check()
-        return room.state
-
-    assert look(rehearsals.SILENT_S - 0.5) == "ready"
-    assert look(1.0) == "silent"
-    assert "has not answered for 2 s" in room.words
-    shown[0] = object()
-    assert (look(0.5), room.words) == ("ready", "")
-    now[0] += 60.0  # nobody looked for a minute: that says nothing
-    assert look(0.5) == "ready"
-    assert look(rehearsals.SILENT_S) == "silent"
+    for silence, state in ((0.1, "ready"), (2.5, "silent"), (7.0, "silent"), (0.0, "ready"), (60.0, "silent")):
+        monkeypatch.setattr(_Process, "silence_s", silence)
+        room.check()
+        assert room.state == state
+        assert (f"has not answered for {silence:.0f} s" in room.words) == (state == "silent")
     room.close()
     assert (room.state, _Process.last.alive) == ("absent", False)
 

@@ -108,6 +108,7 @@ def read_series(path: Path, series: int | None = None) -> Volume:
         raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
     found: dict[str, _Series] = {}
     slices: list[Slice] = []
+    voxels = 0
     fault: ImageError | None = None
     for name, data in contents(path):
         where = f"the file {name!r:.80}"
@@ -122,7 +123,8 @@ def read_series(path: Path, series: int | None = None) -> Volume:
                     slices.append(_checked_slice(dataset, data, where))
             except ImageError as error:
                 fault = error  # of several series this may be one that nobody wants
-        if sum(one.hu.size for one in slices) > MAX_VOXELS:
+        voxels += slices[-1].hu.size if fault is None else 0
+        if voxels > MAX_VOXELS:
             raise ImageError(f"the series holds more than {MAX_VOXELS:,} voxels.")
     _check_choice(list(found.values()), series)
     if fault is not None:

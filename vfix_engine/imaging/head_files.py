@@ -67,7 +67,9 @@ def check_surface(mesh: TriangleMesh) -> Notes:
         )
     if len(mesh.faces) < FEW_TRIANGLES:
         notes.append(f"The surface has {len(mesh.faces):,} triangles only, which is little for the bone of a head.")
-    unused = len(mesh.vertices) - len(np.unique(mesh.faces))
+    used = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    used[mesh.faces] = True
+    unused = int(np.count_nonzero(~used))
     if unused:
         notes.append(
             f"{unused:,} of {len(mesh.vertices):,} corners belong to no triangle; a file that was cut off looks so."

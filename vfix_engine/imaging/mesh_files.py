@@ -10,7 +10,7 @@ import io
 import re
 import struct
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -236,21 +236,19 @@ def _ply_elements(header: list[list[bytes]]) -> list[tuple[bytes, int, list[list
 
 def _check_ply_rows(body: bytes, elements: list[tuple[bytes, int, list[list[bytes]]]]) -> None:
     """A text PLY has one row for each item; each must have as many values as its properties take."""
-    rows = [words for _, words in _rows(body)]
-    claimed = sum(count for _, count, _ in elements)
-    if len(rows) != claimed:
+    claimed, there = sum(count for _, count, _ in elements), sum(1 for _ in _rows(body))
+    if there != claimed:
         raise MeshError(
-            f"the PLY header claims {claimed:,} rows of values, but {len(rows):,} are there; "
-            "the file is cut off or damaged."
+            f"the PLY header claims {claimed:,} rows of values, but {there:,} are there; the file is cut off or "
+            "damaged."
         )
     _check_last_line(body, "PLY")
-    first = 0
+    rows = _rows(body)
     for _, count, kinds in elements:
-        for number, words in enumerate(rows[first : first + count], start=first + 1):
+        for number, words in islice(rows, count):
             taken = 0
             for kind in kinds:
                 listed = words[taken] if len(kind) == 2 and taken < len(words) else b"0"
                 taken += 1 + (int(listed) if listed.isdigit() and len(listed) < 6 else 0)
             if taken != len(words):
                 raise MeshError(f"row {number:,} of the PLY file has {len(words)} values, not {taken}; it is damaged.")
-        first += count
