@@ -36,6 +36,8 @@ MAX_KILLS = 100_000
 _MOST_POINTS = 40  # of the plan that is edited
 _MOST_EDITS = 200  # of one writer; fewer than a plan's history holds
 _LONGEST_S = 0.05  # from a writer's beginning, or from one of its edits, to its end
+# After how many edits a writer is killed, and at most what share of that time later: at first while it opens.
+_MOMENTS = ((0, 0.1), (0, 1.0), (1, 1.0), (5, 1.0))
 _ANY = ""  # a digest that every content has
 
 
@@ -141,7 +143,8 @@ def _writer_that_is_killed(
 ) -> tuple[dict[int, str], int]:
     """Start a writer and kill it at some moment, while it opens the store too; what it acknowledged, and its status."""
     ours, theirs = os.pipe()
-    seed, patience, after = chance.random(), _LONGEST_S * chance.random(), chance.choice([0, 1, 1, 5])
+    after, share = chance.choice(_MOMENTS)
+    seed, patience = chance.random(), share * _LONGEST_S * chance.random()
     writer = os.fork()
     if writer == 0:
         os.close(ours)

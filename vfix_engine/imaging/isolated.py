@@ -212,7 +212,7 @@ def _answer(folder: Path) -> Any:
     failure = folder / "failure.json"
     if failure.exists():
         told = json.loads(failure.read_text(encoding="utf-8"))
-        kind = getattr(importlib.import_module("vfix_engine.errors"), told["kind"])
+        kind = getattr(importlib.import_module("vfix_engine.errors"), told["kind"], errors.InputError)
         if kind is errors.FrameError:
             raise errors.FrameError(told["message"], tuple(told["missing"]))
         raise kind(told["message"])

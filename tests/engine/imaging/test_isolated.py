@@ -44,6 +44,14 @@ def refuse() -> None:
     raise FrameError("say which.", ("frame", "unit"))
 
 
+class UnknownHere(InputError):
+    """Not of the engine's tree."""
+
+
+def refuse_in_other_words() -> None:
+    raise UnknownHere("say how.")
+
+
 def break_down() -> None:
     raise KeyError("Canary^Patient")
 
@@ -184,6 +192,11 @@ def test_error_of_ours_keeps_its_kind() -> None:
     with pytest.raises(FrameError, match="say which") as refused:
         run_isolated(refuse)
     assert refused.value.missing == ("frame", "unit")
+
+
+def test_error_of_a_kind_that_is_defined_elsewhere_keeps_its_words() -> None:
+    with pytest.raises(InputError, match=r"say how\."):
+        run_isolated(refuse_in_other_words)
 
 
 def test_progress_is_passed_on() -> None:
