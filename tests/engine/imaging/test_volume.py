@@ -1,6 +1,6 @@
 """The mapping between voxels and patient, and the slice pictures."""
 
-import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -80,17 +80,17 @@ def test_views_are_the_radiologists() -> None:
 
 
 @pytest.mark.parametrize("axis", ["axial", "coronal", "sagittal"])
-def test_slice_of_a_clinical_volume_is_quick(axis: str) -> None:
-    """512 x 512 pixels in less than 10 ms on an idle core; the best of several runs, as others share this machine."""
+def test_slice_of_a_clinical_volume_works_on_its_plane_alone(axis: str) -> None:
+    """512 x 512 pixels: what is made on the way is a few planes, not the volume of 157 MB."""
     hu = np.zeros((300, 512, 512), dtype=np.int16)
     volume = Volume(hu, np.zeros(3), [0.4, 0.4, 0.4], np.eye(3))
     volume.slice_image(axis, 50.0)
-    best = np.inf
-    for run in range(8):
-        start = time.perf_counter()
-        volume.slice_image(axis, 60.0 + run)
-        best = min(best, time.perf_counter() - start)
-    assert best < 0.010
+    tracemalloc.start()
+    try:
+        volume.slice_image(axis, 60.0)
+        assert tracemalloc.get_traced_memory()[1] < 16e6
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize(
