@@ -167,12 +167,14 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
     station = open_page().ready()
     station.open_plan(rest.copy_of_sample("Slices"))
     page, stage = station.page, station.page.locator("[data-axis=axial]")
-    label = page.locator(".slice-head .number").first
-    station.wait_for("the pictures", lambda: page.locator(".slice-stage image[href]").count() == 6)
-    before, pictures = label.inner_text(), stage.locator("image[href]").count()
+    label, shown = page.locator(".slice-head .number").first, stage.locator("g:not([visibility]) > image[href]")
+    axial = station.state("slices")["planes"]["axial"]
+    station.wait_for("the pictures", lambda: label.inner_text() == f"S {axial['position']:.1f} mm")
+    station.wait_for("both of them", lambda: shown.count() == 2 and stage.locator("image").count() == 2)
+    before = label.inner_text()
     held: list[Route] = []
     page.route("**/slices/axial?*", lambda route: held.append(route))
-    position = station.state("slices")["planes"]["axial"]["position"] + 10.0
+    position = axial["position"] + 10.0
     page.evaluate("(position) => vfix.request('slice.set', { axis: 'axial', position })", position)
     station.wait_for("the next pictures", lambda: len(held) == 2)
     assert label.inner_text() == before, "the label went ahead of its picture"
@@ -180,14 +182,14 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
         route.continue_()
     page.unroute("**/slices/axial?*")
     station.wait_for("the label", lambda: label.inner_text() == f"S {position:.1f} mm")
-    assert stage.locator("image[href]").count() == pictures
+    assert shown.count() == 2
 
     page.route("**/slices/axial?*", lambda route: route.abort())
     page.evaluate("(position) => vfix.request('slice.set', { axis: 'axial', position })", position + 10.0)
     station.wait_for("the words", lambda: "could not be loaded" in stage.inner_text())
-    assert page.locator("[data-axis=axial] g:not([visibility]) > image").count() == 0, "the picture of before stays"
+    assert shown.count() == 0, "the picture of before stays"
     page.unroute("**/slices/axial?*")
-    station.wait_for("the picture", lambda: stage.locator("image[href]").count() == pictures)
+    station.wait_for("the picture", lambda: shown.count() == 2)
     assert not stage.locator(".slice-failed").is_visible()
 
 
