@@ -179,7 +179,8 @@ class Watch:
         if not emergency:
             change = robot.acceleration * dt * dt
             over = np.maximum(over, np.abs(step - last) - change - LAST_BITS * (change + np.abs(last)) - rounding)
-        return over
+        most: Array = over
+        return most
 
     def _judge_report(self, after: RehearsalState, places: Array, clear: Array, caps: Array) -> None:
         """The engine's own pose and distances are the judges', as far as it tells them."""
