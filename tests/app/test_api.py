@@ -356,7 +356,7 @@ def test_the_answer_repeats_an_import_without_another_upload(client: Client, pha
 
 
 def test_nobody_is_asked_about_a_file_that_no_answer_makes_readable(client: Client, phantom_services: Services) -> None:
-    for data, words in ((b"v 0 0 0\n", "no triangles"), (SURFACE.replace(b"10", b"nan"), "finite")):
+    for data, words in ((b"v 0 0 0\n", "no triangles"), (SURFACE.replace(b"80 0 0", b"nan 0 0"), "finite")):
         job = wait(client, client.post("/api/cases", files={"file": ("x.obj", data)}).json())
         error = job["error"]
         assert isinstance(error, dict)
