@@ -54,8 +54,7 @@ def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, re
     station.wait_for("no force", lambda: station.rehearsal()["force_n"] == 0)
 
     driven = station.rehearsal()["progress_mm"]
-    station.page.keyboard.down("ArrowUp")
-    station.wait_for("the key to drive", lambda: station.rehearsal()["progress_mm"] > driven + 3.0)
+    station.drive_until("ArrowUp", "the key to drive", lambda: station.rehearsal()["progress_mm"] > driven + 3.0)
     assert station.rehearsal()["tip_error_mm"] < TIP_ERROR_MM
     station.page.keyboard.up("ArrowUp")
     station.page.click(".details > button")
@@ -90,8 +89,8 @@ def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest
     watcher.page.click("#lease")
     watcher.wait_for("the handle", lambda: watcher.rehearsal()["mine"])
     driver.wait_for("the loss", lambda: not driver.rehearsal()["mine"])
-    watcher.page.keyboard.down("ArrowUp")
-    driver.wait_for("motion, seen by the one who watches now", lambda: driver.rehearsal()["progress_mm"] > 1.0)
+    seen = "motion, seen by the one who watches now"
+    watcher.drive_until("ArrowUp", seen, lambda: driver.rehearsal()["progress_mm"] > 1.0)
     watcher.page.keyboard.up("ArrowUp")
 
 
@@ -135,8 +134,7 @@ def test_a_key_whose_release_is_never_heard_lets_go(open_page: Open, rest: Rest,
     station.open_plan(rest.copy_of_sample("Switched away"))
     station.start()
     station.page.evaluate("document.getElementById('scene').contentWindow.focus()")
-    station.page.keyboard.down("w")
-    station.wait_for("motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
+    station.drive_until("w", "motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
     station.page.evaluate(LOSSES[how])
     station.page.wait_for_timeout(600)
     stood_at = station.rehearsal()["tip"]
@@ -159,8 +157,7 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     gain = station.page.locator("[aria-label^='Admittance gain']")
     station.wait_for("the slider to show it", lambda: gain.input_value() == "5")
     assert rest.plan(plan_id)["settings"]["gain_mm_per_s_per_n"] == 5.0
-    station.page.keyboard.down("ArrowUp")
-    station.wait_for("the end of the path", lambda: station.rehearsal()["path_done"], patience_s=120.0)
+    station.drive_until("ArrowUp", "the end of the path", lambda: station.rehearsal()["path_done"], patience_s=120.0)
     station.page.keyboard.up("ArrowUp")
     station.page.select_option("[aria-label='Target to inspect']", label=names[names.index("pharyngeal wall")])
     station.wait_for("inspection", lambda: station.rehearsal()["mode"] == "inspect")

@@ -150,6 +150,24 @@ class Workstation:
             self._pointer = (x + 1, y) if int(x) % 2 else (x - 1, y)
             self.page.mouse.move(*self._pointer)
 
+    def drive_until(self, key: str, what: str, check: Callable[[], Any], patience_s: float = PATIENCE_S) -> None:
+        """Press a key until `check` answers something true; one that a busy machine has lost is pressed anew (HAZ-11).
+
+        The key stays down.
+        """
+        self.page.keyboard.down(key)
+        pressed_at = time.monotonic()
+
+        def driven() -> Any:
+            nonlocal pressed_at
+            if self.rehearsal()["force_n"] == 0 and time.monotonic() - pressed_at > 0.5:
+                self.page.keyboard.up(key)
+                self.page.keyboard.down(key)
+                pressed_at = time.monotonic()
+            return check()
+
+        self.wait_for(what, driven, patience_s)
+
     def pull_until(self, what: str, check: Callable[[], Any]) -> None:
         """Hold on to the grip until `check` answers something true."""
 

@@ -142,9 +142,7 @@ def newton(
         scale = _STRIDE / stride if stride > _STRIDE else 1.0
         nearer = False
         for _ in range(_HALVINGS):
-            u_next, v_next = within(u + scale * du, v + scale * dv, surface.r_max)
-            pose(surface, work, u_next, v_next)
-            x, y = left_over(surface, work, right, down)
+            u_next, v_next, x, y = tried(surface, work, right, down, u + scale * du, v + scale * dv)
             found = math.sqrt(x * x + y * y)
             if found < missing:
                 u, v, missing, nearer = u_next, v_next, found, True
@@ -171,9 +169,7 @@ def by_rays(
         c, s = math.cos(2.0 * math.pi * ray / _RAYS), math.sin(2.0 * math.pi * ray / _RAYS)
         way = _SHORT
         for _ in range(_SECANTS):
-            u_next, v_next = within(u + way * c, v + way * s, surface.r_max)
-            pose(surface, work, u_next, v_next)
-            x_next, y_next = left_over(surface, work, right, down)
+            u_next, v_next, x_next, y_next = tried(surface, work, right, down, u + way * c, v + way * s)
             found = math.sqrt(x_next * x_next + y_next * y_next)
             if found < missing:
                 best_u, best_v, missing = u_next, v_next, found
@@ -205,10 +201,16 @@ def left_over(surface: Surface, work: Work, right: float, down: float) -> tuple[
 
 
 @borrowing
-def within(u: float, v: float, r_max: float) -> tuple[float, float]:
-    """The place itself, or the one at r_max in its direction."""
+def tried(
+    surface: Surface, work: Work, right: float, down: float, u: float, v: float
+) -> tuple[float, float, float, float]:
+    """The place (u, v) itself or the one at r_max in its direction, and what is left to go there."""
     r = math.sqrt(u * u + v * v)
-    return (u * r_max / r, v * r_max / r) if r > r_max else (u, v)
+    if r > surface.r_max:
+        u, v = u * surface.r_max / r, v * surface.r_max / r
+    pose(surface, work, u, v)
+    x, y = left_over(surface, work, right, down)
+    return u, v, x, y
 
 
 @borrowing

@@ -17,6 +17,7 @@ from vfix_engine.lumen.conformance import conform
 from vfix_engine.lumen.drive import Shot, _why_it_ended, drive_lumen
 from vfix_engine.lumen.drive_report import Tally
 from vfix_engine.lumen.drive_state import Command, DriveSettings, DriveState
+from vfix_engine.lumen.ease import eased
 from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, told_beyond
 from vfix_engine.lumen.operators import Stop, adversarial, scripted
 from vfix_engine.lumen.pathway import Pathway
@@ -147,6 +148,15 @@ def test_of_a_command_that_is_not_finite_the_rest_is_carried_out() -> None:
         drive.step(Command(math.nan, (math.inf, 0.0), True, (math.nan,) * 10))
     assert np.abs(drive.bend).max() < bent - math.radians(2.0)
     assert drive.refused_commands == 11
+
+
+def test_what_eases_a_shape_is_compiled_before_the_first_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its first call of an installation takes seconds."""
+    asked = []
+    monkeypatch.setattr("vfix_engine.lumen.snake_drive.eased", lambda *given: asked.append(eased(*given)))
+    SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)
+    assert len(asked) == 1
+    assert asked[0] is not None
 
 
 def test_a_step_that_is_cut_says_so() -> None:
