@@ -35,8 +35,10 @@ def plan_hint(points: int, targets: int, add_mode: str, ghost: bool, locked: boo
     return "Add points until the path leads where you need to look; drag a point to move it."
 
 
-def rehearse_hint(points: int, state: str, mine: bool, mode: str, done: bool, targets: int, changed: bool) -> str:
-    """changed: the plan is another one than what is driven; targets: of what is driven."""
+def rehearse_hint(
+    points: int, state: str, mine: bool, free: bool, mode: str, done: bool, targets: int, changed: bool
+) -> str:
+    """free: nobody holds the handle; changed: the plan is another one than what is driven; targets: of what is driven."""
     if points < 2:
         return "A rehearsal needs a path of two points at least. Go back to Plan."
     if state == "absent":
@@ -47,8 +49,10 @@ def rehearse_hint(points: int, state: str, mine: bool, mode: str, done: bool, ta
         return "The robot is being placed at the entry."
     if state == "silent":
         return "The control process does not answer. End it in the panel, then start again."
+    if free:
+        return "Nobody holds the handle. Take it over in the panel to drive."
     if not mine:
-        return "You are watching. Another window holds the handle."
+        return "You are watching. Another window holds the handle; Pause stops the robot all the same."
     if changed:
         return "The plan has changed. Reset to entry takes it as it is now; until then the path before is driven."
     if state == "paused":

@@ -140,11 +140,11 @@ class RehearsalDesk:
         elif name == "rehearsal.end":
             self._take(room)
             room.close()
-        elif not room.lease.held_by(self._tab):
-            raise PlanError(_NOT_HELD)
         elif name == "rehearsal.pause":
             self._run_when_ready = False
-            room.pause(self._tab)
+            room.halt()
+        elif not room.lease.held_by(self._tab):
+            raise PlanError(_NOT_HELD)
         else:
             self._reset(room, plan)
 
@@ -227,7 +227,8 @@ class RehearsalDesk:
     def hint(self, plan: Any) -> str:
         points, targets = (0, 0) if plan is None else (len(plan.points), len(plan.targets))
         mode, done = ("path", False) if self.snapshot is None else (self.snapshot.mode, self.snapshot.phase == "done")
-        return rehearse_hint(points, self.state, self.mine, mode, done, targets, self._changed)
+        free = self.room is not None and self.room.lease.holder is None
+        return rehearse_hint(points, self.state, self.mine, free, mode, done, targets, self._changed)
 
     def publish(self, board: Board, driven: Prepared | None) -> None:
         """driven: what is to be shown instead of the plan, where the plan is another one by now."""

@@ -298,6 +298,11 @@ class RehearsalRoom:
         if (process := self._held(tab)) is not None:
             process.run()
 
+    def halt(self) -> None:
+        """Whoever watches may stop the robot where it is; only the holder of the handle lets it go on."""
+        if (process := self._live()) is not None:
+            process.pause()
+
     def pause(self, tab: str) -> None:
         if (process := self._held(tab)) is not None:
             process.pause()

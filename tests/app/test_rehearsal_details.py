@@ -55,10 +55,12 @@ def test_a_tool_that_stands_against_a_force_is_not_free_to_move(
 
 
 def test_the_hint_of_a_paused_rehearsal_does_not_speak_of_the_entry() -> None:
-    hint = rehearse_hint(5, "paused", True, "path", False, 1, False)
+    hint = rehearse_hint(5, "paused", True, False, "path", False, 1, False)
     assert "Continue" in hint
     assert "stands at the entry" not in hint
-    assert "plan has changed" in rehearse_hint(5, "paused", True, "path", False, 1, True)
+    assert "You are watching" in rehearse_hint(5, "running", False, False, "path", False, 1, False)
+    assert "Nobody holds" in rehearse_hint(5, "paused", False, True, "path", False, 1, False)
+    assert "plan has changed" in rehearse_hint(5, "paused", True, False, "path", False, 1, True)
 
 
 def test_lateness_is_told_as_median_and_99_percent() -> None:

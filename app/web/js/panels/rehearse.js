@@ -66,12 +66,14 @@ export class RehearsePanel {
     this.words.textContent = sentence(rehearsal.words || (changed && CHANGED_WORDS) || STATE_WORDS[rehearsal.state] || "");
     this.words.className = changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
-    this.startButton.disabled = !(driving || ["absent", "failed"].includes(rehearsal.state)) || (state.plan?.points.length ?? 0) < 2;
+    const startable = driving || ["absent", "failed"].includes(rehearsal.state);
+    const pausable = rehearsal.state === "running"; // by whoever watches
+    this.startButton.disabled = !pausable && (!startable || (state.plan?.points.length ?? 0) < 2);
     this.resetButton.textContent = silent ? "End the process" : "Reset to entry";
     this.resetButton.disabled = !driving && !(silent && (rehearsal.mine || rehearsal.can_take));
     this.leaseWords.textContent = !live ? "The handle appears when the robot is in place." : rehearsal.mine
       ? "This window holds the handle. Drag the sphere on the shaft."
-      : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Another window"} holds the handle. You are watching.`;
+      : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Another window"} holds the handle. You are watching, and may pause the robot.`;
     this.leaseButton.hidden = !live;
     this.leaseButton.textContent = rehearsal.mine ? "Let go of the handle" : "Take over the handle";
     this.leaseButton.disabled = !rehearsal.mine && !rehearsal.can_take;
