@@ -163,15 +163,17 @@ def hazard_rows() -> dict[str, list[str]]:
 
 def test_the_table_of_hazards_is_complete_and_in_order() -> None:
     assert list(hazard_rows()) == [f"HAZ-{number:02d}" for number in range(1, 36)]
-    assert {row[4] for row in hazard_rows().values()} <= {"built", "in part", "not built"}
+    for hazard, (_, _, _, _, target, state) in hazard_rows().items():
+        assert re.search(r"\w", target), hazard
+        assert re.match(r"built($|; .)|in part: .|not built$", state), (hazard, state)
 
 
 def test_a_hazard_that_is_built_has_a_control_and_tests_that_name_it() -> None:
-    for hazard, (_, _, control, test, status) in hazard_rows().items():
+    for hazard, (_, _, control, test, _, state) in hazard_rows().items():
         tests = re.findall(r"\]\(\.\./(tests/[\w/.]+)\)", test)
         for file in tests:
             assert hazard in docstring_hazards(ROOT / file), f"{file} does not name {hazard}"
-        if status == "built":
+        if state.startswith("built"):
             assert tests, hazard
             assert re.search(r"\]\(\.\./(app|vfix_engine)/", control), hazard
 
@@ -183,4 +185,4 @@ def test_a_hazard_that_a_test_names_is_not_called_unbuilt() -> None:
             continue
         for hazard in docstring_hazards(file):
             assert hazard in rows, f"{file.name} names {hazard}"
-            assert rows[hazard][4] != "not built", f"{file.name} names {hazard}"
+            assert rows[hazard][5] != "not built", f"{file.name} names {hazard}"

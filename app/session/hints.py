@@ -38,7 +38,7 @@ def plan_hint(points: int, targets: int, add_mode: str, ghost: bool, locked: boo
 def rehearse_hint(
     points: int, state: str, mine: bool, free: bool, mode: str, done: bool, targets: int, changed: bool
 ) -> str:
-    """free: nobody holds the handle; changed: the plan is another one than what is driven; targets: of what is driven."""
+    """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven."""
     if points < 2:
         return "A rehearsal needs a path of two points at least. Go back to Plan."
     if state == "absent":
