@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .bending import BendProblem
 from .hermite import PolarHermite
 from .optimise import Bend, control_bends
-from .tip_control import Place, stops
+from .tip_control import Place, at_bounds
 from .visual_motor import Steering, VisualMotor
 
 Array = NDArray[np.float64]
@@ -65,11 +65,11 @@ class ParameterisedControl:
         self._next = steering
 
     def ends(self, first: int) -> str:
-        """What the control bends end at, looked at once for each set of them."""
+        """Links that the control bends bring to their bounds, looked at once for each set of them."""
         if self._ends is None:
             place, told = self._place, set[str]()
             for bend in self.bends:
-                told.update(stops(place, place.snake.clamp(place.rest + bend.delta), first))
+                told.update(at_bounds(place, place.snake.clamp(place.rest + bend.delta), first))
             self._ends = ", ".join(sorted(told))
         return self._ends
 

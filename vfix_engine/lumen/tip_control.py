@@ -76,16 +76,19 @@ def outwards(snake: SnakeModel, q: Array, base: Array, rest: Array) -> Array:
     return found
 
 
-def stops(place: Place, q: Array, first: int) -> list[str]:
-    """Links at their bounds and joints at their limits, in words; ``first`` is the number of the place's first link."""
+def at_bounds(place: Place, q: Array, first: int) -> list[str]:
+    """Links at their bounds at joints q (2L',), in words; ``first`` is the number of the place's first link."""
     frames = place.snake.frames(q, place.base)
     depth = place.query.deviations(place.packed, frames, place.window).depth
-    limits = np.flatnonzero(np.abs(q) > place.snake.q_max - _AT_LIMIT)
-    at_bound = np.flatnonzero(depth > place.bound - _AT_BOUND_MM)
-    words = [f"link {first + i + 1} at its bound of {place.bound[i]:g} mm" for i in at_bound]
-    if len(limits):
-        words.append(f"{len(limits)} of {place.snake.dof} joints at their limit")
-    return words
+    near = np.flatnonzero(depth > place.bound - _AT_BOUND_MM)
+    return [f"link {first + i + 1} at its bound of {place.bound[i]:g} mm" for i in near]
+
+
+def stops(place: Place, q: Array, first: int) -> list[str]:
+    """Links at their bounds and joints at their limits; as ``at_bounds``."""
+    limits = int((np.abs(q) > place.snake.q_max - _AT_LIMIT).sum())
+    words = at_bounds(place, q, first)
+    return [*words, f"{limits} of {place.snake.dof} joints at their limit"] if limits else words
 
 
 def camera_jacobian(snake: SnakeModel, q: Array, base: Array) -> Array:
