@@ -12,6 +12,7 @@ import numpy as np
 
 from .snapshot import Snapshot
 
+NOTICE_COLUMN = "not_for_clinical_use"
 ABOUT = {
     "notice": "Not for clinical use",
     "frame": "LPS",
@@ -20,10 +21,11 @@ ABOUT = {
 
 
 class CsvRecorder:
-    """Columns: t [s], q0 … [mm, rad], tip_x/y/z, and for each tool segment i its axis ends and radius in LPS mm.
+    """Columns: t [s], q0 … [mm, rad], tip_x/y/z, and for each tool segment i its axis ends and radius in LPS mm; last
+    a column of ones whose name is the notice, so that the table carries it wherever it is copied to.
 
     The file appears under its name only when the recording is closed, so that a torn one is never mistaken for whole.
-    Beside it lies FILE.about.json with frame, units and the notice, which a table of numbers has no place for.
+    Beside it lies FILE.about.json with frame, units and the notice.
     """
 
     def __init__(self, path: Path):
@@ -39,14 +41,14 @@ class CsvRecorder:
             self._started = True
         segments = np.column_stack([snapshot.segments_start, snapshot.segments_end, snapshot.radius])
         values = np.concatenate([[snapshot.t], snapshot.q, snapshot.tip, segments.ravel()])
-        self._writer.writerow([repr(float(v)) for v in values])
+        self._writer.writerow([*(repr(float(v)) for v in values), 1])
 
     @staticmethod
     def _header(joints: int, segments: int) -> list[str]:
         columns = ["t", *(f"q{i}" for i in range(joints)), "tip_x", "tip_y", "tip_z"]
         for i in range(segments):
             columns += [f"s{i}_{end}{axis}" for end in "ab" for axis in "xyz"] + [f"s{i}_r"]
-        return columns
+        return [*columns, NOTICE_COLUMN]
 
     def close(self) -> None:
         self._file.close()
