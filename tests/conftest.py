@@ -4,6 +4,10 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("vfix", deadline=None)  # how long a machine takes is no property of the code
+settings.load_profile("vfix")
 
 DEFAULT_TRIAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
