@@ -77,6 +77,11 @@ class PlanEvaluation:
         """Least bone clearance of the whole tool."""
         return float(self.run.clearance.min())
 
+    @property
+    def tightest_mm(self) -> float:
+        """Where the tip is along the path in the pose of the least bone clearance."""
+        return float(self.run.s[self.run.clearance.argmin()])
+
     def samples(self) -> tuple[CurveSample, ...]:
         """The samples for an export."""
         rows = zip(self.s.tolist(), self.positions.tolist(), self.clearance.tolist(), strict=True)

@@ -12,7 +12,7 @@ class SurfaceUncertainty:
     """thinning_mm: the largest deviation of the surface that the margin is kept to from the one it was thinned from.
 
     voxel_mm: distance of the CT's voxels where they are furthest apart, between slices as a rule; 0 without a CT.
-    Of a surface that came without a CT nothing is known, and nothing is said.
+    Of a surface that came without a CT it is not known how far it was off before that.
     """
 
     thinning_mm: float
@@ -25,6 +25,12 @@ class SurfaceUncertainty:
 
     def words(self) -> str:
         """What there is to say, with the figures and without a full stop; '' where that is nothing."""
+        if self.voxel_mm:
+            return self._figures()
+        unknown = "how far bone may lie off its surface is not known, since it came without a CT"
+        return f"{unknown}; it was thinned by up to {self.thinning_mm:.2f} mm" if self.thinning_mm else unknown
+
+    def _figures(self) -> str:
         causes = []
         if hidden := slices_may_hide_mm(self.voxel_mm):
             causes.append(f"{hidden:.2f} mm: slices {self.voxel_mm:g} mm apart")
@@ -34,7 +40,7 @@ class SurfaceUncertainty:
 
     def warning(self, margin_mm: float) -> str:
         """The same where the margin does not cover it, else ''."""
-        return f"{self.words()}, more than the margin of {margin_mm:.2f} mm" if self.off_mm > margin_mm else ""
+        return f"{self._figures()}, more than the margin of {margin_mm:.2f} mm" if self.off_mm > margin_mm else ""
 
 
 def report_words(report: SurfaceReport) -> str:

@@ -23,7 +23,7 @@ def tissue_words(passed: TissuePassed) -> str:
         return f"{'Passes no soft tissue' if passed.complete else _CUT_OFF}."
     length = "less than 1 mm" if passed.length_mm < 0.5 else f"{passed.length_mm:.0f} mm"
     at_least = "" if passed.complete else " at least; the scan ends in tissue there"
-    return f"Passes {length} of soft tissue{at_least} (tip at {passed.at_mm:.0f} mm)."
+    return f"Passes {length} of soft tissue{at_least}, when the tip is at {passed.at_mm:.0f} mm."
 
 
 def place_words(lies_in: Surroundings) -> str:

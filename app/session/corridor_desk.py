@@ -105,10 +105,18 @@ class CorridorDesk:
         except Exception:
             _LOG.exception("the dry run of a plan failed")
             return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
-        if evaluation.completed:
-            words = f"Fits: bone clearance {evaluation.min_clearance_mm:.2f} mm at least."
-        else:
+        uncertainty = self._services.cases.get(plan.case_id).uncertainty
+        least, at_mm = evaluation.min_clearance_mm, evaluation.tightest_mm
+        doubtful = least <= uncertainty.off_mm
+        if not evaluation.completed:
             words = f"The tool gets {evaluation.reached_mm:.0f} of {evaluation.length_mm:.0f} mm: {evaluation.reason}."
+        elif doubtful:
+            words = (
+                f"Fits the surface only: bone clearance {least:.2f} mm at least, when the tip is at {at_mm:.0f} mm, "
+                f"and bone may lie {uncertainty.off_mm:.2f} mm off its surface."
+            )
+        else:
+            words = f"Fits: bone clearance {least:.2f} mm at least, when the tip is at {at_mm:.0f} mm."
         words = f"{words} {tissue_words(evaluation.soft_tissue)}"
-        warning = self._services.cases.get(plan.case_id).uncertainty.warning(margin_mm)
-        return Corridor("done", words, not evaluation.completed, evaluation.completed, evaluation, margin_mm, warning)
+        caution, warning = doubtful or not evaluation.completed, uncertainty.warning(margin_mm)
+        return Corridor("done", words, caution, evaluation.completed, evaluation, margin_mm, warning)

@@ -15,7 +15,10 @@ def patient_hint(case_open: bool, loading: bool) -> str:
     return "Turn the head with the left mouse button, zoom with the wheel. Then go to Plan."
 
 
-def plan_hint(points: int, targets: int, add_mode: str, ghost: bool, locked: bool, completed: bool | None) -> str:
+def plan_hint(
+    points: int, targets: int, add_mode: str, ghost: bool, locked: bool, completed: bool | None, doubtful: bool
+) -> str:
+    """doubtful: the tool comes nearer to the bone surface than the scan knows where bone is."""
     if ghost:
         return "Is this the right place? Enter or ‘Add here’ adds it, Esc takes it back."
     if locked:
@@ -28,6 +31,8 @@ def plan_hint(points: int, targets: int, add_mode: str, ghost: bool, locked: boo
         return "Click the next place of the path, further in. Slices and the cut-away show the air."
     if completed is False:
         return "The tool does not get through yet. Move or add points where the path turns orange."
+    if completed and doubtful:
+        return "The tool passes, but nearer to bone than the scan can tell. Move points, or go on with care."
     if completed and not targets:
         return "The tool passes clear of bone. Add a target to inspect, or go to Rehearse."
     if completed:
@@ -63,4 +68,4 @@ def rehearse_hint(
         return "Drag the sphere sideways: the tool swings about the target it looks at."
     if done and targets:
         return "The end of the path is reached. Choose Inspect to look at a target."
-    return "Drag the blue sphere on the shaft, or hold ↑ and ↓. The bone cannot be hit."
+    return "Drag the blue sphere on the shaft, or hold ↑ and ↓. The margin to the bone surface is kept."

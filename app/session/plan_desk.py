@@ -133,7 +133,7 @@ class PlanDesk:
         if self.add_mode == "none" or self.locked:
             return
         if self.add_mode == "target":
-            self.ghost = Ghost("target", _position(position), 0.0, "Target on the tissue where you clicked.")
+            self.ghost = Ghost("target", _position(position), 0.0, "Target where you clicked.")
             return
         fitted = self._services.planning.fit_point(self.plan_id, _position(position))
         moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""

@@ -234,7 +234,7 @@ class PlanningDesk:
         hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), head.hit(ray)]
         hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
         if hit is None:
-            return ""
+            return "Nothing is there in the head; air can be clicked in a slice."
         if hit.item_id is not None:
             return self.do(c.ItemCommand(type="item.select", item_id=hit.item_id))
         desk.pick(hit.position, on_bone=hit.kind == "bone")
@@ -265,6 +265,8 @@ class PlanningDesk:
         if desk is None:
             return "Open a head first." if self._case_id is None else "Choose a plan below, or make a new one."
         plan = desk.plan
+        if plan.deleted_at is not None:
+            return "This plan was deleted elsewhere. Restore it from the list of plans, or open another one."
         return plan_hint(
             len(plan.points),
             len(plan.targets),
@@ -272,6 +274,7 @@ class PlanningDesk:
             desk.ghost is not None,
             desk.locked,
             self._shown_corridor().completed,
+            self._shown_corridor().caution,
         )
 
     def publish(self, fresh: bool) -> None:

@@ -20,6 +20,7 @@ from vfix_engine.errors import PlanError
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.simulation.snapshot import Snapshot
 
+_HAND_LOST = "The window was late, so the hand let go: press again"
 _NOT_HELD = "only the window that holds the handle can do that; you can watch, or take over when it lets go."
 
 
@@ -237,6 +238,8 @@ class RehearsalDesk:
         words = "" if room is None else room.words
         section = rehearsal_section(self.snapshot, self.state, words, self.mine, holder, self._before)
         section["plan_changed"] = self._changed
+        if room is not None and room.hand_lost(self._tab) and "holding" in section:
+            section["holding"] = _HAND_LOST
         section["target_id"] = room.target_id if room is not None and section.get("mode") == "inspect" else None
         board.publish("rehearsal", section)
         board.publish("driven", None if driven is None else entries(driven.items))

@@ -298,6 +298,11 @@ class RehearsalRoom:
         if (process := self._held(tab)) is not None:
             process.run()
 
+    def hand_lost(self, tab: str) -> bool:
+        """Whether this window still presses, and was heard of too late for that to count."""
+        process = self._held(tab)
+        return process is not None and process.hand_lost
+
     def halt(self) -> None:
         """Whoever watches may stop the robot where it is; only the holder of the handle lets it go on."""
         if (process := self._live()) is not None:

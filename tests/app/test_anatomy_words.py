@@ -10,12 +10,12 @@ from vfix_engine.imaging.soft_tissue import TissuePassed
 @pytest.mark.parametrize(
     ("passed", "words"),
     [
-        (TissuePassed(6.95, 7.3, complete=True), "Passes 7 mm of soft tissue (tip at 7 mm)."),
-        (TissuePassed(0.3, 41.0, complete=True), "Passes less than 1 mm of soft tissue (tip at 41 mm)."),
+        (TissuePassed(6.95, 7.3, complete=True), "Passes 7 mm of soft tissue, when the tip is at 7 mm."),
+        (TissuePassed(0.3, 41.0, complete=True), "Passes less than 1 mm of soft tissue, when the tip is at 41 mm."),
         (TissuePassed(0.0, 0.0, complete=True), "Passes no soft tissue."),
         (
             TissuePassed(6.95, 7.3, complete=False),
-            "Passes 7 mm of soft tissue at least; the scan ends in tissue there (tip at 7 mm).",
+            "Passes 7 mm of soft tissue at least; the scan ends in tissue there, when the tip is at 7 mm.",
         ),
         (TissuePassed(0.0, 0.0, complete=False), "Soft tissue is not known: the scan ends in tissue beside the tool."),
         (TissuePassed(), "Soft tissue is not known: no CT shows the tool's way."),

@@ -16,11 +16,13 @@ import pytest
 from app.services import Services, plan_editor
 from app.services.cases import Case, CaseFrame
 from app.services.plans import Plan
+from app.services.surface_uncertainty import SurfaceUncertainty
 from app.session import commands as c
 from app.session import hub as hub_module
 from app.session.board import Board
 from app.session.corridor_desk import Corridor, CorridorDesk
 from app.session.head_desk import HeadDesk
+from app.session.hints import plan_hint
 from app.session.hub import SessionHub, TooManyTabs
 from app.session.plan_desk import PlanDesk, plan_items
 from app.session.planning_desk import PlanningDesk
@@ -140,11 +142,33 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
         corridor.ask(desk.plan, margin)
         executor.work.pop()()
     assert re.fullmatch(
-        r"Fits: bone clearance 0\.\d\d mm at least\. Passes \d\d mm of soft tissue \(tip at \d+ mm\)\.", ran[0].words
+        r"Fits: bone clearance 0\.\d\d mm at least, when the tip is at \d+ mm\. "
+        r"Passes \d\d mm of soft tissue, when the tip is at \d+ mm\.",
+        ran[0].words,
     )
     assert ran[0].view()["soft_tissue"]["complete"] is True
     assert ran[0].warning.endswith("(0.38 mm: surface thinned), more than the margin of 0.30 mm")
     assert ran[1].warning == ""
+    assert not ran[1].caution
+
+
+def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """2 mm slices leave a millimetre open: 0.7 mm from the surface may be bone."""
+    monkeypatch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 2.0))
+    desk, executor = _planning(phantom_services), _Later()
+    ran: list[Corridor] = []
+    CorridorDesk(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(desk.plan, 0.3)
+    executor.work.pop()()
+    assert re.match(
+        r"Fits the surface only: bone clearance 0\.\d\d mm at least, when the tip is at \d+ mm, "
+        r"and bone may lie 1\.00 mm off its surface\. ",
+        ran[0].words,
+    )
+    assert ran[0].caution
+    assert ran[0].completed
+    assert "nearer to bone than the scan can tell" in plan_hint(3, 1, "point", False, False, True, ran[0].caution)
 
 
 def test_a_deleted_embedded_head_is_not_opened(phantom_services: Services) -> None:

@@ -147,6 +147,7 @@ class _Process:
 
     refuses = False
     silence_s = 0.0
+    hand_lost = False
 
     def __init__(self, *_: Any) -> None:
         self.told: list[Any] = []

@@ -88,6 +88,29 @@ def test_parts_of_the_page_alone(open_page: Open, rest: Rest) -> None:
     assert page.evaluate(shown, [state, "plan"]) == [3, 3, 0, 0], "the tool belongs to the rehearsal"
     assert page.evaluate(shown, [state, "rehearse"]) == [3, 3, 3, 3]
 
+    driven = page.evaluate("""async () => {
+      const { Keys } = await import('/static/js/keys.js');
+      const sent = [];
+      const state = { step: { name: 'rehearse' } };
+      const keys = new Keys({ state, send: (type, fields) => sent.push([type, fields.direction]), hold() {} });
+      const slider = document.createElement('input');
+      slider.type = 'range';
+      document.body.append(slider);
+      const press = (code) => {
+        const event = new KeyboardEvent('keydown', { code, cancelable: true });
+        Object.defineProperty(event, 'target', { value: slider });
+        keys.down(event);
+        return event.defaultPrevented;
+      };
+      const taken = ['ArrowDown', 'ArrowLeft'].map(press);
+      state.step.name = 'plan';
+      taken.push(press('ArrowUp'));
+      slider.remove();
+      keys.held.clear();
+      return { taken, sent };
+    }""")
+    assert driven == {"taken": [True, False, False], "sent": [["drive", -1], ["twist", 0]]}, "no key changes the margin"
+
     refused = page.evaluate("""async () => {
       const { Connection } = await import('/static/js/connection.js');
       const line = new Connection();

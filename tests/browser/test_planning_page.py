@@ -32,7 +32,7 @@ def test_the_page_opens_on_the_head_with_a_plan_that_fits(open_page: Open, rest:
     assert station.state("corridor")["min_clearance_mm"] >= station.state("corridor")["scale"]["margin"]
     verdict = station.page.locator("#verdict").inner_text()
     assert "bone clearance" in verdict
-    assert "of soft tissue (tip at" in verdict
+    assert "of soft tissue, when the tip is at" in verdict
     assert "more than the margin" in station.page.locator("#margin-warning").inner_text()
     station.wait_for("slices", lambda: station.page.locator(".slice-stage image[href]").count() == 6)  # wide and fine
     assert [step.inner_text() for step in station.page.locator("#steps button").all()] == [

@@ -51,6 +51,10 @@ class Hold:
         """The hand holds on: not released, and heard of within the last ``GONE_S``."""
         return self.released_at > now and now - self.beat_at < GONE_S - 1e-9
 
+    def lost(self, now: float) -> bool:
+        """Nobody let go, but the heartbeats are late: only a new press takes hold again."""
+        return math.isfinite(self.beat_at) and self.released_at == math.inf and not self.alive(now)
+
     def active(self, now: float) -> bool:
         """There is a force, or one begins."""
         return self.alive(now) or self.share(now) > 0.0

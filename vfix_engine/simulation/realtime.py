@@ -184,6 +184,12 @@ class RehearsalProcess:
             return self._latest
 
     @property
+    def hand_lost(self) -> bool:
+        """A hand or key that nobody let go of was not heard of for so long that it no longer counts."""
+        now = time.monotonic()
+        return self._input.hand.lost(now) or self._input.keys.lost(now)
+
+    @property
     def silence_s(self) -> float:
         """Seconds since the last snapshot. Once it is ready, one comes every ``SIGN_S`` at least, or the loop hangs."""
         self.snapshot()

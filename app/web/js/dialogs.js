@@ -69,16 +69,28 @@ export function noteDone(request, words, action) {
   request.then(() => note(words, { action })).catch((error) => note(error.message, { error: true }));
 }
 
+/** What went wrong before is no news any more: another head, plan or step is shown, or another file was chosen. */
+export function clearErrors() {
+  document.getElementById("alerts").replaceChildren();
+}
+
+/** Wait until somebody is ready to answer; nothing is laid over what they do meanwhile. */
+export function whenReady(words, label) {
+  return new Promise((resolve) => note(words, { action: { label, run: resolve }, stay: true }));
+}
+
 /** A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves. */
-export function note(words, { error = false, action = null } = {}) {
+export function note(words, { error = false, action = null, stay = false } = {}) {
   const box = document.getElementById(error ? "alerts" : "notes");
   const text = sentence(words);
   const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, text));
+  if (stay) element.dataset.stays = "yes";
   const leave = () => element.remove();
   if (action) element.append(h("button", { type: "button", onclick: () => { action.run(); leave(); } }, action.label));
   if (error) element.append(h("button", { type: "button", class: "plain", onclick: leave }, "Dismiss"));
-  else setTimeout(leave, action ? 9000 : 4500);
+  else if (!stay) setTimeout(leave, action ? 9000 : 4500);
   if (error) [...box.children].find((other) => other.firstElementChild.textContent === text)?.remove();
   box.append(element);
-  while (!error && box.children.length > 3) box.firstElementChild.remove();
+  const passing = () => [...box.children].filter((other) => !other.dataset.stays);
+  while (!error && passing().length > 3) passing()[0].remove();
 }

@@ -32,14 +32,15 @@ export class Keys {
   }
 
   down(event) {
-    if (typing(event.target)) return;
+    const driving = this.connection.state.step?.name === "rehearse" && (event.code in DRIVE || event.code in TWIST);
+    // a slider that keeps the focus is moved by ← and →: in Rehearse ↑ and ↓ drive, and change no margin
+    if (typing(event.target) && !(driving && event.target.type === "range")) return;
     const inScene = event.view && event.view !== window;
     if (this.command(event)) {
       event.preventDefault();
       event.stopImmediatePropagation();
       return;
     }
-    const driving = this.connection.state.step?.name === "rehearse" && (event.code in DRIVE || event.code in TWIST);
     if (driving && !(event.ctrlKey || event.metaKey || event.altKey)) {
       event.preventDefault();
       if (!this.held.has(event.code)) {

@@ -1,7 +1,7 @@
 // Wires the page: one connection, and parts that draw what it says.
 import { Connection } from "./connection.js";
 import { h, whenChanged } from "./dom.js";
-import { note } from "./dialogs.js";
+import { clearErrors, note } from "./dialogs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { PatientPanel } from "./panels/patient.js";
 import { PlanPanel } from "./panels/plan.js";
@@ -27,6 +27,7 @@ class Page {
     this.steps = STEPS.map(([name, label]) => h("button", { type: "button", "data-step": name, onclick: () => this.connection.send("step.set", { name }) }, label));
     document.getElementById("steps").append(...this.steps);
     this.changedTitle = whenChanged();
+    this.changedPlace = whenChanged();
     this.connection.addEventListener("state", () => this.schedule());
     this.connection.addEventListener("link", (event) => this.link(event.detail));
     this.connection.addEventListener("note", (event) => note(event.detail.words, { error: event.detail.error }));
@@ -48,6 +49,7 @@ class Page {
   draw(state) {
     this.changedTitle([state.case?.name, state.plan?.name, state.step], () => this.renderTitle(state));
     const current = state.step?.name;
+    this.changedPlace([state.case?.id, state.plan?.id, current], clearErrors);
     for (const [name, panel] of Object.entries(this.panels)) if (name === current) panel.update(state);
     this.scene.update(state);
     this.slices.update(state);

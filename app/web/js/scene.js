@@ -148,7 +148,7 @@ export class SceneFrame {
       tick.style.left = `${((value - scale.lo) / span) * 100}%`;
       return tick;
     }));
-    legend.replaceChildren(h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 1)}`), bar, ticks);
+    legend.replaceChildren(h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 2)}`), bar, ticks);
   }
 
   renderScale(perPixel) {

@@ -7,6 +7,8 @@ const ROWS = [
   ["lateness_us_p50", "Lateness, median", 1, "µs"], ["lateness_us_p99", "Lateness, 99 %", 1, "µs"], ["overruns", "Overruns", 0, ""], ["rows", "Rows in the QP", 0, ""], ["steps", "Steps", 0, ""],
 ];
 
+const NEAR_MM = 0.1; // this close to the margin the clearance is shown as a caution
+
 export class StatusBar {
   constructor(root) {
     this.force = reading("Force of the hand");
@@ -37,6 +39,8 @@ export class StatusBar {
     const corridor = rehearsing ? null : state.corridor;
     this.clearance.label.textContent = rehearsing ? "Bone clearance of the tool" : "Least bone clearance";
     this.clearance.set(rehearsing ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
+    const room = now.clearance_mm - now.margin_mm;
+    this.clearance.element.classList.toggle("caution", rehearsing ? room < NEAR_MM : Boolean(corridor?.caution));
     this.target.element.hidden = now.mode !== "inspect";
     this.target.set(now.target_error_mm, 3, "mm");
     this.force.element.hidden = !rehearsing;

@@ -71,7 +71,10 @@ def test_a_late_beat_brings_no_lost_hand_back(late: float) -> None:
         hold = hold.beat(now)
         assert not hold.active(now)
         assert hold.share(now + 0.02) == 0.0
+        assert hold.lost(now)
+        assert not hold.release(now).lost(now)
     hold = hold.press(lost + 0.5)
+    assert not hold.lost(lost + 0.5)
     np.testing.assert_allclose([hold.share(lost + 0.5 + t) for t in (0.0, 0.015, 0.06)], [0.0, 0.25, 1.0])
 
 

@@ -1,7 +1,7 @@
 // Patient: which head is open, which others there are, and how a new one comes in.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
 import { count, fixed, sentence, when } from "../format.js";
-import { FRAME_QUESTION, askChoices, askName, note, noteDone } from "../dialogs.js";
+import { FRAME_QUESTION, askChoices, askName, clearErrors, note, noteDone, whenReady } from "../dialogs.js";
 import { finished, post, remove, upload } from "../rest.js";
 
 // What a file may leave unsaid, by the word that the planner has for it.
@@ -113,6 +113,7 @@ export class PatientPanel {
   async send(file) {
     const form = new FormData();
     form.append("file", file);
+    clearErrors();
     this.importButton.disabled = true;
     this.progress.hidden = false;
     this.fileName = file.name;
@@ -142,6 +143,7 @@ export class PatientPanel {
     } catch (error) {
       const questions = (error.details?.missing ?? []).map((word) => QUESTIONS[word]);
       if (!questions.length) throw error;
+      if (this.connection.state.rehearsal?.state === "running") await whenReady(`‘${this.fileName}’ does not say all that is needed.`, "Answer");
       const answer = await askChoices(`What ‘${this.fileName}’ does not say`, error.message, questions, "Import");
       if (answer) return this.imported(await post(`${path}/answer`, answer));
       await remove(`${path}/upload`);

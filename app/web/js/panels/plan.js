@@ -1,7 +1,7 @@
 // Plan: the points of the path and the targets, and what the tool makes of them.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
 import { fixed, mm, sentence, when } from "../format.js";
-import { FRAME_QUESTION, askChoices, askName, confirm, note, noteDone } from "../dialogs.js";
+import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone } from "../dialogs.js";
 import { download, upload } from "../rest.js";
 
 const POINTS_QUESTION = {
@@ -184,6 +184,7 @@ export class PlanPanel {
   async importPlan() {
     const file = this.chooser.files[0];
     this.chooser.value = "";
+    clearErrors();
     if (file && this.connection.state.case) await this.send(file, {});
   }
 

@@ -38,8 +38,9 @@ export class RehearsePanel {
     this.fieldWords = h("p", { class: "words caution", role: "status" });
     this.sliders = new Map();
     this.marginWarning = h("p", { class: "words caution", hidden: true });
+    this.tissueWords = h("p", { class: "words", hidden: true });
     this.element = h("div", {},
-      group("Robot", null, this.words, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      group("Robot", null, this.words, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
@@ -56,6 +57,9 @@ export class RehearsePanel {
     const { state: phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
+    const { length_mm: passed } = state.corridor?.soft_tissue ?? {};
+    this.tissueWords.textContent = `On this path the tool passes ${fixed(passed, 0)} mm of soft tissue; nothing keeps it off that.`;
+    this.tissueWords.hidden = !(passed >= 0.5) || !LIVE.includes(rehearsal.state);
   }
 
   renderState(state, rehearsal, targets) {
