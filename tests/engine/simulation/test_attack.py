@@ -44,12 +44,13 @@ def assert_promises_kept(total: dict[str, Any]) -> None:
     assert total["limits_judged_share"] == judged / total["steps"]
     assert total["limits_judged_share"] > 0.5
     assert total["emergency_share"] == total["emergencies"] / judged
-    assert 0 < total["beyond_limits"] <= past  # past the program the certificate is asked alone, and knows none
+    assert total["beyond_limits"] <= past  # past the program the certificate is asked alone, and knows none
 
 
 def test_no_accepted_motion_breaks_what_is_promised(attacked: list[dict[str, Any]]) -> None:
     total = summary(attacked, 0.0)
     assert_promises_kept(total)
+    assert total["beyond_limits"] > 0
     assert (total["scenes"], total["steps"]) == (35, 34 * STEPS + HEAD_STEPS)  # 10,260: the figure that safety.md tells
 
 
