@@ -27,7 +27,7 @@ _POLICY_VIOLATION = 1008
 _GOING_AWAY = 1001
 _FLOOD = 4429
 _REASONS = {
-    _POLICY_VIOLATION: "that is no message of a picture",
+    _POLICY_VIOLATION: "this type of message is not allowed",
     _GOING_AWAY: "the scene has ended",
     _FLOOD: f"more than {MAX_PER_SECOND} messages a second are not taken; try again in {RETRY_AFTER_S} s",
 }

@@ -106,7 +106,7 @@ class Case:
         """How far the bone surface may lie from bone, as far as that is known."""
         bone = next(item for item in self.surfaces if item.name == BONE)
         thinning = 0.0 if bone.report is None else bone.report.max_deviation_mm
-        return SurfaceUncertainty(thinning, max(self.spacing_mm or (0.0,)))
+        return SurfaceUncertainty(thinning, max(*(self.spacing_mm or (0.0,)), self.slice_thickness_mm or 0.0, 0.0))
 
     @property
     def surface_uncertainty_mm(self) -> float | None:

@@ -126,7 +126,7 @@ class ImportService:
             assert head.surface is not None
             return ControlHead(head.surface, None, SurfaceUncertainty(0.0, 0.0), head.notes)
         bone = self._bone(head, lambda stage, fraction: None)
-        off = SurfaceUncertainty(bone.control_report.max_deviation_mm, float(head.volume.spacing.max()))
+        off = SurfaceUncertainty(bone.control_report.max_deviation_mm, head.volume.resolution_mm)
         return ControlHead(bone.control, head.volume, off, head.notes)
 
     def _bone(self, head: ReadHead, progress: Progress) -> BoneSurfaces:

@@ -23,6 +23,7 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.side import SurfaceSide
 from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
+from vfix_engine.imaging.surface import BONE_HU
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation import preparation
 from vfix_engine.simulation.dry_run import DryRun, dry_run
@@ -31,7 +32,6 @@ from vfix_engine.simulation.scene import Scene
 
 Array = NDArray[np.float64]
 
-BONE_HU = 250.0
 SPACING_MM = 0.5  # between samples of the spline
 _MOVED_MM = 0.01  # a shorter move is not worth a word
 

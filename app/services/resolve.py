@@ -92,6 +92,8 @@ def resolve_case(services: HasServices, text: str, told: ImportRequest | None = 
             None, path.name, mesh.content_hash, mesh, tree, lambda: head.scan, head.uncertainty, head.notes
         )
     case = find(stored, text, "case")
+    if told is not None and (told.frame or told.unit or told.series):
+        raise InputError("--frame, --units and --series are said of a file; a stored case has its own.")
     mesh = services.cases.case_surface(case.id)
     tree, scan = partial(services.cases.tree, case.id), partial(services.cases.volume, case.id)
     return ResolvedCase(case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty, case.notes)

@@ -11,7 +11,7 @@ from vfix_engine.imaging.bone import SurfaceReport, slices_may_hide_mm
 class SurfaceUncertainty:
     """thinning_mm: the largest deviation of the surface that the margin is kept to from the one it was thinned from.
 
-    voxel_mm: distance of the CT's voxels where they are furthest apart, between slices as a rule; 0 without a CT.
+    voxel_mm: distance of the CT's voxels where they are furthest apart, or the thickness of its slices; 0 without a CT.
     Of a surface that came without a CT it is not known how far it was off before that.
     """
 
@@ -36,7 +36,8 @@ class SurfaceUncertainty:
             causes.append(f"{hidden:.2f} mm: slices {self.voxel_mm:g} mm apart")
         if self.thinning_mm:
             causes.append(f"{self.thinning_mm:.2f} mm: surface thinned")
-        return f"bone may lie {self.off_mm:.2f} mm off its surface ({'; '.join(causes)})" if causes else ""
+        further = ", thin bone further" if hidden else ""
+        return f"bone may lie {self.off_mm:.2f} mm off its surface{further} ({'; '.join(causes)})" if causes else ""
 
     def warning(self, margin_mm: float) -> str:
         """The same where the margin does not cover it, else ''."""

@@ -49,8 +49,8 @@ def test_only_a_place_in_the_airway_needs_no_word() -> None:
             0.4,
             2.0,
             1.0,
-            "bone may lie 1.40 mm off its surface (1.00 mm: slices 2 mm apart; 0.40 mm: surface thinned), "
-            "more than the margin of 1.00 mm",
+            "bone may lie 1.40 mm off its surface, thin bone further "
+            "(1.00 mm: slices 2 mm apart; 0.40 mm: surface thinned), more than the margin of 1.00 mm",
         ),
     ],
 )

@@ -158,7 +158,10 @@ def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys
     assert main(["case", "show", answer["case"]]) == 0
     assert "1 loose piece left out (8 triangles, 1.3 mm across); not thinned" in capsys.readouterr().out
     assert main(["import", str(thick)]) == 0
-    assert "bone may lie 2.50 mm off its surface (2.50 mm: slices 5 mm apart)" in capsys.readouterr().err
+    assert (
+        "bone may lie 2.50 mm off its surface, thin bone further (2.50 mm: slices 5 mm apart)"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_case_from_before_says_that_nothing_was_recorded(cases: CaseService, case: Case) -> None:

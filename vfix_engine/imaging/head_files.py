@@ -109,8 +109,7 @@ def _coarseness(volume: Volume) -> Notes:
     told = f", its slices {thick:.3g} mm thick" if thick is not None else ""
     return (
         f"The CT is coarse: its voxels are {sizes} mm{told}, where at most {FINE_MM:g} mm are advised. Thin bone is "
-        f"missing from it, and its surface can be off by half a voxel, {volume.resolution_mm / 2:.2g} mm, or more: "
-        "choose a margin that covers that.",
+        "missing from it.",
     )
 
 

@@ -23,7 +23,7 @@ SAMPLE_MM = 0.1  # between samples of a centreline: a border of tissue is placed
 BODY_GOES_ON_MM = 30.0  # a scan that ends in tissue no farther than this from the tool may have cut off what it passes
 _RAYS = 64
 _RAY_MM, _RAY_STEP_MM = 80.0, 1.0
-_ENCLOSED = 0.8  # share of rays that meet tissue: at most 0.81 outside of the body, down to 0.89 in a nostril
+_ENCLOSED = 0.85  # share of rays that meet tissue: at most 0.81 outside of the body, down to 0.89 in a nostril
 
 
 @dataclass(frozen=True)
