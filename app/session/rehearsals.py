@@ -10,12 +10,11 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from app.scene.plan import PlanItem
 from app.session.lease import Lease
 from app.session.settings_talk import SettingsTalk
 from vfix_engine.control import ControlSettings
@@ -23,6 +22,9 @@ from vfix_engine.errors import ControlError, PlanError, VfixError
 from vfix_engine.robots import PlacedRobot, RobotModel
 from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 from vfix_engine.simulation.snapshot import Snapshot
+
+if TYPE_CHECKING:  # the scene is slow to load, and the address needs none of it
+    from app.scene.plan import PlanItem
 
 RoomState = Literal["absent", "starting", "ready", "silent", "failed"]
 Position = tuple[float, float, float]

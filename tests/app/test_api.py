@@ -402,10 +402,11 @@ def test_uploads_lie_in_the_home_alone(
 ) -> None:
     """HAZ-33: the system's folder for temporary files may be another disk, and everybody's."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))  # whoever writes there fails
-    body = SURFACE + b"# " + bytes(3 << 20)
+    body = SURFACE + b"# " + bytes(3 << 20) + b"\n"
     job = wait(client, client.post("/api/cases", files={"file": ("x.obj", body)}).json())
     assert isinstance(job["error"], dict)
     assert job["error"]["code"] == "frame_error"
+    assert client.delete(f"/api/jobs/{job['id']}/upload").status_code == 204
     plan = client.get(f"{PLAN}/export").content + b" " * (3 << 20)
     made = client.post(f"{CASE}/plans/import", files={"file": ("x.json", plan)})
     assert made.status_code == 201
@@ -455,7 +456,7 @@ def test_a_body_that_is_no_upload_is_small(client: Client, content_type: str) ->
     """HAZ-30: whatever it says that it is, claimed or not; none of it is kept."""
     paths = client.get("/openapi.json").json()["paths"]
     takers = [
-        (method, path.format(case_id=HEAD_PHANTOM, plan_id=SAMPLE_PLAN, point_id="x"))
+        (method, path.format(case_id=HEAD_PHANTOM, plan_id=SAMPLE_PLAN, point_id="x", job_id="x"))
         for path, methods in paths.items()
         for method, operation in methods.items()
         if "application/json" in operation.get("requestBody", {}).get("content", {})

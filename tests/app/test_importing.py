@@ -147,16 +147,16 @@ def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys
     hu[17, 2, 2] = 1000
     file = save_nrrd(tmp_path / "head.nrrd", hu, "space: left-posterior-superior\n")
     thick = tmp_path / "thick.nrrd"
-    thick.write_bytes(file.read_bytes().replace(b"(0,0,1)", b"(0,0,5)"))
+    thick.write_bytes(file.read_bytes().replace(b"(0,0,2)", b"(0,0,5)"))
     answer = imported(capsys, file)
     bone = answer["surfaces"][0]
     assert bone["report"] == {
         "mean_deviation_mm": 0.0,
         "max_deviation_mm": 0.0,
-        "dropped": {"pieces": 1, "triangles": 8, "extent_mm": pytest.approx(2 * 0.375 * np.sqrt(3.0), abs=0.01)},
+        "dropped": {"pieces": 1, "triangles": 8, "extent_mm": pytest.approx(2 * 0.75 * np.sqrt(3.0), abs=0.01)},
     }
     assert main(["case", "show", answer["case"]]) == 0
-    assert "1 loose piece left out (8 triangles, 1.3 mm across); not thinned" in capsys.readouterr().out
+    assert "1 loose piece left out (8 triangles, 2.6 mm across); not thinned" in capsys.readouterr().out
     assert main(["import", str(thick)]) == 0
     assert (
         "bone may lie 2.50 mm off its surface, thin bone further (2.50 mm: slices 5 mm apart)"

@@ -108,7 +108,7 @@ def test_nonsense_from_the_page_never_becomes_a_force() -> None:
     handle, now = Handle(), 0.0
     for _ in range(55_000):
         now += 0.01
-        handle.press(spoilt(random) if random.random() < 0.7 else random.normal(size=3), now)
+        handle.move(spoilt(random) if random.random() < 0.7 else random.normal(size=3), now, random.random() < 0.5)
         force = handle.force(np.zeros(3), 0.25, 5.0, now)
         assert np.isfinite(force).all()
         assert force @ force <= 25.0 * (1 + 1e-12)
