@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control.admittance import saturate
+from ..geometry.places import FARTHEST_MM
 
 Array = NDArray[np.float64]
 
@@ -76,7 +77,12 @@ class Handle:
         self._moved_at = 0.0
 
     def move(self, grip: Array, now: float, onwards: bool) -> None:
-        """The grip goes to (3,) in LPS mm: ``onwards`` evenly within ``INTERPOLATION_S``, otherwise at once."""
+        """The grip goes to (3,) in LPS mm: ``onwards`` evenly within ``INTERPOLATION_S``, otherwise at once.
+
+        What is no place of a tool is ignored (HAZ-05).
+        """
+        if not (np.abs(grip) <= FARTHEST_MM).all():
+            return
         self._from = self._at(now) if onwards else grip
         self._to, self._moved_at = grip, now
 
