@@ -10,11 +10,12 @@ from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.plan_models import PlanPublic
 from app.api.uploads import receive_small, safe_name
 from app.services.exchange import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
-from app.services.exchange_parts import MAX_TEXT
 from app.services.plan_model import NOTICE
 from vfix_engine.errors import InputError
 
 router = APIRouter(tags=["plan files"], responses=ERRORS)
+
+MAX_PLAN_BYTES = 2 << 20  # all who are served wait while a file is parsed; on the command line it may be larger
 
 _FORM: dict[str, Any] = {
     "requestBody": {
@@ -76,7 +77,7 @@ async def import_plan(
     case_id: Identifier, request: Request, services: ServicesDep, condition: ConditionDep
 ) -> PlanPublic:
     """Make a plan of a file; its frame, and whether a list of points is a path, are not guessed at."""
-    file_name, data, fields = await receive_small(request, MAX_TEXT, ("name", "frame", "points_as", "other_case"))
+    file_name, data, fields = await receive_small(request, MAX_PLAN_BYTES, ("name", "frame", "points_as", "other_case"))
 
     def work() -> PlanPublic:
         services.cases.get(case_id)

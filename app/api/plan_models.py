@@ -10,12 +10,14 @@ from app.services.plan_model import MAX_COORDINATE
 from app.services.plans import Plan
 from vfix_engine.imaging.soft_tissue import Surroundings
 
-Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow_inf_nan=False)]  # [mm]
+# Strict: a true or a text is no length and no setting.
+Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow_inf_nan=False, strict=True)]  # [mm]
 Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
 Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
 Label = Annotated[str, Field(max_length=MAX_NAME)]
 SettingsWish = Annotated[
-    dict[Annotated[str, Field(max_length=64)], Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=64)
+    dict[Annotated[str, Field(max_length=64)], Annotated[float, Field(allow_inf_nan=False, strict=True)]],
+    Field(max_length=64),
 ]
 Revision = Annotated[int | None, Field(ge=0, description="the revision that was seen; another one gives 409")]
 

@@ -72,9 +72,9 @@ def summary(case: Case) -> dict[str, Any]:
 
 
 def surface_lines(case: Case) -> list[str]:
-    """What making the surfaces cost, and how far bone may lie off its surface."""
+    """What making the surfaces cost, how far bone may lie off its surface, and what is doubtful about the file."""
     lines = [f"  {item.name}: {item.triangles:,} triangles; {item.words}" for item in case.surfaces if item.words]
-    return [*lines, *([f"  {words}"] if (words := case.uncertainty.words()) else [])]
+    return [*lines, *(f"  {words}" for words in (case.uncertainty.words(), *case.notes) if words)]
 
 
 def _line(case: Case) -> str:

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 from app.services.exchange_csv import from_csv, to_csv
 from app.services.exchange_markups import PointsAs, from_fcsv, from_markups, markups_points, to_markups
 from app.services.exchange_parts import CurveSample, decode, known_frame, parse_json_object, to_json_text
-from app.services.names import check_name
+from app.services.names import check_label, check_name
 from app.services.plan_model import (
     NOTICE,
     SCHEMA,
@@ -81,7 +81,10 @@ def from_native_json(text: str, default_name: str = "Imported plan") -> PlanFile
     if not isinstance(case_hash, (str, type(None))):
         raise PlanError("the case's hash must be text.")
     name = check_name(data.get("name", default_name), "plan's name")
-    return PlanFile(name, check_content(content_from_json(data)), case_hash or None)
+    content = check_content(content_from_json(data))
+    for point in (*content.points, *content.targets):
+        check_label(point.label, "label")
+    return PlanFile(name, content, case_hash or None)
 
 
 def export_text(plan: Plan, form: Format, curve: Sequence[CurveSample] = (), remark: str = "") -> str:

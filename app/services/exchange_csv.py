@@ -11,13 +11,23 @@ import json
 from typing import Any
 
 from app.services.exchange_markups import number_text
-from app.services.exchange_parts import fault_at, known_frame, mm_per_unit, new_point, parse_json, to_lps
+from app.services.exchange_parts import (
+    check_last_line,
+    fault_at,
+    known_frame,
+    mm_per_unit,
+    new_point,
+    parse_json,
+    table_header,
+    to_lps,
+)
 from app.services.names import check_name
 from app.services.plan_model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
 from vfix_engine.errors import FrameError, PlanError
 
 _SCHEMA = "vfix-plan-table/1"
 _COLUMNS = ("kind", "label", "x", "y", "z")
+_KEYS = ("schema", "name", "case_hash", "frame", "unit")
 _KINDS = ("point", "target")
 _FORMULA = tuple("=+-@'\t")
 
@@ -39,8 +49,9 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
 
     Raises PlanError, and FrameError when neither the file nor `frame` names the frame or when the unit is not named.
     """
+    check_last_line(text)
     lines = text.splitlines()
-    header = _header(lines)
+    header = table_header(lines, _KEYS, above=1)
     system = known_frame(header.get("frame"), frame)
     if "unit" not in header and "frame" in header:
         raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
@@ -58,11 +69,6 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
     name = check_name(_name(header.get("name")) or default_name, "plan's name")
     points = check_content(PlanContent(tuple(content["point"]), tuple(content["target"])))
     return PlanFile(name, points, header.get("case_hash") or None)
-
-
-def _header(lines: list[str]) -> dict[str, str]:
-    pairs = (line[1:].partition("=") for line in lines if line.startswith("#"))
-    return {key.strip(): value.strip() for key, separator, value in pairs if separator}
 
 
 def _rows(lines: list[str]) -> list[tuple[int, dict[str, Any]]]:

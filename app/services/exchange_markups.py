@@ -9,11 +9,13 @@ from typing import Any, Literal
 from app.services.errors import PointsUnclear
 from app.services.exchange_parts import (
     CurveSample,
+    check_last_line,
     fault_at,
     known_frame,
     mm_per_unit,
     new_point,
     parse_json_object,
+    table_header,
     to_json_text,
     to_lps,
 )
@@ -25,6 +27,7 @@ _SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
     "markups-schema-v1.0.3.json#"
 )
+_FCSV_VERSION = "Markups fiducial file version"
 PointsAs = Literal["path", "targets"]  # what a list of points without a curve is
 _TARGETS, _DENSE, _UNREACHED = " targets", " resampled", " not reached"
 # What every control point of an added curve says of itself; a name is the user's, and no mark.
@@ -117,16 +120,11 @@ def from_fcsv(
 
     Raises PlanError, FrameError, and PointsUnclear as `from_markups` does.
     """
-    header: dict[str, str] = {}
-    rows = []
-    for at, line in enumerate(text.splitlines(), start=1):
-        if line.startswith("#"):
-            key, separator, value = line[1:].partition("=")
-            if separator:
-                header[key.strip()] = value.strip()
-        elif line.strip():
-            rows.append((at, line))
-    if "Markups fiducial file version" not in header:
+    check_last_line(text)
+    lines = text.splitlines()
+    header = table_header(lines, (_FCSV_VERSION, "CoordinateSystem", "columns"), above=0)
+    rows = [(at, line) for at, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
+    if _FCSV_VERSION not in header:
         raise PlanError("the file does not name the version of its point list.")
     columns = [column.strip() for column in header.get("columns", "").split(",")]
     if not {"x", "y", "z", "label"} <= set(columns):

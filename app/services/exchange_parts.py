@@ -115,6 +115,38 @@ def mm_per_unit(unit: Any) -> float:
     return _MM_PER_UNIT[word]
 
 
+def table_header(lines: Sequence[str], keys: Iterable[str], above: int) -> dict[str, str]:
+    """What the comment lines `# key=value` say under these keys, whose case does not matter; others are remarks.
+
+    above: how many rows stand above the first point, such as that of the columns' names.
+    Raises PlanError for a key that is given twice with different values, or below the first point.
+    """
+    known, rows = {key.lower(): key for key in keys}, 0
+    header: dict[str, str] = {}
+    for number, line in enumerate(lines, start=1):
+        if not line.startswith("#"):
+            rows += bool(line.strip())
+            continue
+        word, separator, value = (part.strip() for part in line[1:].partition("="))
+        if not separator or word.lower() not in known:
+            continue
+        key, told = known[word.lower()], f"line {number}: '{word}={value:.40}' stands"
+        if rows > above:
+            raise PlanError(f"{told} below the first point; say it above, once for all points, or split the file.")
+        if header.setdefault(key, value) != value:
+            raise PlanError(f"{told} after {key}={header[key]:.40}; keep the one that is right, or split the file.")
+    return header
+
+
+def check_last_line(text: str) -> None:
+    """Refuse a text that is cut off within a line, which may still make sense: its last number has lost digits."""
+    if text and not text.endswith(("\n", "\r")):
+        raise PlanError(
+            "the last line of the file has no end: the file is cut off. "
+            "If you know that it is whole, add a line break at its end."
+        )
+
+
 def to_lps(position: Sequence[Any], frame: str, scale: float = 1.0) -> Position:
     """A position of a file as LPS mm. Raises PlanError."""
     x, y, z = check_position(position)

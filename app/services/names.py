@@ -17,14 +17,26 @@ _BLANK = frozenset("\u115f\u1160\u3164\uffa0\u2800")
 
 def check_name(text: object, what: str) -> str:
     """The name as it was given. Raises InputError when nobody sees it, it is too long or holds a refused character."""
-    name = check_label(text, what)
-    if not any(unicodedata.category(c)[0] in "LNPS" and c not in _BLANK for c in name):
+    name = check_stored_label(text, what)
+    if not _is_seen(name):
         raise InputError(f"the {what} is empty or invisible; give it a name of letters, digits or signs.")
     return name
 
 
 def check_label(text: object, what: str) -> str:
     """Like `check_name`, but it may be empty: other programs write points without a label."""
+    label = check_stored_label(text, what)
+    if label and not _is_seen(label):
+        raise InputError(f"the {what} is invisible; use letters, digits or signs, or leave it empty.")
+    return label
+
+
+def _is_seen(text: str) -> bool:
+    return any(unicodedata.category(c)[0] in "LNPS" and c not in _BLANK for c in text)
+
+
+def check_stored_label(text: object, what: str) -> str:
+    """Like `check_label`, but it may be invisible: plans that were stored with such a label stay readable."""
     if not isinstance(text, str):
         raise InputError(f"the {what} must be text.")
     if len(text) > MAX_NAME:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from app.services.errors import TooLarge
-from app.services.names import check_label, check_name
+from app.services.names import check_name, check_stored_label
 from vfix_engine.control import ControlSettings
 from vfix_engine.control.settings import RETIRED
 from vfix_engine.errors import PlanError
@@ -156,7 +156,7 @@ def check_content(content: PlanContent) -> PlanContent:
 def check_stored(content: PlanContent) -> PlanContent:
     """The content, validated as a whole, without settings that are retired. Raises InputError or one of its kinds."""
     for point in (*content.points, *content.targets):
-        check_label(point.label, "label")
+        check_stored_label(point.label, "label")
         check_position(point.position)
     ids = [point.id for point in (*content.points, *content.targets)]
     if len(set(ids)) != len(ids):
@@ -240,4 +240,4 @@ def _point_from_json(item: Any, what: str) -> PlanPoint:
     point_id = item.get("id") or new_point_id()
     if not isinstance(point_id, str) or len(point_id) > 64 or not all(c.isalnum() or c in "_-." for c in point_id):
         raise PlanError("a point's identifier may hold up to 64 letters, digits, '_', '-' and '.'.")
-    return PlanPoint(point_id, check_label(item.get("label", ""), "label"), check_position(item["position"]))
+    return PlanPoint(point_id, check_stored_label(item.get("label", ""), "label"), check_position(item["position"]))

@@ -26,7 +26,7 @@ from app.services.exchange import (
 )
 from app.services.exchange_parts import MAX_DEPTH, parse_json
 from app.services.names import check_label
-from app.services.plan_model import MAX_POINTS, Plan, PlanPoint
+from app.services.plan_model import MAX_POINTS, Plan, PlanPoint, content_from_json
 from vfix_engine.errors import FrameError, InputError, PlanError
 
 POINTS = (
@@ -234,6 +234,7 @@ def test_a_frame_that_nobody_names_is_asked_for() -> None:
     assert read_plan("x.csv", table, "RAS").content.points[0].position == (-1, -2, 3)
 
 
+LPS = b"# frame=LPS\n# unit=mm\nlabel,x,y,z\n"
 SLICER = b"# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = id,x,y,z,label\n"
 
 
@@ -309,6 +310,14 @@ def test_a_file_is_as_deep_as_we_say_wherever_it_is_read() -> None:
         ("x.fcsv", SLICER + b"1,2,3,4,a\n2,2,3,,b\n", "line 5 of the point list: '' is not"),
         ("x.fcsv", SLICER + b'1,2,3,4,a\n2,2,3,4,"b\n', "line 5 of the point list: it is damaged"),
         ("x.fcsv", SLICER + b"1,2\n", "line 4 of the point list: a point has 2 of 5 columns"),
+        ("x.csv", LPS + b"# frame=RAS\na,1,2,3\n", "line 4: .*frame=RAS.* after frame=LPS"),
+        ("x.csv", b"# frame=LPS\n# unit=mm\n# Unit = m\nlabel,x,y,z\na,1,2,3\n", "line 3: .*Unit=m.* after unit=mm"),
+        ("x.csv", LPS + b"a,1,2,3\n# frame=RAS\nb,1,2,3\n", "line 5: .*frame=RAS.* below the first point"),
+        ("x.csv", LPS + b"a,1,2,3\n# unit=mm\n", "line 5: .*unit=mm.* below the first point"),
+        ("x.fcsv", SLICER + b"# CoordinateSystem = RAS\n1,2,3,4,a\n", "line 4: .*RAS.* after CoordinateSystem=LPS"),
+        ("x.fcsv", SLICER + b"1,2,3,4,a\n" + SLICER, "line 5: .* below the first point"),
+        ("x.csv", LPS + b"a,1,2,3.2", "the last line .* no end: the file is cut off.* add a line break"),
+        ("x.fcsv", SLICER + b"1,2,3,4,a", "the last line .* no end"),
         ("x.json", markups(curve(controlPoints=[{"position": [1, 2, 3]}, {"position": [1, 2]}])), "control point 2: "),
     ],
 )
@@ -316,6 +325,22 @@ def test_an_error_says_where_it_is(name: str, data: bytes, where: str) -> None:
     """The line of the file as an editor counts it, comments and empty lines included."""
     with pytest.raises(PlanError, match=f"^{where}"):
         read_plan(name, data)
+
+
+def test_what_a_table_says_again_and_other_comments_change_nothing() -> None:
+    table = LPS.replace(b"label", b"# unit=mm\n# by=A\n# by=B\nlabel") + b"# unit = mm\na,1,2,3\n# by=C\n"
+    assert read_plan("x.csv", table).content.points[0].position == (1, 2, 3)
+
+
+@pytest.mark.parametrize("label", ["\u200b", " ", "\u3164", "\u2800"])
+def test_a_label_of_invisible_characters_alone_is_refused(label: str) -> None:
+    """It may be empty, which shows; a plan that was stored with one is read and can be mended."""
+    point = {"position": [1, 2, 3], "label": label}
+    plan = json.loads(export_text(PLAN, "json")) | {"points": [point]}
+    for data in (markups(curve(controlPoints=[point])), json.dumps(plan).encode()):
+        with pytest.raises(InputError, match="label is invisible"):
+            read_plan("x.json", data)
+    assert content_from_json(plan).points[0].label == label
 
 
 def test_files_beyond_measure_are_refused() -> None:

@@ -52,7 +52,7 @@ class ControlSettings:
     def __post_init__(self) -> None:
         for name, bound in self.bounds().items():
             value = getattr(self, name)
-            if not isinstance(value, (int, float)) or not math.isfinite(value) or not bound.low <= value <= bound.high:
+            if not _is_finite(value) or not bound.low <= value <= bound.high:
                 unit = f" {bound.unit}" if bound.unit else ""
                 raise InputError(f"{bound.label} ({name}) is {value!r}; allowed is {bound.low} … {bound.high}{unit}")
 
@@ -78,9 +78,9 @@ class ControlSettings:
         for name, value in changes.items():
             if name not in _BOUNDS:
                 raise InputError(f"no setting is called '{name}'")
-            if not math.isfinite(value):
+            if not _is_finite(value):
                 raise InputError(f"{_BOUNDS[name].label} ({name}) must be a finite number")
-            kept[name] = min(max(float(value), _BOUNDS[name].low), _BOUNDS[name].high)
+            kept[name] = float(min(max(value, _BOUNDS[name].low), _BOUNDS[name].high))
         return replace(self, **kept)
 
     @classmethod
@@ -95,6 +95,11 @@ class ControlSettings:
     def to_dict(self) -> dict[str, float]:
         """Every field by name, in the unit that the name ends in; ``from_dict`` reads it."""
         return asdict(self)
+
+
+def _is_finite(value: Any) -> bool:
+    """Whether it is a finite number; an integer may be beyond every float, and a truth value is none."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf
 
 
 _BOUNDS = {

@@ -20,11 +20,14 @@ class FrameReport:
     """Frame the file was written in, and whether that, or its unit, was assumed; what was read from it is LPS mm.
 
     missing: which of the two the file does not name and nobody said: 'frame', 'unit', both or nothing.
+    unit: the one it was read by; unit_named: whether the file itself names it.
     """
 
     name: str
     assumed: bool
     missing: tuple[str, ...] = ()
+    unit: str = "mm"
+    unit_named: bool = False
 
 
 def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.float64]:
@@ -58,7 +61,7 @@ def settle(
             tuple(missing),
         )
     frame, unit = named[0] or given[0] or "LPS", named[1] or given[1] or "mm"
-    return frame, unit, FrameReport(frame, assumed=bool(missing), missing=tuple(missing))
+    return frame, unit, FrameReport(frame, bool(missing), tuple(missing), unit, unit_named=named[1] is not None)
 
 
 def check_frame(frame: str | None) -> None:

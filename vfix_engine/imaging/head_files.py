@@ -20,6 +20,8 @@ HEAD_MM = (20.0, 2500.0)  # longest side: from a part of a nose to a scan of the
 USUAL_MM = (60.0, 400.0)
 FEW_TRIANGLES = 1000
 FINE_MM = 1.25  # the coarsest slices that navigation of the sinuses is advised
+PLAUSIBLE_HU = (-2000, 10_000)  # from what scanners write outside their circle to metal
+STRANGE_SHARE = 0.01  # of the voxels beyond that, which is no metal any more
 _MOST_LABELS = 250  # a label map has fewer values than this, all whole and none below 0
 
 Notes = tuple[str, ...]
@@ -30,7 +32,7 @@ def read_surface_of_head(
 ) -> tuple[TriangleMesh, FrameReport, Notes]:
     """`read_mesh`, and what is doubtful about the surface. Raises MeshError for one that cannot be a head's."""
     mesh, report = read_mesh(path, frame, unit, assume=assume)
-    return mesh, report, (*assumption(report), *check_surface(mesh))
+    return mesh, report, (*assumption(report), *check_surface(mesh, report))
 
 
 def read_ct_of_head(
@@ -38,7 +40,7 @@ def read_ct_of_head(
 ) -> tuple[Volume, FrameReport, Notes]:
     """`read_volume`, and what is doubtful about the CT. Raises ImageError for one that cannot be a head's."""
     volume, report = read_volume(path, frame, unit, assume=assume, series=series)
-    return volume, report, (*assumption(report), *check_ct(volume))
+    return volume, report, (*assumption(report), *check_ct(volume, report))
 
 
 def assumption(report: FrameReport) -> Notes:
@@ -51,10 +53,10 @@ def assumption(report: FrameReport) -> Notes:
     return (f"The file does not name its {' and its '.join(report.missing)}; {taken} assumed.{check}",)
 
 
-def check_surface(mesh: TriangleMesh) -> Notes:
+def check_surface(mesh: TriangleMesh, report: FrameReport) -> Notes:
     """What is doubtful about the bone of a head. Raises MeshError when it cannot be one."""
     sides = mesh.bounds[1] - mesh.bounds[0]
-    fault = _size_fault(sides, "surface")
+    fault = _size_fault(sides, "surface", report)
     if fault:
         raise MeshError(fault)
     notes = list(_size_notes(sides, "surface"))
@@ -77,16 +79,16 @@ def check_surface(mesh: TriangleMesh) -> Notes:
     return tuple(notes)
 
 
-def check_ct(volume: Volume) -> Notes:
+def check_ct(volume: Volume, report: FrameReport) -> Notes:
     """What is doubtful about the CT of a head. Raises ImageError when it cannot be one."""
     low, high = int(volume.hu.min()), int(volume.hu.max())
     if low >= 0:
         raise ImageError(f"the values run from {low} to {high}: {_why_no_air(volume, high)}")
     sides = volume.bounds[1] - volume.bounds[0]
-    fault = _size_fault(sides, "CT")
+    fault = _size_fault(sides, "CT", report)
     if fault:
         raise ImageError(fault)
-    return (*_size_notes(sides, "CT"), *_coarseness(volume))
+    return (*_strange_values(volume, low, high), *_size_notes(sides, "CT"), *_coarseness(volume))
 
 
 def _why_no_air(volume: Volume, high: int) -> str:
@@ -98,6 +100,25 @@ def _why_no_air(volume: Volume, high: int) -> str:
     return (
         "there is no air in them, so they are not Hounsfield units; an offset of 1024 is missing, perhaps. "
         "Export the CT with its rescale applied."
+    )
+
+
+def _strange_values(volume: Volume, low: int, high: int) -> Notes:
+    """Values that nothing in a head has: many voxels, or any at an end of int16, where all beyond it were cut."""
+    least, most = PLAUSIBLE_HU
+    if least <= low and high <= most:
+        return ()
+    # Slice by slice: a mask of the whole volume would take hundreds of megabytes.
+    count = sum(int(np.count_nonzero((plane < least) | (plane > most))) for plane in volume.hu)
+    ends = np.iinfo(np.int16)
+    cut = low == ends.min, high == ends.max
+    if not any(cut) and count <= STRANGE_SHARE * volume.hu.size:
+        return ()
+    return (
+        f"{count:,} of {volume.hu.size:,} voxels lie under {least:,} or over {most:,} HU, as nothing in a head does: "
+        f"the values run from {low:,}{' or less' if cut[0] else ''} to {high:,}{' or more' if cut[1] else ''}. "
+        "They were written in another byte order, perhaps, are not Hounsfield units, or mark what was not scanned: "
+        "compare the slices with the scanner's.",
     )
 
 
@@ -113,12 +134,14 @@ def _coarseness(volume: Volume) -> Notes:
     )
 
 
-def _size_fault(sides: np.ndarray, what: str) -> str | None:
+def _size_fault(sides: np.ndarray, what: str, report: FrameReport) -> str | None:
     longest = float(sides.max())
     if HEAD_MM[0] <= longest <= HEAD_MM[1]:
         return None
-    metres = longest * MM_PER_UNIT["m"]
-    hint = " Its unit is metres, perhaps: say so." if USUAL_MM[0] <= metres <= HEAD_MM[1] else ""
+    hint = ""
+    if report.unit == "mm" and USUAL_MM[0] <= longest * MM_PER_UNIT["m"] <= HEAD_MM[1]:
+        remedy = "but the file names mm: correct the unit in the file" if report.unit_named else "say so"
+        hint = f" Its unit is metres, perhaps{', ' if report.unit_named else ': '}{remedy}."
     return f"the {what} is {_figures(sides)} mm large, which cannot be a head.{hint}"
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.errors import MeshError
+from vfix_engine.errors import FrameError, MeshError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.frame_report import FrameReport, settle, to_lps_mm
 
@@ -28,8 +28,8 @@ FARTHEST_MM = 1e5  # of a corner from the origin: farther is damage or another u
 _HEADER_BYTES = 4096
 _STL_RECORD = 50  # [byte] one triangle of a binary STL
 # 3D Slicer writes the frame as 'SPACE=LPS' into the comment of each of these formats; the unit follows its example.
-_NAMED_FRAME = re.compile(rb"SPACE=(LPS|RAS)\b")
-_NAMED_UNIT = re.compile(rb"UNIT=(mm|m)\b")
+_NAMED_FRAME = re.compile(rb"SPACE=(?:LPS|RAS)\b")
+_NAMED_UNIT = re.compile(rb"UNIT=(?:mm|m)\b")
 _PLY_BYTES = {
     **dict.fromkeys((b"char", b"uchar", b"int8", b"uint8"), 1),
     **dict.fromkeys((b"short", b"ushort", b"int16", b"uint16"), 2),
@@ -66,9 +66,8 @@ def read_mesh(
     kind = path.suffix.lower()[1:]
     if not data:
         raise MeshError("the file is empty.")
-    head = data[:_HEADER_BYTES]
-    named = [match and match[1].decode() for match in (_NAMED_FRAME.search(head), _NAMED_UNIT.search(head))]
-    read_frame, read_unit, report = settle((named[0], named[1]), (frame, unit), assume=assume)
+    named = _named(_NAMED_FRAME, data), _named(_NAMED_UNIT, data)
+    read_frame, read_unit, report = settle(named, (frame, unit), assume=assume)
     vertices, faces = {"stl": _read_stl, "obj": _read_obj, "ply": _read_ply}[kind](data)
     _check(vertices, faces)
     placed = to_lps_mm(vertices, read_frame, read_unit)
@@ -79,6 +78,14 @@ def read_mesh(
             "The file is damaged, or its unit is another."
         )
     return TriangleMesh(placed, faces), report
+
+
+def _named(pattern: re.Pattern[bytes], data: bytes) -> str | None:
+    """What the comments say of the frame or the unit; FrameError where they contradict each other, wherever it is."""
+    words = list(dict.fromkeys(word.decode() for word in pattern.findall(data)))
+    if len(words) > 1:
+        raise FrameError(f"the file says {words[1]} after {words[0]}; keep the one that is right, or split the file.")
+    return words[0].partition("=")[2] if words else None
 
 
 def write_ply(path: Path, mesh: TriangleMesh) -> None:

@@ -83,7 +83,7 @@ class Handle:
     def move(self, grip: Array, now: float, onwards: bool) -> None:
         """The grip goes to (3,) in LPS mm: ``onwards`` evenly within ``INTERPOLATION_S``, otherwise at once.
 
-        What is no place of a tool is ignored.
+        What is no place of a tool is ignored (HAZ-05).
         """
         if not (np.abs(grip) <= FARTHEST_MM).all():
             return

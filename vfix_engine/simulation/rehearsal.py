@@ -22,6 +22,7 @@ from ..control.tasks import (
 from ..errors import ControlError, InputError
 from ..fixtures import Zone
 from ..geometry.proximity import Proximity
+from .numbers import array_of, share_of
 from .scene import Scene
 from .snapshot import Snapshot
 from .teleoperation import Master, followed, led, spring
@@ -42,6 +43,8 @@ GUIDED = ("approach", "inspect_approach")  # phases in which the fixture chooses
 @dataclass(frozen=True)
 class Command:
     """What the hand does during one step: force (3,) in N at the grip, drive and twist from -1 to +1 of full force.
+
+    Keys beyond that are clamped, non-finite ones count as 0.
 
     With a ``master`` the step is teleoperated, in every mode: its motion counts instead of force and drive.
     """
@@ -134,14 +137,17 @@ class Rehearsal:
         """One control period.
 
         Raises:
-            InputError: the command's force is not an array of three numbers; non-finite ones count as none.
+            InputError: the command's force is not an array of three numbers, or drive or twist is no number;
+                non-finite ones count as none.
         """
-        force = np.asarray(command.force, dtype=float)
+        force = array_of(command.force, "the force")
         if force.shape != (3,):
             raise InputError(f"the force has the shape {force.shape}; it is three numbers in N, in the patient frame")
         if not np.isfinite(force).all():
             force = np.zeros(3)  # HAZ-05
         force = saturate(np.clip(force, -FORCE_LIMIT_N, FORCE_LIMIT_N), self.settings.force_cap_n)
+        drive, twist = share_of(command.drive, "drive"), share_of(command.twist, "twist")
+        command = replace(command, drive=drive, twist=twist)
         if command.master is None:
             state = replace(state, lag=np.zeros(3))
         else:

@@ -18,6 +18,7 @@ from ..geometry.path import SplinePath
 from ..geometry.places import too_far
 from ..geometry.proximity import Proximity, ProximityTree
 from ..robots import RobotModel, Tool
+from .numbers import finite_array
 from .placing import Placing, place_robot
 from .rehearsal import Command, Rehearsal, RehearsalState
 from .scene import Scene
@@ -75,15 +76,15 @@ class Simulation:
                 raise InputError("where does the robot stand? Give a base (4, 4), or a path to place it by")
             self._placing = place_robot(tree, robot, tool, path, settings, tuple(zones), tuple(fixtures))
             base, q_start = self._placing.base, self._placing.q_start if q_start is None else q_start
-        points = np.zeros((0, 3)) if targets is None else _numbers(targets, (-1, 3), "targets")
+        points = np.zeros((0, 3)) if targets is None else finite_array(targets, (-1, 3), "targets")
         if far := too_far(points):
             raise InputError(f"target {far[0] + 1} {far[1]}")
         scene = Scene(
             tree,
             robot,
             tool,
-            _numbers(base, (4, 4), "the base"),
-            robot.home if q_start is None else _numbers(q_start, robot.home.shape, "q_start"),
+            finite_array(base, (4, 4), "the base"),
+            robot.home if q_start is None else finite_array(q_start, robot.home.shape, "q_start"),
             path,
             points,
             tuple(f"target {i + 1}" for i in range(len(points))),
@@ -145,10 +146,11 @@ class Simulation:
             ControlError: a drive or twist that is none of the three.
             InputError: a force or motion that is not three finite numbers.
         """
-        if drive not in (-1, 0, 1) or twist not in (-1, 0, 1):
-            raise ControlError(f"drive {drive!r} and twist {twist!r} must be -1, 0 or 1")
-        led = None if master is None else Master(_numbers(master, (3,), "the master's motion"))
-        command = Command(_numbers(force, (3,), "the force"), drive, twist, led)
+        for name, key in (("drive", drive), ("twist", twist)):
+            if not isinstance(key, (int, float, np.number)) or key not in (-1, 0, 1):
+                raise ControlError(f"the {name} must be -1, 0 or 1")
+        led = None if master is None else Master(finite_array(master, (3,), "the master's motion"))
+        command = Command(finite_array(force, (3,), "the force"), drive, twist, led)
         self._state, self._now = self.rehearsal.step(self._state, command)
         return self._now
 
@@ -184,17 +186,3 @@ class Simulation:
         tool = self.rehearsal.controller.measure(state.tool.q, state.tool.velocity)
         self._state = replace(state, tool=tool)
         self._now = self.rehearsal.snapshot(self._state)
-
-
-def _numbers(values: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
-    """Finite numbers of that shape, −1 for any length; InputError says what is wrong (HAZ-05)."""
-    try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} {values!r} is not made of numbers") from error
-    if array.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, array.shape, strict=True)):
-        wanted = " x ".join("n" if size < 0 else str(size) for size in shape)
-        raise InputError(f"{name} has the shape {array.shape}, not {wanted}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{name} has a value that is not finite")
-    return array

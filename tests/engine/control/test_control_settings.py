@@ -1,6 +1,7 @@
 """Settings: every value in range or refused, clamped where a person moves a slider."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -19,6 +20,20 @@ def test_nonsense_is_refused(name: str, value: float) -> None:
     """HAZ-05."""
     with pytest.raises(InputError, match=name):
         ControlSettings(**{name: value})
+
+
+@pytest.mark.parametrize("value", [True, "1", None])
+def test_what_is_no_number_is_no_setting(value: Any) -> None:
+    """HAZ-05: a true is no millimetre."""
+    for make in (ControlSettings, ControlSettings().clamped):
+        with pytest.raises(InputError, match="margin_mm"):
+            make(margin_mm=value)
+
+
+def test_an_integer_beyond_every_float_is_refused_or_clamped() -> None:
+    with pytest.raises(InputError, match="margin_mm"):
+        ControlSettings(margin_mm=10**400)
+    assert ControlSettings().clamped(margin_mm=10**400).margin_mm == ControlSettings.bounds()["margin_mm"].high
 
 
 @pytest.mark.parametrize("name", list(ControlSettings.bounds()))

@@ -1,5 +1,6 @@
 """What can be a head and what cannot, and what is said of one that is doubtful."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from vfix_engine.errors import ImageError, MeshError
 from vfix_engine.imaging.frame_report import FrameReport
 from vfix_engine.imaging.head_files import assumption, check_ct, read_ct_of_head, read_surface_of_head
 from vfix_engine.imaging.volume import Volume
+
+MM = FrameReport("LPS", False)
 
 
 def ball(radius: float, subdivisions: int = 4) -> trimesh.Trimesh:
@@ -39,6 +42,19 @@ def test_surface_that_cannot_be_a_head_is_refused_with_its_size(
     mesh.export(tmp_path / "head.stl")
     with pytest.raises(MeshError, match=words):
         read_surface_of_head(tmp_path / "head.stl", "LPS", "mm")
+
+
+@pytest.mark.parametrize(("named", "given"), [("mm", None), ("m", None), (None, "m")])
+def test_a_unit_is_asked_for_only_where_it_can_be_said(tmp_path: Path, named: str | None, given: str | None) -> None:
+    """A file that names millimetres has to be corrected itself; of what is in metres already nothing is advised."""
+    radius = 0.1 if named == "mm" else 1e-4
+    data = ball(radius).export(file_type="ply")
+    note = b"ply\n" + (f"comment UNIT={named}\n".encode() if named else b"")
+    (tmp_path / "head.ply").write_bytes(data.replace(b"ply\n", note, 1))
+    with pytest.raises(MeshError, match="cannot be a head") as refused:
+        read_surface_of_head(tmp_path / "head.ply", "LPS", given)
+    assert "say so" not in str(refused.value)
+    assert ("names mm: correct" in str(refused.value)) == (named == "mm")
 
 
 def test_metres_are_heard(tmp_path: Path) -> None:
@@ -72,12 +88,35 @@ def test_only_what_was_assumed_is_said_to_be() -> None:
 def test_what_holds_no_air_is_no_ct(values: tuple[int, int], words: str) -> None:
     """Labels are told from an offset that is missing."""
     with pytest.raises(ImageError, match=words):
-        check_ct(ct(values))
+        check_ct(ct(values), MM)
 
 
 def test_a_ct_has_the_size_of_a_head() -> None:
     with pytest.raises(ImageError, match="cannot be a head"):
-        check_ct(asymmetric_volume())
+        check_ct(asymmetric_volume(), MM)
+
+
+@pytest.mark.parametrize(
+    ("value", "share", "figures"),
+    [
+        (-3000, 0.02, "1,106 of 55,296 voxels lie under -2,000 or over 10,000 HU.* from -3,000 to 1,000"),
+        (12_000, 0.02, "from -1,000 to 12,000"),
+        (32_767, 0.0, "1 of 55,296 voxels.* to 32,767 or more"),
+        (-32_768, 0.0, "from -32,768 or less to 1,000"),
+        (-3000, 0.005, None),
+        (32_766, 0.005, None),
+        (10_000, 0.5, None),
+    ],
+)
+def test_values_that_are_no_hounsfield_units_are_noted(value: int, share: float, figures: str | None) -> None:
+    """A wrong byte order and values beyond the type's range, which are cut to its ends."""
+    hu = ct((-1000, 1000)).hu.copy()
+    hu.reshape(-1)[: max(1, round(share * hu.size))] = value
+    notes = check_ct(Volume(hu, np.zeros(3), np.ones(3), np.eye(3)), MM)
+    assert len(notes) == (figures is not None) + 1  # and that it is small
+    if figures:
+        assert re.search(figures, notes[0])
+        assert "byte order" in notes[0]
 
 
 @pytest.mark.parametrize(("spacing", "thickness", "said"), [(1.0, 1.0, False), (5.0, 5.0, True), (1.0, 5.0, True)])

@@ -80,6 +80,26 @@ def test_frame_in_a_slicer_comment_is_used(tmp_path: Path, wedge: TriangleMesh) 
     assert np.allclose(mesh.triangles, wedge.triangles, atol=1e-4)
 
 
+@pytest.mark.parametrize(("first", "second"), [("SPACE=LPS", "SPACE=RAS"), ("UNIT=m", "UNIT=mm")])
+@pytest.mark.parametrize("kind", ["ply", "obj"])
+def test_comments_that_contradict_each_other_are_refused(tmp_path: Path, kind: str, first: str, second: str) -> None:
+    """HAZ-14: wherever they stand; the same words twice are none."""
+    data, mark = exported(kind, "ascii" if kind == "ply" else None), {"ply": "comment", "obj": "#"}[kind]
+    top, rest = (data.split(b"\n", 2)[:2], data.split(b"\n", 2)[2]) if kind == "ply" else ([], data)
+    for words, told in [((first, second), True), ((first, first), False)]:
+        lines = [f"{mark} {word}".encode() for word in words]
+        near = b"\n".join([*top, *lines, rest])
+        far = b"\n".join([*top, lines[0], rest]) + lines[1] + b"\n"
+        for content in (near, far)[: 1 if kind == "ply" else 2]:
+            (tmp_path / f"ball.{kind}").write_bytes(content)
+            if told:
+                named = f"{second} after {first}"
+                with pytest.raises(FrameError, match=named):
+                    read_mesh(tmp_path / f"ball.{kind}", assume=True)
+            else:
+                assert len(read_mesh(tmp_path / f"ball.{kind}", assume=True)[0].faces) == 1280
+
+
 def test_real_surface_keeps_its_triangles(trial_data: Path) -> None:
     mesh, _ = read_mesh(trial_data / "head_ct" / "nose_sinus_bone_lps_mm.ply", assume=True)
     assert len(mesh.faces) == 182_000

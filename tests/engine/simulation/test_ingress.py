@@ -15,7 +15,7 @@ from benchmarks.attack.bodies import Judges
 from tests.engine.scenes import curved_tube, straight_scene, wall
 from vfix_engine import Simulation
 from vfix_engine.control import Controller, ControlSettings, Task, qp
-from vfix_engine.errors import InputError, MeshError, PlanError, StartRefused
+from vfix_engine.errors import ControlError, InputError, MeshError, PlanError, StartRefused
 from vfix_engine.fixtures import Constraint, Objective, Zone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
@@ -102,13 +102,55 @@ def test_nonsense_from_hand_and_master_never_reaches_the_state(rehearsal: Rehear
             state = after
 
 
+@pytest.mark.parametrize("mode", ["path", "inspect", "free"])
+def test_keys_beyond_full_force_count_as_full_force(mode: str) -> None:
+    """HAZ-05: a drive or twist from -1 to +1; what is not finite counts as none, like a force."""
+    scene = straight_scene(wall(6.0, 30.0), np.array([[0.0, 0, 0], [0, 3, 0], [0, 5, 1]]))
+    rehearsal = Rehearsal(replace(scene, targets=np.array([[0.0, 20.0, 0.0]]), target_names=("t",)), SETTINGS)
+    start, push = rehearsal.start(mode), np.array([0.5, 0.0, 0.0])
+
+    def goes(**keys: float) -> RehearsalState:
+        state = start
+        for _ in range(3):
+            state, snapshot = rehearsal.step(state, Command(push, **keys))
+            assert np.isfinite(snapshot.torque).all()
+        return state
+
+    for key in ("drive", "twist"):
+        for given, taken in [(7.0, 1.0), (-1e300, -1.0), *((value, 0.0) for value in NOT_FINITE), (0.25, 0.25)]:
+            assert np.array_equal(goes(**{key: given}).q, goes(**{key: taken}).q), (key, given)
+
+
+def test_a_step_takes_numbers_only(rehearsal: Rehearsal) -> None:
+    """Whatever is given as a force or a key, the error is one of ours, and the state stays."""
+    simulation = Simulation(wall(6.0, 30.0), path=np.array([[0.0, 0, 0], [0, 3, 0]]), base=np.eye(4))
+    before = simulation.q.copy()
+    wrong: list[Any] = ["abc", "1", ["1", "2", "3"], None, [10**400, 0, 0], [-(10**5000), 0, 0], [{}, 0, 0], [1j, 0, 0]]
+    for force in wrong:
+        with pytest.raises(InputError, match="force"):
+            simulation.step(force)
+        with pytest.raises(InputError, match="force"):
+            rehearsal.step(rehearsal.start(), Command(force))
+        with pytest.raises(InputError, match="master"):
+            simulation.step(master=force) if force is not None else simulation.step(master=[None] * 3)
+    keys: list[Any] = ["abc", 10**5000, None, [1], np.zeros(3)]
+    for key in keys:
+        with pytest.raises(ControlError, match="drive"):
+            simulation.step(drive=key)
+        if not isinstance(key, int):
+            with pytest.raises(InputError, match="drive"):
+                rehearsal.step(rehearsal.start(), Command(np.zeros(3), drive=key))
+    assert np.array_equal(simulation.q, before)
+
+
 def test_nonsense_from_the_page_never_becomes_a_force() -> None:
     """HAZ-05: 55,000 grips."""
     random = np.random.default_rng(2)
     handle, now = Handle(), 0.0
     for _ in range(55_000):
         now += 0.01
-        handle.move(spoilt(random) if random.random() < 0.7 else random.normal(size=3), now, random.random() < 0.5)
+        grip = spoilt(random) if random.random() < 0.7 else random.normal(size=3)
+        handle.move(grip, now, onwards=bool(random.random() < 0.5))
         force = handle.force(np.zeros(3), 0.25, 5.0, now)
         assert np.isfinite(force).all()
         assert force @ force <= 25.0 * (1 + 1e-12)
