@@ -100,12 +100,12 @@ class CorridorDesk:
     def _answer(self, plan: Any, margin_mm: float) -> Corridor:
         try:
             evaluation = self._services.planning.evaluate(plan)
+            uncertainty = self._services.cases.get(plan.case_id).uncertainty
         except VfixError as error:
             return Corridor("failed", str(error), caution=True, completed=False, margin_mm=margin_mm)
         except Exception:
             _LOG.exception("the dry run of a plan failed")
             return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
-        uncertainty = self._services.cases.get(plan.case_id).uncertainty
         least, at_mm = evaluation.min_clearance_mm, evaluation.tightest_mm
         doubtful = least <= uncertainty.off_mm
         if not evaluation.completed:

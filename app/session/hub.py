@@ -14,6 +14,7 @@ import viser
 
 from app.services import Services
 from app.session.rehearsals import RehearsalRooms
+from vfix_engine.errors import VfixError
 
 if TYPE_CHECKING:
     from app.session.workspace import Workspace
@@ -65,7 +66,7 @@ class SessionHub:
         self._executor = ThreadPoolExecutor(max_workers=3 * MAX_WORKSPACES, thread_name_prefix="session-work")
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
-        self._look_at, self._stored = 0.0, -1
+        self._look_at, self._stored, self._unread = 0.0, -1, False
         self._stopped = threading.Event()
         self._clock = threading.Thread(target=self._run, name="session-clock", daemon=True)
         scene_server.on_tab_connected(self._scene_connected)
@@ -88,8 +89,7 @@ class SessionHub:
         changed = False
         if look:
             self._look_at = now + LOOK_S
-            before, self._stored = self._stored, self._services.store.data_version()
-            changed = self._stored != before
+            changed = self._store_changed()
         with self._lock:
             entries = list(self._entries.items())
         for tab, entry in entries:
@@ -97,6 +97,19 @@ class SessionHub:
                 self._wait_for(tab, entry, now)
             elif look or entry.workspace.lively:
                 entry.workspace.tick(changed)
+
+    def _store_changed(self) -> bool:
+        """Whether anything was stored since the last look; a store that cannot be asked is logged once."""
+        before = self._stored
+        try:
+            self._stored = self._services.store.data_version()
+        except VfixError as error:
+            if not self._unread:
+                _LOG.warning("pages are not told what changes elsewhere: %s", error)
+            self._unread = True
+            return False
+        self._unread = False
+        return self._stored != before
 
     def connect(self, tab: str, wanted: dict[str, str]) -> Workspace:
         """The workspace of a tab, new or as it was left. Raises TabTaken or TooManyTabs."""
@@ -109,7 +122,7 @@ class SessionHub:
             if sum(known.connected for known in self._entries.values()) >= MAX_PAGES:
                 raise TooManyTabs
             if entry is not None:
-                entry.connected, entry.given_up = True, 0
+                entry.connected = True
                 entry.workspace.page_back()
                 return entry.workspace
             self._make_room()
@@ -127,30 +140,31 @@ class SessionHub:
             entry = self._entries.get(tab)
             if entry is None:
                 return
-            entry.connected, entry.seen_at = False, time.monotonic()
+            entry.connected, entry.seen_at, entry.given_up = False, time.monotonic(), 0
         entry.workspace.hand_gone()
 
     def _wait_for(self, tab: str, entry: _Entry, now: float) -> None:
         """Give up by and by what a page had that does not come back; each time it is asked again whether it did."""
-        seen_at, workspace = entry.seen_at, entry.workspace
+        with self._lock:  # asked and marked in one: a page that comes back in between would keep the mark
+            seen_at, given_up, workspace = entry.seen_at, entry.given_up, entry.workspace
+            known = self._entries.get(tab) is entry and not entry.connected
+            if not known or now - seen_at < (LEASE_GRACE_S, ABANDONED_S, ENDED_S)[given_up]:
+                return
+            if given_up == 2:
+                del self._entries[tab]
+            else:
+                entry.given_up += 1
 
         def still_away() -> bool:
             with self._lock:
                 return not entry.connected and entry.seen_at == seen_at
 
-        if entry.given_up == 0 and now - seen_at >= LEASE_GRACE_S:
-            entry.given_up = 1
+        if given_up == 0:
             workspace.give_up_handle(still_away)
-        elif entry.given_up == 1 and now - seen_at >= ABANDONED_S:
-            entry.given_up = 2
+        elif given_up == 1:
             workspace.give_up_rehearsal(still_away)
-        elif now - seen_at >= ENDED_S and self._end(tab, entry):
+        else:
             workspace.close()
-
-    def _end(self, tab: str, entry: _Entry) -> bool:
-        """Forget a tab, unless its page has come back just now."""
-        with self._lock:
-            return not entry.connected and self._entries.pop(tab, None) is not None
 
     def _make_room(self) -> None:
         while len(self._entries) >= MAX_WORKSPACES:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Hashable
 from concurrent.futures import Executor
 
 Work = Callable[[], None]
+_LOG = logging.getLogger(__name__)
 
 
 class Lanes:
@@ -29,8 +31,9 @@ class Lanes:
         while work is not None:
             try:
                 work()
-            finally:
-                with self._lock:
-                    work, self._waiting[lane] = self._waiting[lane], None
-                    if work is None:
-                        del self._waiting[lane]
+            except Exception:  # what waits is done all the same, and the lane is free after it
+                _LOG.exception("background work failed")
+            with self._lock:
+                work, self._waiting[lane] = self._waiting[lane], None
+                if work is None:
+                    del self._waiting[lane]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from concurrent.futures import Executor
 from typing import Any
 
@@ -16,10 +17,11 @@ from app.session.preparation import plan_key, prepare
 from app.session.rehearsal_view import details_section, rehearsal_section, settings_section
 from app.session.rehearsals import Prepared, RehearsalRoom, RehearsalRooms
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.simulation.snapshot import Snapshot
 
+_LOG = logging.getLogger(__name__)
 _HAND_LOST = "The window was late, so the hand let go: press again"
 _NOT_HELD = "only the window that holds the handle can do that; you can watch, or take over when it lets go."
 
@@ -37,6 +39,7 @@ class RehearsalDesk:
         self._changed = False  # the plan is another one than what is driven
         self._run_when_ready = False
         self._arrived = False
+        self._unkept: dict[str, float] = {}  # settings that the plan could not keep when it was tried last
         self.plan_edited = False  # the plan in the store has changed by what was done here
 
     def enter(self, plan_id: str | None) -> None:
@@ -52,6 +55,7 @@ class RehearsalDesk:
         self.away()
         self.room = self.snapshot = self._before = self._plan_id = None
         self._run_when_ready = self._changed = False
+        self._unkept = {}
 
     @property
     def mine(self) -> bool:
@@ -96,11 +100,13 @@ class RehearsalDesk:
         self._run_when_ready = False
         if self.room is None:
             return
-        self._keep_settings(self.room)
+        room, accepted = self.room, self.room.accepted(self._tab)
         try:
-            self.room.pause(self._tab)
+            room.pause(self._tab)
         finally:  # a process that has just ended cannot be paused; the handle is free all the same
-            self.room.leave(self._tab)
+            room.leave(self._tab)
+            for words in self._keep_settings(room, accepted):  # last: it waits for the disk
+                _LOG.warning("%s", words)  # nobody is there to read it
 
     def away(self) -> None:
         """Nobody is at this desk any more: the handle is free, and a robot that nobody watches is sent home."""
@@ -112,6 +118,7 @@ class RehearsalDesk:
         """The page is there again: into the room of its plan, which may be another one by now."""
         if self._plan_id is None:
             return
+        self._unkept = {}
         room = self._rooms.enter(self._plan_id, self._tab)
         if room is not self.room:
             self.room, self.snapshot = room, None
@@ -198,7 +205,9 @@ class RehearsalDesk:
         if room is None:
             return []
         room.check()
-        words = room.take_words(self._tab) + self._keep_settings(room)
+        words, accepted = room.take_words(self._tab), room.accepted(self._tab)
+        if accepted != self._unkept:
+            words += self._keep_settings(room, accepted)
         before, self.snapshot = self.snapshot, room.snapshot()
         self._before = before if before is not self.snapshot else self._before
         self._arrived |= before is None and self.snapshot is not None
@@ -209,19 +218,27 @@ class RehearsalDesk:
             self._run_when_ready = False
         return words
 
-    def _keep_settings(self, room: RehearsalRoom) -> list[str]:
-        """The plan keeps the settings that came into force, unless it is locked."""
-        accepted = room.take_accepted(self._tab)
+    def _keep_settings(self, room: RehearsalRoom, accepted: dict[str, float]) -> list[str]:
+        """The plan keeps the settings that came into force, unless it is locked; returns words where it does not.
+
+        Where the store refuses, it is tried again with the next change, or by the next window that has the handle.
+        """
+        self._unkept, words = {}, list[str]()
         if not accepted or self._plan_id is None:
-            return []
-        before = self._services.plans.get(self._plan_id)
+            return words
         try:
-            self._services.plans.editor(self._plan_id).set_settings(accepted)
+            before = self._services.plans.get(self._plan_id)
+            after = self._services.plans.editor(self._plan_id).set_settings(accepted)
         except PlanLocked:
-            return ["The plan is locked: the changed settings hold for this rehearsal only."]
-        room.plan_changed(plan_key(before), plan_key(self._services.plans.get(self._plan_id)))
-        self.plan_edited = True
-        return []
+            words.append("The plan is locked: the changed settings hold for this rehearsal only.")
+        except VfixError as error:
+            self._unkept = accepted
+            return [f"The changed settings hold for this rehearsal only, the plan could not keep them: {error}"]
+        else:
+            room.plan_changed(plan_key(before), plan_key(after))
+            self.plan_edited = True
+        room.kept(accepted)
+        return words
 
     # -- for the page
 

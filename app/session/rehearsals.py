@@ -28,7 +28,6 @@ if TYPE_CHECKING:  # the scene is slow to load, and the address needs none of it
 
 RoomState = Literal["absent", "starting", "ready", "silent", "failed"]
 Position = tuple[float, float, float]
-MAX_ROOMS = 4
 SILENT_S = 2.0  # a process that shows no new snapshot for so long hangs; one that rests shows several a second
 _ENDED = "The control process ended. Start the rehearsal again."
 _LOG = logging.getLogger(__name__)
@@ -60,6 +59,7 @@ class RehearsalRoom:
     def __init__(self) -> None:
         self.lease = Lease()
         self._lock = threading.Lock()
+        self._checking = threading.Lock()  # taken before _lock: one thread at a time hears what the process says
         self._process: RehearsalProcess | None = None
         self._coming: RehearsalProcess | None = None  # being started
         self._prepared: Prepared | None = None
@@ -154,7 +154,7 @@ class RehearsalRoom:
             _LOG.exception("a rehearsal could not be started")
             self._not_started(generation, process, "The rehearsal could not be started; the planner's log says why.")
             return
-        with self._lock:
+        with self._checking, self._lock:  # not while another process is being heard
             if generation == self._generation:
                 self._process, self._coming = process, None
                 self._prepared, self._robot = prepared, robot
@@ -175,12 +175,18 @@ class RehearsalRoom:
 
     def close(self) -> None:
         """End the process, one that is only coming as well."""
+        self._end("absent", "")
+
+    def _end(self, state: RoomState, words: str, only: RehearsalProcess | None = None) -> None:
+        """only: end nothing unless this process is here; somebody else may have ended it, and another one comes."""
         with self._lock:
+            if only is not None and self._process is not only:
+                return
             self._generation += 1
             self._hand = None
             processes = [process for process in (self._process, self._coming) if process is not None]
             self._process = self._coming = self._prepared = self._robot = None
-            self._state, self._words, self._plan_key = "absent", "", None
+            self._state, self._words, self._plan_key = state, words, None
         for process in processes:
             process.close()
 
@@ -189,10 +195,16 @@ class RehearsalRoom:
         return None if process is None else process.snapshot()
 
     def check(self) -> None:
-        """Hear what the process has said since the last call; notices when it has ended, and when it hangs."""
-        process = self._live()
-        if process is None:
-            return
+        """Hear what the process has said since the last call; notices when it has ended, and when it hangs.
+
+        Every window that watches calls this, each on a thread of its own.
+        """
+        with self._checking:
+            process = self._live()
+            if process is not None:
+                self._hear(process)
+
+    def _hear(self, process: RehearsalProcess) -> None:
         words = ""
         for event in process.events():
             if event.kind == "note":
@@ -201,13 +213,12 @@ class RehearsalRoom:
                 self._settings_told(process, ControlSettings.from_dict(json.loads(event.text)))
             elif event.kind == "failed":
                 words = words or event.text
-        if not self._talk.open:
-            self._words_for_holder.extend(self._notes)
-            self._notes.clear()
+        with self._lock:
+            if not self._talk.open:
+                self._words_for_holder.extend(self._notes)
+                self._notes.clear()
         if words or not process.alive:
-            self.close()
-            with self._lock:
-                self._state, self._words = "failed", words or _ENDED
+            self._end("failed", words or _ENDED, only=process)
         else:
             self._watch(process)
 
@@ -232,17 +243,24 @@ class RehearsalRoom:
 
     def take_words(self, tab: str) -> list[str]:
         """What the process has said to the holder of the handle, once; nothing for other tabs."""
-        words: list[str] = []
-        while self._words_for_holder and self.lease.held_by(tab):
-            words.append(self._words_for_holder.popleft())
+        if not self.lease.held_by(tab):
+            return []
+        with self._lock:
+            words = list(self._words_for_holder)
+            self._words_for_holder.clear()
         return words
 
-    def take_accepted(self, tab: str) -> dict[str, float]:
-        """Settings of the holder that came into force, once, so that the plan can keep them."""
+    def accepted(self, tab: str) -> dict[str, float]:
+        """Settings of the holder that came into force and that the plan has not kept yet."""
         if not self.lease.held_by(tab):
             return {}
         with self._lock:
-            return self._talk.take_accepted()
+            return self._talk.accepted
+
+    def kept(self, values: dict[str, float]) -> None:
+        """The plan has kept these settings, or never will."""
+        with self._lock:
+            self._talk.kept(values)
 
     def plan_changed(self, before: object, after: object) -> None:
         """The plan has changed in nothing but what this rehearsal has already: it is still the rehearsal of it."""
@@ -359,7 +377,7 @@ def _silence(seconds: float) -> str:
 
 
 class RehearsalRooms:
-    """Rooms by plan; a room that nobody watches is closed when another one needs its place."""
+    """Rooms by plan; a room that nobody watches any more is closed and forgotten."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -372,19 +390,17 @@ class RehearsalRooms:
             if room is None:
                 room = self._rooms[plan_id] = RehearsalRoom()
             room.watchers.add(tab)
-            idle = [known for known, other in self._rooms.items() if not other.watchers and known != plan_id]
-            closing = [self._rooms.pop(known) for known in idle[: max(0, len(self._rooms) - MAX_ROOMS)]]
-        for other in closing:
-            other.close()
-        return room
+            return room
 
     def leave(self, room: RehearsalRoom, tab: str) -> None:
         """A tab goes; the robot that nobody watches any more is sent home."""
         with self._lock:
             room.watchers.discard(tab)
-            empty = not room.watchers
-        if empty:
-            room.close()
+            if room.watchers:
+                return
+            # Whoever enters from here on gets another room: this one closes after the lock is free.
+            self._rooms = {plan_id: other for plan_id, other in self._rooms.items() if other is not room}
+        room.close()
 
     def close(self) -> None:
         with self._lock:

@@ -64,7 +64,11 @@ class SettingsTalk:
             return f"{stays}: the tool is {clearance_mm:.2f} mm from bone here. Draw it back first."
         return f"{stays}: {reason or 'the controller refuses the change'}"
 
-    def take_accepted(self) -> dict[str, float]:
-        """What came into force since the last call."""
-        accepted, self._accepted = self._accepted, {}
-        return accepted
+    @property
+    def accepted(self) -> dict[str, float]:
+        """What came into force and is not :meth:`kept` yet."""
+        return dict(self._accepted)
+
+    def kept(self, values: dict[str, float]) -> None:
+        """These values that came into force need not be kept any more."""
+        self._accepted = {name: value for name, value in self._accepted.items() if values.get(name) != value}

@@ -117,10 +117,16 @@ class Store:
                 shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
     def data_version(self) -> int:
-        """A number that every commit changes, of this process and of others. For one thread, which asks often."""
-        if self._watch is None:
-            self._watch = self._engine.raw_connection()
-        return int(self._watch.execute("PRAGMA data_version").fetchone()[0])
+        """A number that every commit changes, of this process and of others. For one thread, which asks often.
+
+        Raises StorageError when the database cannot be asked.
+        """
+        try:
+            if self._watch is None:
+                self._watch = self._engine.raw_connection()
+            return int(self._watch.execute("PRAGMA data_version").fetchone()[0])
+        except DATABASE_ERRORS as error:
+            raise told(error, self._home) from error
 
     def close(self) -> None:
         """Let go of every connection, and remove what is temporary."""

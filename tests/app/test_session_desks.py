@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -30,6 +31,7 @@ from app.session.preparation import plan_key
 from app.session.rehearsal_desk import RehearsalDesk
 from app.session.rehearsals import Prepared, RehearsalRooms
 from app.session.workspace import Workspace
+from app.store.errors import StorageError
 from app.store.models import PlanStateRow
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
@@ -76,6 +78,17 @@ def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: 
     executor.work.pop()()
     desk.accept(*waiting.pop())
     assert desk.current.words == "new"
+
+
+def test_a_dry_run_whose_case_cannot_be_read_has_failed(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk, executor, ran = _planning(phantom_services), _Later(), list[Corridor]()
+    monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: _fail(StorageError("the disk is broken")))
+    monkeypatch.setattr(phantom_services.planning, "evaluate", lambda plan: SimpleNamespace())
+    CorridorDesk(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(desk.plan, 0.3)
+    executor.work.pop()()
+    assert [(answer.status, answer.words) for answer in ran] == [("failed", "the disk is broken")]
 
 
 def test_a_plan_of_another_head_or_a_deleted_one_is_not_opened(phantom_services: Services) -> None:
@@ -214,6 +227,30 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
     services.plans.delete(plan.id)
 
 
+def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
+    rehearsing: tuple[RehearsalDesk, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """HAZ-11: the robot pauses and the handle is free first; the plan keeps the setting when the disk lets it."""
+    desk, plan = rehearsing
+    robot, plans = _in_place(desk, plan), desk._services.plans
+    room = desk.room
+    assert room is not None
+    room.lease.take("tab-one-0")
+    room._talk._accepted = {"margin_mm": 0.5}
+    with monkeypatch.context() as full:
+        full.setattr(plans, "editor", lambda plan_id: _fail(StorageError("the disk is full")))
+        words = desk.tick()
+        assert [said.endswith("the plan could not keep them: the disk is full") for said in words] == [True]
+        assert desk.tick() == [], "it is said once"
+        desk.give_up()
+    assert robot.told[-2:] == ["pause", "release"]
+    assert room.lease.holder is None
+    desk.back()
+    room.lease.take("tab-one-0")
+    assert desk.tick() == []
+    assert plans.get(plan.id).settings["margin_mm"] == 0.5
+
+
 class _Tabs:
     def client_for(self, tab: str) -> None:
         return None
@@ -293,7 +330,8 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(hub: Session
     assert room.watchers == set()
     assert hub.connect("tab-one-0", {}) is workspace
     _settle(workspace)
-    assert workspace.rehearsal.room is room
+    room = workspace.rehearsal.room
+    assert room is not None
     assert room.watchers == {"tab-one-0"}
     hub.disconnect("tab-one-0")
     hub.beat(time.monotonic() + hub_module.ENDED_S)  # the handle first,
@@ -303,6 +341,62 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(hub: Session
     assert not workspace._thread.is_alive()
     assert room.watchers == set()
     assert hub.connect("tab-one-0", {}) is not workspace
+
+
+@pytest.mark.parametrize("given_up", range(3))
+def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
+    hub: SessionHub, monkeypatch: pytest.MonkeyPatch, given_up: int
+) -> None:
+    """HAZ-11, HAZ-12: the clock finds it absent, it connects, and only then something would be given up."""
+    workspace, wait_for = hub.connect("tab-one-0", {"plan": SAMPLE}), hub._wait_for
+    _settle(workspace)
+    hub.disconnect("tab-one-0")
+    late = time.monotonic() + hub_module.ENDED_S
+    for _ in range(given_up):
+        hub.beat(late)
+    _settle(workspace)
+
+    def comes_back(*values: Any) -> None:
+        assert hub.connect("tab-one-0", {}) is workspace
+        wait_for(*values)
+
+    monkeypatch.setattr(hub, "_wait_for", comes_back)
+    hub.beat(late)
+    monkeypatch.undo()
+    _settle(workspace)
+    room = workspace.rehearsal.room
+    assert room is not None
+    assert room.watchers == {"tab-one-0"}
+    room.lease.take("tab-one-0")
+    hub.disconnect("tab-one-0")
+    hub.beat(time.monotonic() + hub_module.LEASE_GRACE_S)
+    _settle(workspace)
+    assert room.lease.holder is None
+
+
+def test_a_store_that_cannot_be_asked_is_logged_once_and_asked_again(
+    hub: SessionHub, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    ticks: list[bool] = []
+    monkeypatch.setattr(Workspace, "tick", lambda self, changed: ticks.append(changed))
+    _settle(hub.connect("tab-one-0", {"plan": SAMPLE}))
+    store, now = hub._services.store, time.monotonic()
+    hub.beat(now)
+    with monkeypatch.context() as broken:
+        connection = SimpleNamespace(execute=lambda statement: _fail(sqlite3.OperationalError("disk I/O error")))
+        broken.setattr(store, "_watch", connection)
+        with pytest.raises(StorageError):
+            store.data_version()
+        for n in range(1, 4):
+            hub.beat(now + n * hub_module.LOOK_S)
+    hub.beat(now + 4 * hub_module.LOOK_S)
+    assert ticks == [True, False, False, False, False]
+    logged = [record.levelname for record in caplog.records if record.name == hub_module.__name__]
+    assert logged == ["WARNING"]
+
+
+def _fail(error: Exception) -> Any:
+    raise error
 
 
 def test_a_page_that_is_away_costs_nothing(hub: SessionHub, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,9 +24,10 @@ from app.session.commands import DragItem, parse_command
 from app.session.inbox import MAX_WAITING, Inbox
 from app.session.lanes import Lanes
 from app.session.lease import Lease
-from app.session.rehearsals import MAX_ROOMS, Prepared, RehearsalRoom, RehearsalRooms
+from app.session.rehearsals import Prepared, RehearsalRoom, RehearsalRooms
 from app.session.router import to_text
 from app.session.slice_desk import SliceDesk
+from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, PlanError
 from vfix_engine.imaging.volume import Volume
@@ -284,7 +285,7 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
     assert (room.settings_refusal, room.settings.force_cap_n) == ("", 2.0)
     assert room.take_words("two") == []
     assert room.take_words("one") == ["no such target"]
-    assert room.take_accepted("one") == {"force_cap_n": 2.0}
+    assert room.accepted("one") == {"force_cap_n": 2.0}
     with pytest.raises(InputError, match="no setting is called 'self'"):
         room.change_settings("one", {"self": 1.0})
 
@@ -292,7 +293,7 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
 def test_settings_count_once_the_process_has_confirmed_them(
     room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two changes in a row both hold, and each is handed to the plan once."""
+    """Two changes in a row both hold, and each is handed to the plan until that has kept it."""
     room.lease.take("one")
     room.change_settings("one", {"margin_mm": 0.5})
     room.change_settings("one", {"force_cap_n": 2.0})
@@ -300,9 +301,10 @@ def test_settings_count_once_the_process_has_confirmed_them(
         assert len(_sent(room)) == number
         _answer(room, monkeypatch, _told(_sent(room)[-1]))
     assert (room.settings.margin_mm, room.settings.force_cap_n, room.settings_answered) == (0.5, 2.0, 2)
-    assert room.take_accepted("two") == {}
-    assert room.take_accepted("one") == {"margin_mm": 0.5, "force_cap_n": 2.0}
-    assert room.take_accepted("one") == {}
+    assert room.accepted("two") == {}
+    assert room.accepted("one") == {"margin_mm": 0.5, "force_cap_n": 2.0}
+    room.kept({"margin_mm": 0.4, "force_cap_n": 2.0})
+    assert room.accepted("one") == {"margin_mm": 0.5}, "changed again while it was being kept"
 
 
 def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(room: RehearsalRoom) -> None:
@@ -392,9 +394,66 @@ def test_a_page_that_comes_back_finds_the_room_of_its_plan() -> None:
     assert rooms.enter("plan", "two") is first
     rooms.leave(first, "one")
     rooms.leave(first, "two")
-    for n in range(MAX_ROOMS + 2):
-        rooms.enter(f"other-{n}", "three")
     assert rooms.enter("plan", "one") is rooms.enter("plan", "two") is not first
+
+
+def test_a_window_that_enters_while_the_last_one_leaves_keeps_its_robot(
+    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rooms, close = RehearsalRooms(), RehearsalRoom.close
+    left, entered = rooms.enter("plan", "one"), list[RehearsalRoom]()
+
+    def close_late(closing: RehearsalRoom) -> None:
+        if not entered:
+            entered.append(rooms.enter("plan", "two"))
+            entered[0].open("plan", _prepared, _Now())
+        close(closing)
+
+    monkeypatch.setattr(RehearsalRoom, "close", close_late)
+    rooms.leave(left, "one")
+    assert entered[0].state == "ready"
+    assert rooms.enter("plan", "three") is entered[0]
+
+
+def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
+    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One window resets while another one hears the process that is being replaced."""
+    started: list[Any] = []
+    later: Any = SimpleNamespace(submit=lambda work, *values: started.append(lambda: work(*values)))
+
+    def events(process: _Process) -> list[Any]:
+        room.open("plan", _prepared, later)
+        return [Event("failed", "ended")]
+
+    monkeypatch.setattr(_Process, "events", events)
+    room.check()
+    assert (room.state, room.is_for("plan")) == ("starting", True)
+    started[0]()
+    assert (room.state, _Process.last.alive) == ("ready", True)
+
+
+def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
+    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The note is heard by one thread and the answer it belongs to by the next, in this order."""
+    room.lease.take("one")
+    room.change_settings("one", {"margin_mm": 1.5})
+    said = [[Event("note", "the tube is narrow")], [_told(room.settings)]]
+    other = Beside(lambda: room.check())
+
+    def events(process: _Process) -> list[Event]:
+        heard = said.pop(0) if said else []
+        if threading.current_thread() is not other.thread:
+            other.begin()
+        return heard
+
+    monkeypatch.setattr(room, "_checking", other, raising=False)
+    monkeypatch.setattr(_Process, "events", events)
+    room.check()
+    other.thread.join(20)
+    assert room.settings_refusal == "Safety margin stays at 0.3 mm: the tube is narrow"
+    assert room.take_words("one") == []
 
 
 def test_a_page_that_leaves_lets_go(room: RehearsalRoom) -> None:
@@ -460,6 +519,20 @@ def test_slow_work_keeps_no_other_lane_waiting_and_its_own_lane_does_the_newest_
         assert done == []
         slow.set()
     assert done == ["first", "newest"]
+
+
+def test_work_that_fails_is_logged_and_what_waits_behind_it_is_done(caplog: pytest.LogCaptureFixture) -> None:
+    done: list[str] = []
+
+    def fail() -> None:
+        lanes.submit("lane", lambda: done.append("waited"))
+        raise ValueError("spoiled")
+
+    lanes = Lanes(_Now())
+    lanes.submit("lane", fail)
+    lanes.submit("lane", lambda: done.append("later"))
+    assert done == ["waited", "later"]
+    assert "spoiled" in caplog.text
 
 
 def test_a_control_process_that_ends_is_noticed(room: RehearsalRoom) -> None:

@@ -41,6 +41,7 @@ START_TIMEOUT_S = 120.0  # the first start after an installation compiles the ke
 CLOSE_TIMEOUT_S = 0.5  # a process that has not ended by itself by then is killed
 LAST_WORD_S = 0.5  # for a process that ends to say why
 UNANSWERED = "the control process does not answer, or nobody reads its events; close the rehearsal and start it again"
+CLOSED = "the rehearsal is closed"
 ENDED = "the control process ended; start the rehearsal again"
 
 
@@ -75,6 +76,7 @@ class RehearsalProcess:
     def __init__(self, scene: SceneSpec, settings: ControlSettings, real_time: bool = True):
         """real_time: take a real-time priority while somebody drives, where the system allows it."""
         self._lock = threading.Lock()
+        self._starting = threading.Lock()  # taken before _lock; start and close are never at work side by side
         self._out, self._in = Mailbox.create(SNAPSHOT_BYTES), Mailbox.create(INPUT_BYTES)
         context = multiprocessing.get_context("spawn")
         self._pipe, self._theirs = context.Pipe()
@@ -84,6 +86,7 @@ class RehearsalProcess:
             name="vfix-control",
             daemon=True,
         )
+        self._outbox = Outbox(self._pipe)
         self._first = (scene, settings)
         self._input = HandInput()
         self._latest: Snapshot | None = None
@@ -92,12 +95,18 @@ class RehearsalProcess:
         self._closed = self._end_told = False
 
     def start(self) -> None:
-        """Start the process; it says 'ready' when it can be driven."""
-        self._process.start()
-        self._theirs.close()
-        atexit.register(self.close)  # before multiprocessing waits for it, in vain where it is stopped
-        self._outbox = Outbox(self._pipe)
-        self._outbox.put(self._first)
+        """Start the process; it says 'ready' when it can be driven.
+
+        Raises:
+            ControlError: it has been closed.
+        """
+        with self._starting:
+            if self._closed:
+                raise ControlError(CLOSED)
+            self._process.start()
+            self._theirs.close()
+            atexit.register(self.close)  # before multiprocessing waits for it, in vain where it is stopped
+            self._outbox.put(self._first)
 
     def wait_ready(self, timeout: float = START_TIMEOUT_S) -> None:
         """Wait until it can be driven.
@@ -209,22 +218,24 @@ class RehearsalProcess:
 
     def close(self) -> None:
         """End the process within a second, by force where it does not end by itself, and free its mailboxes."""
-        with self._lock:
-            if self._closed:
-                return
-            self._closed = True
-        atexit.unregister(self.close)
-        if self._process.pid is not None:
-            self._outbox.put(("end",))
-            self._process.join(CLOSE_TIMEOUT_S)
-            if self._process.is_alive():
-                self._process.kill()
-                self._process.join()
+        with self._starting:
+            with self._lock:
+                if self._closed:
+                    return
+                self._closed = True
+            atexit.unregister(self.close)
+            if self._process.pid is not None:
+                self._outbox.put(("end",))
+                self._process.join(CLOSE_TIMEOUT_S)
+                if self._process.is_alive():
+                    self._process.kill()
+                    self._process.join()
             self._outbox.end()
             self._outbox.join()
-        self._pipe.close()
-        self._out.close()
-        self._in.close()
+            self._pipe.close()
+            self._theirs.close()
+            self._out.close()
+            self._in.close()
 
     def _put(self, change: Callable[[HandInput, float], HandInput]) -> None:
         with self._lock:
@@ -235,7 +246,7 @@ class RehearsalProcess:
     def _send(self, verb: str, *values: Any) -> None:
         with self._lock:
             if self._closed:
-                raise ControlError("the rehearsal is closed")
+                raise ControlError(CLOSED)
             if not self._process.is_alive():
                 raise ControlError(ENDED)
             if not self._outbox.put((verb, *values)):

@@ -15,11 +15,13 @@ import numpy as np
 import pytest
 
 from tests.engine.scenes import curved_tube, wall
+from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import Tool
 from vfix_engine.simulation.events import Event
+from vfix_engine.simulation.mailbox import Mailbox
 from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 from vfix_engine.simulation.snapshot import Snapshot
 
@@ -239,6 +241,53 @@ def test_a_start_that_is_unsafe_is_refused_with_the_reason() -> None:
     process.close()
     with pytest.raises(ControlError, match="closed"):
         process.run()
+
+
+class _NoProcess:
+    """Stands for the system's process: there once it was started, gone when it is killed."""
+
+    pid: int | None = None
+
+    def __init__(self, begun: Callable[[], None]) -> None:
+        self._begun = begun
+
+    def start(self) -> None:
+        self.pid = 1
+        self._begun()
+
+    def is_alive(self) -> bool:
+        return self.pid is not None and not self.killed
+
+    killed = False
+
+    def kill(self) -> None:
+        self.killed = True
+
+    def join(self, timeout: float | None = None) -> None:
+        pass
+
+
+def test_one_that_is_closed_is_not_started() -> None:
+    process = RehearsalProcess(spec_of(*curved_tube()), ControlSettings())
+    process.close()
+    child = process._process = _NoProcess(lambda: None)  # type: ignore[assignment]
+    with pytest.raises(ControlError, match="closed"):
+        process.start()
+    assert child.pid is None
+
+
+def test_one_that_is_closed_while_it_starts_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    process = RehearsalProcess(spec_of(*curved_tube()), ControlSettings())
+    closing = Beside(process.close)
+    child = process._process = _NoProcess(closing.begin)  # type: ignore[assignment]
+    monkeypatch.setattr(process, "_starting", closing, raising=False)
+    process.start()
+    closing.thread.join(20)
+    assert child.killed
+    assert not process.alive
+    for mailbox in (process._out, process._in):
+        with pytest.raises(FileNotFoundError):
+            Mailbox.attach(mailbox.name)
 
 
 @pytest.fixture
