@@ -114,7 +114,7 @@ def test_the_tool_stands_still_when_the_page_freezes_in_the_middle_of_a_drag(
         processes = browser.new_browser_cdp_session().send("SystemInfo.getProcessInfo")["processInfo"]
         renderers = [process["id"] for process in processes if process["type"] == "renderer"]
         with Onlooker(planner.base, TOKEN, plan_id) as onlooker:
-            onlooker.wait_for_motion()
+            onlooker.wait_for_motion(station.hold_on)
             frozen_at = time.monotonic()
             for pid in renderers:
                 os.kill(pid, signal.SIGSTOP)

@@ -280,11 +280,12 @@ class Onlooker:
         except ConnectionClosed:
             pass
 
-    def wait_for_motion(self) -> None:
-        """Until the tip has been seen moving for a while."""
+    def wait_for_motion(self, hold_on: Callable[[], None]) -> None:
+        """Until the tip has been seen moving for a while, by a hand that holds on."""
         deadline = time.monotonic() + PATIENCE_S
         while len(self._moves) < 5:
             assert time.monotonic() < deadline, "the tip does not move"
+            hold_on()
             time.sleep(0.02)
 
     def last_motion(self) -> float:
