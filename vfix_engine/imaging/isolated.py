@@ -227,5 +227,6 @@ def _failure(kind: str, message: str, missing: tuple[str, ...]) -> errors.VfixEr
     if kind == errors.FrameError.__name__:
         return errors.FrameError(message, missing)
     found = getattr(errors, kind, None)
-    ours = isinstance(found, type) and issubclass(found, errors.VfixError)
-    return found(message) if ours else errors.InputError(message)
+    if isinstance(found, type) and issubclass(found, errors.VfixError):
+        return found(message)
+    return errors.InputError(message)

@@ -356,7 +356,7 @@ ARRAY = '{"kind": "array", "value": %s}'
         ("failure.json", "[" * 60_000),
         ("result.json", ARRAY % "0"),
         ("result.json", ARRAY % "1e999"),
-        ("result.json", '{"kind": "list", "value": [%s]}' % ", ".join([ARRAY % "1"] * 9)),
+        ("result.json", '{"kind": "list", "value": [' + ", ".join([ARRAY % "1"] * 9) + "]}"),
         ("result.json", '{"kind": [], "value": 0}'),
         ("result.json", '{"kind": "TriangleMesh", "value": []}'),
     ],
