@@ -9,9 +9,12 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
+PAGE_STAYS_S = 120.0  # a slow browser has read the page by then
+_PAGE = ("vfix-opens-", ".html")
 _COMMANDS = (
     "chromium",
     "chromium-browser",
@@ -50,15 +53,31 @@ def private_page(address: str) -> Iterator[Path]:
 
     A browser is told where to go on its command line, which every user of the machine can read: the address with its
     token does not belong there. The file lies in the home folder itself, since browsers that come as snaps read
-    neither hidden folders nor the system's temporary one.
+    neither hidden folders nor the system's temporary one. Raises OSError where there is no home folder or no room.
     """
-    descriptor, name = tempfile.mkstemp(prefix="vfix-opens-", suffix=".html", dir=Path.home())
+    descriptor, name = tempfile.mkstemp(prefix=_PAGE[0], suffix=_PAGE[1], dir=_home())
     try:
         with open(descriptor, "w", encoding="utf-8") as file:
             file.write(_REDIRECT.format(address=html.escape(address)))
         yield Path(name)
     finally:
         Path(name).unlink(missing_ok=True)
+
+
+def remove_old_pages() -> None:
+    """Remove the pages that planners have left which were killed; those of one that runs are younger."""
+    with contextlib.suppress(OSError):
+        for page in _home().glob(f"{_PAGE[0]}????????{_PAGE[1]}"):
+            with contextlib.suppress(OSError):
+                if time.time() - page.lstat().st_mtime > 2.0 * PAGE_STAYS_S:
+                    page.unlink()
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError as error:
+        raise OSError(str(error)) from error
 
 
 _REDIRECT = """<!doctype html>

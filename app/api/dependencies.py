@@ -69,14 +69,18 @@ class Wish(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-_ANSWERS = {
+_ANSWERS = {  # what app.gateway.error_answers and the guard give
+    400: "Refused",
+    401: "No token",
+    403: "A foreign Host or Origin, or another site or port",
     404: "Not there",
     409: "Changed meanwhile",
     412: "Not the revision of If-Match",
     413: "Too large",
     422: "Refused",
     423: "Locked",
-    503: "The database is held by another program",
+    500: "What is stored is damaged, or an error that nobody expected",
+    503: "The database is held by another program, or the planner ends",
     507: "The disk does not take it",
 }
 ERRORS: dict[int | str, dict[str, Any]] = {

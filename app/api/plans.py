@@ -22,7 +22,7 @@ from app.api.plan_models import (
 )
 from app.services.errors import NotFound
 from app.services.plans import Plan
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import InputError, PlanError
 
 router = APIRouter(tags=["plans"], responses=ERRORS)
 
@@ -49,12 +49,15 @@ def list_plans_of_case(
 
 @router.post("/cases/{case_id}/plans", status_code=201)
 def create_plan(case_id: Identifier, wish: PlanCreate, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """Make a plan."""
+    """Make a plan; If-Match is asked of the one that is copied."""
+    expected = condition.expected()
     if wish.copy_of is None:
+        if expected is not None:
+            raise InputError("a new plan has no revision that If-Match could ask for; leave it out.")
         return _told(condition, services.plans.create(case_id, wish.name))
     if services.plans.get(wish.copy_of).case_id != case_id:
         raise PlanError("the plan to copy belongs to another case.")
-    return _told(condition, services.plans.duplicate(wish.copy_of, wish.name))
+    return _told(condition, services.plans.duplicate(wish.copy_of, wish.name, expected_revision=expected))
 
 
 @router.get("/plans/{plan_id}")

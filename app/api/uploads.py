@@ -3,7 +3,7 @@
 import io
 import re
 import shutil
-from collections.abc import AsyncGenerator, Callable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -13,7 +13,6 @@ from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
-from app.services.errors import TooLarge
 from app.store.errors import StorageError
 from app.store.scratch import Scratch
 from vfix_engine.errors import InputError
@@ -38,8 +37,8 @@ class Upload:
 async def receive(request: Request, scratch: Scratch, max_bytes: int, fields: tuple[str, ...]) -> Upload:
     """Take the file called 'file' and the named fields of a multipart request; it is written where it stays.
 
-    Raises TooLarge as soon as more bytes are claimed or come than are allowed, InputError for another form, and
-    StorageError when the disk does not take it.
+    Refused with 413 as soon as more bytes are claimed or come than are allowed. Raises InputError for another form,
+    and StorageError when the disk does not take it.
     """
     place = await run_in_threadpool(scratch.new_place)
     try:
@@ -94,15 +93,11 @@ class _Parser(MultiPartParser):
 
 
 async def _form(request: Request, max_bytes: int, fields: tuple[str, ...], make_file: Callable[[], BinaryIO]) -> _Form:
-    limit = max_bytes + _OVERHEAD
-    claimed = request.headers.get("content-length", "0")
-    if not claimed.isdigit() or int(claimed) > limit:
-        raise _too_large(max_bytes)
-    request.state.max_body_bytes = limit  # more than the gateway takes of other requests; it counts as well
+    request.state.max_body_bytes = max_bytes + _OVERHEAD  # more than the gateway, which counts, takes of others
+    request.state.too_large = f"the file is larger than {max_bytes >> 20} MiB, which is the most that is taken."
     if not request.headers.get("content-type", "").startswith("multipart/form-data"):
         raise InputError("send the file as multipart/form-data.")
-    stream = _counted(request, limit, max_bytes)
-    parser = _Parser(make_file, request.headers, stream, max_files=1, max_fields=8, max_part_size=_MAX_FIELD)
+    parser = _Parser(make_file, request.headers, request.stream(), max_files=1, max_fields=8, max_part_size=_MAX_FIELD)
     try:
         form = await parser.parse()
     except MultiPartException as error:
@@ -113,16 +108,3 @@ async def _form(request: Request, max_bytes: int, fields: tuple[str, ...], make_
         raise InputError(f"send one file as 'file' and, where needed, {', '.join(fields) or 'nothing else'}.")
     values = {name: value for name in fields if isinstance(value := form.get(name), str) and value}
     return _Form(file.file, file.filename or "file", values)
-
-
-async def _counted(request: Request, limit: int, max_bytes: int) -> AsyncGenerator[bytes, None]:
-    received = 0
-    async for chunk in request.stream():
-        received += len(chunk)
-        if received > limit:
-            raise _too_large(max_bytes)
-        yield chunk
-
-
-def _too_large(max_bytes: int) -> TooLarge:
-    return TooLarge(f"the file is larger than {max_bytes >> 20} MiB, which is the most that is taken.")

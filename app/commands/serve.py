@@ -11,15 +11,13 @@ import time
 import webbrowser
 from typing import TYPE_CHECKING
 
-from app.browsers import private_page
+from app.browsers import PAGE_STAYS_S, private_page, remove_old_pages
 from app.gateway.addresses import allowed_hosts, login_url
 from app.settings import Settings
 from vfix_engine.errors import InputError
 
 if TYPE_CHECKING:
     import uvicorn
-
-_BROWSER_STARTS_S = 120.0
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> argparse.ArgumentParser:
@@ -53,6 +51,7 @@ def run(args: argparse.Namespace) -> int:
         server = PlannerServer(build(settings))
         listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
         print(f"vfix is at {login_url(settings)}", flush=True)
+        remove_old_pages()
         opener = threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True)
         if not args.no_browser and _has_screen():
             opener.start()
@@ -107,7 +106,7 @@ def _open_browser(server: "uvicorn.Server", url: str) -> None:
     try:
         with private_page(url) as page:
             webbrowser.open(page.as_uri())
-            end = time.monotonic() + _BROWSER_STARTS_S
+            end = time.monotonic() + PAGE_STAYS_S
             while not server.should_exit and time.monotonic() < end:
                 time.sleep(0.05)
     except OSError as error:

@@ -1,16 +1,20 @@
 """A request's body is small unless its route says otherwise: counted as it arrives, refused before it is kept."""
 
+from typing import Any
+
 from fastapi import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 # The longest honest JSON is about 2 KiB. JSON is parsed on the event loop, where a megabyte of it can take a second.
 MAX_BODY_BYTES = 64 << 10
+_WORDS = f"the request's body is larger than {MAX_BODY_BYTES >> 10} KiB, which is the most that is taken."
 
 
 class BodyLimit:
     """Refuses with 413 what claims or brings more than MAX_BODY_BYTES.
 
-    A route that takes more and counts for itself sets `request.state.max_body_bytes` before it reads.
+    A route that takes more sets `request.state.max_body_bytes` before it reads, and `too_large`: the words of the
+    refusal.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -21,23 +25,21 @@ class BodyLimit:
             await self._app(scope, receive, send)
             return
         state = scope.setdefault("state", {})
-        state["max_body_bytes"] = MAX_BODY_BYTES
+        state["max_body_bytes"], state["too_large"] = MAX_BODY_BYTES, _WORDS
         claimed = next((int(value) for name, value in scope["headers"] if name == b"content-length"), 0)
         received = 0
 
         async def counted() -> Message:
             nonlocal received
-            _check(claimed, state["max_body_bytes"])  # before anything is read, and before a client is told to send it
+            _check(claimed, state)  # before anything is read, and before a client is told to send it
             message = await receive()
             received += len(message.get("body", b""))
-            _check(received, state["max_body_bytes"])
+            _check(received, state)
             return message
 
         await self._app(scope, counted, send)
 
 
-def _check(size: int, most: int) -> None:
-    if size > most:
-        raise HTTPException(
-            413, f"the request's body is larger than {most >> 10} KiB, which is the most that is taken."
-        )
+def _check(size: int, state: dict[str, Any]) -> None:
+    if size > state["max_body_bytes"]:
+        raise HTTPException(413, state["too_large"])

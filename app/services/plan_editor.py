@@ -314,7 +314,7 @@ def _span(session: Session, plan_id: str) -> tuple[int, int]:
     return int(low), int(high)
 
 
-def check_revision(row: PlanRow, expected: int | None) -> None:
+def check_revision(row: PlanRow | Plan, expected: int | None) -> None:
     """Raise PlanConflict unless the plan is as the caller saw it, where the caller says what that was."""
     if expected is not None and row.revision != expected:
         raise PlanConflict(f"the plan is at revision {row.revision}, not {expected}; somebody else changed it.")

@@ -97,9 +97,10 @@ class PlanService:
             )
         return self.create(case_id, file.name if name is None else name, content)
 
-    def duplicate(self, plan_id: str, name: str | None = None) -> Plan:
-        """Copy a plan as it is now, without its history."""
+    def duplicate(self, plan_id: str, name: str | None = None, *, expected_revision: int | None = None) -> Plan:
+        """Copy a plan as it is now, without its history. Raises PlanConflict when that is not the expected revision."""
         plan = self.get(plan_id)
+        check_revision(plan, expected_revision)
         if name is None:
             name = f"{plan.name[: MAX_NAME - 7]} (copy)"
         return self.create(plan.case_id, name, plan.content)

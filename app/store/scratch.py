@@ -67,8 +67,13 @@ class Scratch:
             own = self._folder / secrets.token_hex(8)
             lock_file = own.with_suffix(_LOCK).open("ab")
             self._let_go = weakref.finalize(self, _remove, own, lock_file, os.getpid())
-            _lock(lock_file, wait=False)
-            own.mkdir(mode=0o700)
+            try:
+                _lock(lock_file, wait=False)
+                own.mkdir(mode=0o700)
+            except OSError:
+                self._let_go()  # the next try takes a lock of its own
+                self._let_go = None
+                raise
         return own
 
     def _remove_leftovers(self) -> None:

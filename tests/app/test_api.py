@@ -20,9 +20,10 @@ from fastapi import FastAPI
 
 from app.api import cases as case_routes
 from app.api import router
+from app.api.dependencies import ERRORS
 from app.error_shape import error_code
 from app.gateway.body_limit import MAX_BODY_BYTES, BodyLimit
-from app.gateway.error_answers import install_error_answers
+from app.gateway.error_answers import _STATUS, install_error_answers
 from app.services import Services, build_services, importing
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
@@ -148,6 +149,23 @@ def test_every_edit_tells_the_revision_that_it_made_and_may_ask_for_the_one_befo
         first.setdefault(place.strip("/"), answer.json()["id"])
     assert client.post(f"{path}/restore", headers={"If-Match": "*"}).headers["etag"] == f'"{number + 1}"'
     client.delete(path)
+
+
+def test_a_copy_asks_for_the_revision_of_its_source(client: Client) -> None:
+    source = client.post(f"{CASE}/plans", json={"name": "source"}).json()["id"]
+    body = {"name": "copy", "copy_of": source}
+    stale = client.post(f"{CASE}/plans", json=body, headers={"If-Match": '"2"'})
+    assert (stale.status_code, stale.json()["error"]["code"]) == (412, "plan_conflict")
+    copy = client.post(f"{CASE}/plans", json=body, headers={"If-Match": '"1"'})
+    assert copy.status_code == 201
+    new = client.post(f"{CASE}/plans", json={"name": "new"}, headers={"If-Match": '"1"'})
+    assert (new.status_code, new.json()["error"]["code"]) == (422, "input_error")
+    for plan in (source, copy.json()["id"]):
+        client.delete(f"/api/plans/{plan}")
+
+
+def test_the_description_of_the_routes_names_every_status_of_an_error() -> None:
+    assert {*_STATUS.values(), 400, 401, 403, 412} == set(ERRORS)
 
 
 @pytest.mark.parametrize("tag", ["7", 'W/"7"', '"7", "8"', '"seven"', '"' + "7" * 40 + '"', ""])
@@ -393,11 +411,13 @@ def test_a_flood_is_stopped(client: Client, monkeypatch: pytest.MonkeyPatch) -> 
     headers = {"content-length": "10000000000", "content-type": "multipart/form-data; boundary=x"}
     claimed = client.post("/api/cases", headers=headers, content=b"--x")
     assert (claimed.status_code, claimed.json()["error"]["code"]) == (413, "too_large")
+    assert "the file is larger than 2048 MiB" in claimed.json()["error"]["message"]
     monkeypatch.setattr(case_routes, "MAX_CASE_BYTES", 1 << 20)
     sent: list[int] = []
     file = flood(b'--x\r\nContent-Disposition: form-data; name="file"; filename="x.obj"\r\n\r\n', 1 << 16, sent)
     streamed = client.post("/api/cases", headers={"content-type": headers["content-type"]}, content=file)
     assert (streamed.status_code, streamed.json()["error"]["code"]) == (413, "too_large")
+    assert "the file is larger than 1 MiB" in streamed.json()["error"]["message"]
     assert sum(sent) < 2 << 20
     plan = {"file": ("plan.json", b" " * (2 << 20) + b" " * (64 << 10))}  # small for a file, long for all who wait
     answer = client.post(f"{CASE}/plans/import", files=plan)
@@ -409,10 +429,11 @@ def test_uploads_lie_in_the_home_alone(
 ) -> None:
     """HAZ-33: the system's folder for temporary files may be another disk, and everybody's."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))  # whoever writes there fails
-    body = SURFACE + b"# " + bytes(3 << 20)  # a last line without an end
+    body = SURFACE + b"# " + bytes(3 << 20) + b"\n"
     job = wait(client, client.post("/api/cases", files={"file": ("x.obj", body)}).json())
     assert isinstance(job["error"], dict)
-    assert job["error"]["code"] == "mesh_error"
+    assert job["error"]["code"] == "frame_error"
+    client.delete(f"/api/jobs/{job['id']}/upload")  # kept for an answer
     plan = client.get(f"{PLAN}/export").content + b" " * (3 << 19)
     made = client.post(f"{CASE}/plans/import", files={"file": ("x.json", plan)})
     assert made.status_code == 201

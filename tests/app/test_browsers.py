@@ -1,5 +1,7 @@
 """The search for a browser."""
 
+import os
+import time
 from pathlib import Path
 
 import pytest
@@ -49,3 +51,25 @@ def test_every_platform_has_usual_places(platform: str, expected: str, monkeypat
     monkeypatch.setattr(browsers.sys, "platform", platform)
     monkeypatch.setenv("PROGRAMFILES", "/programs")
     assert any(place.name == expected for place in browsers._usual_places())
+
+
+def test_pages_that_killed_planners_left_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-27: they hold the token; the page of a planner that has just started, and other files, stay."""
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    old, other = tmp_path / "vfix-opens-0123abc_.html", tmp_path / "vfix-opens-the-planner.html"
+    for file in (old, other):
+        file.touch()
+        os.utime(file, (time.time() - 300.0,) * 2)
+    with browsers.private_page("http://127.0.0.1:1/?token=x") as young:
+        browsers.remove_old_pages()
+        assert sorted(tmp_path.iterdir()) == sorted([young, other])
+
+
+def test_a_user_without_a_home_folder_gets_no_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", none)
+    browsers.remove_old_pages()
+    with pytest.raises(OSError, match="home directory"), browsers.private_page("http://127.0.0.1:1/"):
+        pass

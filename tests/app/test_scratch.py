@@ -5,6 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from app.store.errors import StorageError
 from app.store.scratch import Scratch
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,4 +57,24 @@ def test_temporary_data_is_for_their_owner_alone(tmp_path: Path) -> None:
     if os.name != "nt":
         assert [oct(path.stat().st_mode)[-3:] for path in (place, place.parent, place.parent.parent)] == ["700"] * 3
     scratch.close()
+    scratch.close()
+
+
+def test_a_disk_that_takes_no_folder_costs_no_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every refused upload tries again: what a try took is given back."""
+    scratch = Scratch(tmp_path)
+    real = Path.mkdir
+
+    def full(place: Path, *args: int, **options: bool) -> None:
+        if place.parent == tmp_path:
+            raise OSError(28, "No space left on device")
+        real(place, *args, **options)
+
+    monkeypatch.setattr(Path, "mkdir", full)
+    for _ in range(3):
+        with pytest.raises(StorageError, match="No space left"):
+            scratch.open()
+        assert [path.name for path in tmp_path.iterdir()] == [".lock"]
+    monkeypatch.undo()
+    assert scratch.open().is_dir()
     scratch.close()

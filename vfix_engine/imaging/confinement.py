@@ -1,8 +1,9 @@
 """What the kernel keeps a worker from, asked for by the worker itself before it imports or reads anything.
 
 Linux offers two ways that need no rights of an administrator. Landlock leaves a process the files it is given, and a
-seccomp filter refuses it connections, other programs and children of its own. Either holds for the rest of the process
-and cannot be taken back. Where the kernel lacks one of them, and on other systems, the worker runs without it:
+seccomp filter refuses it connections, other programs, children of its own, and what Landlock leaves open: rights,
+owners, times and attributes of files, and signals and limits to other processes. Either holds for the rest of the
+process and cannot be taken back. Where the kernel lacks one of them, and on other systems, the worker runs without it:
 `probe` tells what holds, by trying.
 """
 
@@ -17,6 +18,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 _NO_NEW_PRIVILEGES, _SECCOMP, _DEATH_SIGNAL, _FILTER_MODE = 38, 22, 1, 2  # of prctl
@@ -36,15 +38,55 @@ _SYSTEM = (
     "/dev/zero", "/dev/urandom",
 )  # fmt: skip
 
-_ERRNO, _ALLOW, _EACCES, _ENOSYS = 0x00050000, 0x7FFF0000, 13, 38  # answers of a filter
+_ERRNO, _ALLOW, _EPERM, _ENOSYS = 0x00050000, 0x7FFF0000, 1, 38  # answers of a filter
 _LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06  # its instructions
 _X32, _THREAD = 0x40000000, 0x00010000
-# By machine: how the filter knows it, clone, and what is refused: connections, other programs, children, leaving the
-# group, reaching into other processes, and io_uring, which does all of that without being asked.
-_REFUSED = {
-    "x86_64": (0xC000003E, 56, (41, 53, 57, 58, 59, 322, 109, 112, 101, 310, 311, 438, 425)),
-    "aarch64": (0xC00000B7, 220, (198, 199, 221, 281, 154, 157, 117, 270, 271, 438, 425)),
-}
+
+
+@dataclass(frozen=True)
+class _Calls:
+    """Numbers of system calls on one kind of processor.
+
+    architecture: how the filter knows it. refused: whatever is asked. own: their first argument is a process, which
+    must be 0, the caller itself. tgkill: its first argument must be the caller; abort() sends itself a signal so.
+    """
+
+    architecture: int
+    clone: int
+    tgkill: int
+    own: tuple[int, ...]
+    refused: tuple[int, ...]
+
+
+# With one number everywhere: io_uring, which does all the rest without being asked; pidfd_open, pidfd_getfd and
+# pidfd_send_signal; process_madvise and process_mrelease; fchmodat2, setxattrat, removexattrat and file_setattr.
+_REFUSED_EVERYWHERE = (425, 434, 438, 424, 440, 448, 452, 463, 466, 469)
+# `own` in order: kill, prlimit64, sched_setparam, sched_setscheduler, sched_setaffinity, sched_setattr, migrate_pages,
+# move_pages.
+_CALLS = {
+    "x86_64": _Calls(
+        0xC000003E, 56, 234, (62, 302, 142, 144, 203, 314, 256, 279),
+        (
+            41, 53, 57, 58, 59, 322, 109, 112,  # socket, socketpair, fork, vfork, execve, execveat, setpgid, setsid
+            101, 310, 311, 298,  # ptrace, process_vm_readv, process_vm_writev, perf_event_open
+            200, 129, 297, 141, 251,  # tkill, rt_sigqueueinfo, rt_tgsigqueueinfo, setpriority, ioprio_set
+            90, 91, 268, 92, 93, 94, 260,  # chmod, fchmod, fchmodat, chown, fchown, lchown, fchownat
+            132, 235, 261, 280,  # utime, utimes, futimesat, utimensat
+            188, 189, 190, 197, 198, 199,  # setxattr, lsetxattr, fsetxattr, removexattr, lremovexattr, fremovexattr
+        ),
+    ),
+    "aarch64": _Calls(
+        0xC00000B7, 220, 131, (129, 261, 118, 119, 122, 274, 238, 239),
+        (
+            198, 199, 221, 281, 154, 157,  # socket, socketpair, execve, execveat, setpgid, setsid
+            117, 270, 271, 241,  # ptrace, process_vm_readv, process_vm_writev, perf_event_open
+            130, 138, 240, 140, 30,  # tkill, rt_sigqueueinfo, rt_tgsigqueueinfo, setpriority, ioprio_set
+            52, 53, 55, 54,  # fchmod, fchmodat, fchown, fchownat
+            88,  # utimensat
+            5, 6, 7, 14, 15, 16,  # setxattr, lsetxattr, fsetxattr, removexattr, lremovexattr, fremovexattr
+        ),
+    ),
+}  # fmt: skip
 _CLONE3 = 435  # hides its flags from a filter: the C library takes clone where it is missing
 
 
@@ -75,8 +117,8 @@ def probe(file: str) -> dict[str, bool]:
     return {
         "network": _refused(_connect),
         "other_files": _refused(Path(file).read_bytes),
-        "writing_elsewhere": _refused(lambda: _write_beside(Path(file))),
-        "other_processes": _refused(_start_another),
+        "writing_elsewhere": all(_refused(way, Path(file)) for way in (_write_beside, _give_rights, _set_times)),
+        "other_processes": all(_refused(way) for way in (_start_another, _signal, _limit, _set_priority, _set_cores)),
         "large_files": _large_files_refused(),
     }
 
@@ -124,17 +166,20 @@ def _allow(libc: ctypes.CDLL, rules: int, path: Path, rights: int) -> None:
 
 def _refuse_calls() -> bool:
     """The filter of system calls, for the processors whose numbers are known."""
-    known = _REFUSED.get(platform.machine())
+    known = _CALLS.get(platform.machine())
     if known is None or sys.maxsize < 1 << 32:
         return False
-    architecture, clone, refused = known
-    no, yes = (_RETURN, 0, 0, _ERRNO | _EACCES), (_RETURN, 0, 0, _ALLOW)
-    program = [(_LOAD, 0, 0, 4), (_EQUAL, 1, 0, architecture), no, (_LOAD, 0, 0, 0), (_AT_LEAST, 0, 1, _X32), no]
-    for number in refused:
+    no, yes = (_RETURN, 0, 0, _ERRNO | _EPERM), (_RETURN, 0, 0, _ALLOW)
+    program = [(_LOAD, 0, 0, 4), (_EQUAL, 1, 0, known.architecture), no, (_LOAD, 0, 0, 0), (_AT_LEAST, 0, 1, _X32), no]
+    for number in (*known.refused, *_REFUSED_EVERYWHERE):
         program += [(_EQUAL, 0, 1, number), no]
     program += [(_EQUAL, 0, 1, _CLONE3), (_RETURN, 0, 0, _ERRNO | _ENOSYS)]
-    # A thread is no child: clone is refused without that flag, the lower half of its first argument.
-    program += [(_EQUAL, 0, 4, clone), (_LOAD, 0, 0, 16), (_ANY_BIT, 0, 1, _THREAD), yes, no, yes]
+    # These are decided by the lower half of their first argument. A thread is no child: clone is refused without that
+    # flag.
+    itself = [(known.tgkill, os.getpid()), *((number, 0) for number in known.own)]
+    for number, test in [*((n, (_EQUAL, 0, 1, who)) for n, who in itself), (known.clone, (_ANY_BIT, 0, 1, _THREAD))]:
+        program += [(_EQUAL, 0, 4, number), (_LOAD, 0, 0, 16), test, yes, no]
+    program += [yes]
     code = ctypes.create_string_buffer(b"".join(struct.pack("=HBBI", *line) for line in program))
     whole = ctypes.create_string_buffer(struct.pack("@HP", len(program), ctypes.addressof(code)))
     return _prctl(_SECCOMP, _FILTER_MODE, ctypes.addressof(whole))
@@ -146,9 +191,9 @@ def _prctl(option: int, first: int, second: int = 0) -> bool:
     return bool(libc.prctl(ctypes.c_int(option), *words) == 0)
 
 
-def _refused(attempt: Callable[[], object]) -> bool:
+def _refused(attempt: Callable[..., object], *args: object) -> bool:
     try:
-        attempt()
+        attempt(*args)
     except OSError:
         return True
     return False
@@ -172,6 +217,38 @@ def _start_another() -> None:
     if child == 0:
         os._exit(0)
     os.waitpid(child, 0)
+
+
+# What follows changes nothing where it is let through; elsewhere than on Linux, nothing refuses it.
+def _give_rights(file: Path) -> None:
+    file.chmod(file.stat().st_mode & 0o777)
+
+
+def _set_times(file: Path) -> None:
+    state = file.stat()
+    os.utime(file, ns=(state.st_atime_ns, state.st_mtime_ns))
+
+
+def _signal() -> None:
+    if sys.platform == "linux":
+        os.kill(os.getppid(), 0)
+
+
+def _limit() -> None:
+    if sys.platform == "linux":
+        import resource
+
+        resource.prlimit(os.getppid(), resource.RLIMIT_NOFILE)
+
+
+def _set_priority() -> None:
+    if sys.platform == "linux":
+        os.setpriority(os.PRIO_PROCESS, os.getppid(), os.getpriority(os.PRIO_PROCESS, os.getppid()))
+
+
+def _set_cores() -> None:
+    if sys.platform == "linux":
+        os.sched_setaffinity(os.getppid(), os.sched_getaffinity(os.getppid()))
 
 
 def _large_files_refused() -> bool:

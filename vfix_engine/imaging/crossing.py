@@ -1,15 +1,20 @@
 """How values cross from a worker process and back: JSON, with arrays beside it as .npy files. Never pickle.
 
-The types that may cross are listed here; anything else is refused.
+The types that may cross are listed here; anything else is refused. What a worker left is read as what an attacker may
+have written: plain files only, of a bounded size.
 """
 
 from __future__ import annotations
 
 import importlib
 import json
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -23,6 +28,8 @@ _HOMES = {
     "Volume": "vfix_engine.imaging.volume",
 }
 
+MAX_JSON_BYTES = 16 << 20  # arrays lie beside it
+
 
 def save(value: Any, folder: Path, name: str) -> None:
     """Write a value as `name`.json, its arrays as `name`-N.npy."""
@@ -33,9 +40,42 @@ def save(value: Any, folder: Path, name: str) -> None:
     (folder / f"{name}.json").write_text(text, encoding="utf-8")
 
 
-def load(folder: Path, name: str) -> Any:
-    """Read a value that `save` wrote. Raises ValueError when it was not."""
-    return _decoded(json.loads((folder / f"{name}.json").read_text(encoding="utf-8")), folder, name)
+def load(folder: Path, name: str, max_bytes: int) -> Any:
+    """Read a value that `save` wrote, of at most `max_bytes` of arrays together.
+
+    Raises whatever comes of it when another program wrote it; at a trust boundary the caller catches all.
+    """
+    return _decoded(read_json(folder / f"{name}.json", MAX_JSON_BYTES), _Arrays(folder, name, max_bytes))
+
+
+def read_json(file: Path, max_bytes: int) -> Any:
+    """What a plain file of at most that size holds. Raises OSError, and ValueError when it is no JSON."""
+    with _opened(file, max_bytes) as opened:
+        return json.loads(opened.read(max_bytes))
+
+
+@contextmanager
+def _opened(file: Path, max_bytes: int) -> Iterator[BinaryIO]:
+    """A file that was left in a folder: no link to another place, and no pipe, which could make its reader wait."""
+    plain = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    with open(file, "rb", opener=lambda path, flags: os.open(path, flags | plain)) as opened:
+        state = os.fstat(opened.fileno())
+        if not stat.S_ISREG(state.st_mode) or state.st_size > max_bytes:
+            raise ValueError("what the worker left is no plain file of a size that is taken.")
+        yield opened
+
+
+class _Arrays:
+    """The arrays of one value; each counts as often as it is asked for."""
+
+    def __init__(self, folder: Path, name: str, max_bytes: int) -> None:
+        self._folder, self._name, self._left = folder, name, max_bytes
+
+    def read(self, number: int) -> np.ndarray[Any, Any]:
+        with _opened(self._folder / f"{self._name}-{number}.npy", self._left) as file:
+            self._left -= os.fstat(file.fileno()).st_size
+            array: np.ndarray[Any, Any] = np.lib.format.read_array(file, allow_pickle=False)
+            return array
 
 
 def _encoded(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
@@ -58,22 +98,22 @@ def _encoded(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
     raise TypeError(f"a {type(value).__name__} does not cross between processes.")
 
 
-def _decoded(value: Any, folder: Path, name: str) -> Any:
+def _decoded(value: Any, arrays: _Arrays) -> Any:
     if not isinstance(value, dict):
         return value
     kind, content = value["kind"], value["value"]
     if kind == "path":
         return Path(content)
     if kind == "array":
-        return np.load(folder / f"{name}-{int(content)}.npy", allow_pickle=False)
+        return arrays.read(int(content))
     if kind == "tuple":
-        return tuple(_decoded(item, folder, name) for item in content)
+        return tuple(_decoded(item, arrays) for item in content)
     if kind == "list":
-        return [_decoded(item, folder, name) for item in content]
+        return [_decoded(item, arrays) for item in content]
     if kind == "dict":
-        return {key: _decoded(item, folder, name) for key, item in content}
+        return {key: _decoded(item, arrays) for key, item in content}
     if kind not in _HOMES:
         raise ValueError("the worker answered with a value of a kind that does not cross.")
     return getattr(importlib.import_module(_HOMES[kind]), kind)(
-        **{key: _decoded(item, folder, name) for key, item in content.items()}
+        **{key: _decoded(item, arrays) for key, item in content.items()}
     )

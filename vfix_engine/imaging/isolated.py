@@ -8,7 +8,6 @@ it to the files it is given where it can (`confinement`).
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import signal
@@ -30,6 +29,7 @@ Progress = Callable[[str, float], None]
 DEFAULT_MEMORY_BYTES = 6 << 30
 DEFAULT_SECONDS = 30.0
 MAX_PROGRESS_LINE = 4096  # [byte]
+_MAX_FAILURE_BYTES = 64 << 10
 
 
 class Cancellation:
@@ -110,7 +110,7 @@ def run_isolated(
         (own / "request.json").write_text(json.dumps(request), encoding="utf-8")
         crossing.save(list(args), own, "arguments")
         _run_worker(own, seconds, progress, cancellation)
-        result: Result = _answer(own)
+        result: Result = _answer(own, memory_bytes)
         return result
 
 
@@ -208,15 +208,25 @@ def _environment(own: Path) -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name in kept} | single | temporary
 
 
-def _answer(folder: Path) -> Any:
-    failure = folder / "failure.json"
-    if failure.exists():
-        told = json.loads(failure.read_text(encoding="utf-8"))
-        kind = getattr(importlib.import_module("vfix_engine.errors"), told["kind"], errors.InputError)
-        if kind is errors.FrameError:
-            raise errors.FrameError(told["message"], tuple(told["missing"]))
-        raise kind(told["message"])
+def _answer(folder: Path, max_bytes: int) -> Any:
+    """What the worker left, at most so much; it may have been made to leave anything. Raises what it tells."""
     try:
-        return crossing.load(folder, "result")
-    except (OSError, ValueError, KeyError, TypeError):
+        try:
+            told = crossing.read_json(folder / "failure.json", _MAX_FAILURE_BYTES)
+        except FileNotFoundError:
+            return crossing.load(folder, "result", max_bytes)
+        error = _failure(str(told["kind"]), str(told["message"]), tuple(map(str, told["missing"])))
+    # The trust boundary: whatever comes of reading it, the worker provoked, and its words may quote the file.
+    except Exception:
         raise errors.InputError("the file could not be read: its reader gave no answer.") from None
+    raise error
+
+
+def _failure(kind: str, message: str, missing: tuple[str, ...]) -> errors.VfixError:
+    """An error of the engine; one that is defined elsewhere is an InputError."""
+    if kind == errors.FrameError.__name__:
+        return errors.FrameError(message, missing)
+    found = getattr(errors, kind, None)
+    if isinstance(found, type) and issubclass(found, errors.VfixError):
+        return found(message)
+    return errors.InputError(message)

@@ -34,7 +34,8 @@ def main(folder: Path) -> None:
     try:
         function = getattr(importlib.import_module(request["module"]), request["function"])
         options: dict[str, Any] = {"progress": _say} if request["progress"] else {}
-        crossing.save(function(*crossing.load(folder, "arguments"), **options), folder, "result")
+        arguments = crossing.load(folder, "arguments", request["memory_bytes"])
+        crossing.save(function(*arguments, **options), folder, "result")
     except VfixError as error:
         _fail(folder, type(error).__name__, str(error), getattr(error, "missing", ()))
     except MemoryError:

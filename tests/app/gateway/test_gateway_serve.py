@@ -8,14 +8,17 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from knocking import eventually, knock, upgrade
 
+from app.commands import serve
 from app.commands.serve import bind
 from app.settings import Settings
 from vfix_engine.errors import InputError
@@ -138,6 +141,18 @@ from app.commands.serve import _open_browser
 server = types.SimpleNamespace(started=True, should_exit=True)
 _open_browser(server, sys.argv[1])
 """
+
+
+def test_the_page_that_leads_to_the_address_stays_its_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slow browser finds it; it goes while the planner runs on."""
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    monkeypatch.setattr(serve, "PAGE_STAYS_S", 0.5)
+    opened: list[float] = []
+    monkeypatch.setattr("webbrowser.open", lambda _: opened.append(time.monotonic()))
+    server: Any = SimpleNamespace(started=True, should_exit=False)
+    serve._open_browser(server, "http://127.0.0.1:1/?token=x")
+    assert time.monotonic() - opened[0] >= 0.5
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_browser_s_command_line_does_not_hold_the_token(tmp_path: Path) -> None:

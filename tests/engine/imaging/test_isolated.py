@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -278,3 +279,98 @@ def test_a_worker_is_kept_from_network_files_and_processes(tmp_path: Path) -> No
     assert here == dict.fromkeys(here, False)
     held = run_isolated(confinement.probe, str(secret), folder=tmp_path / "work")
     assert held == dict.fromkeys(held, True)
+
+
+def ways_out(file: str, other: int) -> list[str]:
+    """What this process may do to a file that it was not given and to another process."""
+    import resource
+
+    ways: dict[str, Callable[[], object]] = {
+        "chmod": lambda: os.chmod(file, 0o666),
+        "chown": lambda: os.chown(file, os.getuid(), os.getgid()),
+        "utime": lambda: os.utime(file, (1, 1)),
+        "setxattr": lambda: os.setxattr(file, "user.vfix", b"x"),
+        "kill": lambda: os.kill(other, signal.SIGURG),
+        "queue": lambda: signal.pidfd_send_signal(os.pidfd_open(other), signal.SIGURG),
+        "prlimit": lambda: resource.prlimit(other, resource.RLIMIT_CORE, (0, 0)),
+        "nice": lambda: os.setpriority(os.PRIO_PROCESS, other, 5),
+        "affinity": lambda: os.sched_setaffinity(other, os.sched_getaffinity(0)),
+        "scheduler": lambda: os.sched_setscheduler(other, os.SCHED_BATCH, os.sched_param(0)),
+    }
+    return [name for name, way in ways.items() if not refused(way)]
+
+
+def refused(way: Callable[[], object]) -> bool:
+    try:
+        way()
+    except PermissionError:
+        return True
+    except OSError:  # let through, and not to be had: not every file system has attributes
+        return False
+    return False
+
+
+@linux
+def test_a_worker_changes_no_other_file_s_rights_and_no_other_process(tmp_path: Path) -> None:
+    """HAZ-16: neither is among what Landlock keeps a process from. Every way is open here."""
+    secret = tmp_path / "other_case.nrrd"
+    secret.write_bytes(b"x")
+    (tmp_path / "work").mkdir()
+    with subprocess.Popen(["sleep", "60"]) as other:
+        try:
+            assert run_isolated(ways_out, str(secret), other.pid, folder=tmp_path / "work") == []
+            assert len(ways_out(str(secret), other.pid)) == 10
+        finally:
+            other.kill()
+
+
+def abuse_folder(kind: str) -> None:
+    """Leave something other than a plain answer in the worker's own folder."""
+    own = Path(tempfile.gettempdir())
+    if kind == "pipe":
+        os.mkfifo(own / "failure.json")
+    else:
+        (own / "result.json").symlink_to("/etc/hostname")
+        (own / "failure.json").symlink_to("request.json")
+    os._exit(0)
+
+
+@posix
+@pytest.mark.parametrize("kind", ["pipe", "link"])
+def test_a_worker_that_leaves_a_pipe_or_a_link_is_not_waited_for(kind: str) -> None:
+    """HAZ-16: the time limit covers the worker alone, and the next import waits for this one."""
+    with pytest.raises(InputError, match="no answer"):
+        run_isolated(abuse_folder, kind)
+
+
+ARRAY = '{"kind": "array", "value": %s}'
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("failure.json", '{"kind": "InputError", "mess'),
+        ("failure.json", "[]"),
+        ("failure.json", '{"kind": "InputError"}'),
+        ("failure.json", "{" + " " * (1 << 20) + '"kind": "InputError", "message": "", "missing": []}'),
+        ("failure.json", "[" * 60_000),
+        ("result.json", ARRAY % "0"),
+        ("result.json", ARRAY % "1e999"),
+        ("result.json", '{"kind": "list", "value": [' + ", ".join([ARRAY % "1"] * 9) + "]}"),
+        ("result.json", '{"kind": [], "value": 0}'),
+        ("result.json", '{"kind": "TriangleMesh", "value": []}'),
+    ],
+)
+def test_a_spoiled_answer_is_none(tmp_path: Path, name: str, text: str) -> None:
+    """HAZ-16: whatever a worker was made to leave, the caller hears one sentence."""
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "result-0.npy").write_bytes(b"PK\x03\x04")  # numpy itself would take an archive
+    np.save(tmp_path / "result-1.npy", np.zeros(64))
+    with pytest.raises(InputError, match="no answer"):
+        isolated._answer(tmp_path, 3000)
+
+
+def test_an_error_of_another_kind_than_the_engine_s_is_one_of_input(tmp_path: Path) -> None:
+    (tmp_path / "failure.json").write_text('{"kind": "annotations", "message": "so", "missing": []}', encoding="utf-8")
+    with pytest.raises(InputError, match="so"):
+        isolated._answer(tmp_path, 900)
