@@ -103,7 +103,7 @@ class Retry:
         """What it came to."""
         if self.passed or self.beyond_mm == 0.0:
             return "past it now" if self.passed else "and again"
-        held = f"{self.beyond_mm:.1f} mm past it and held again at {self.ended_mm:.0f} mm: {self.ended_by}"
+        held = f"came {self.beyond_mm:.1f} mm past it and was held again at {self.ended_mm:.0f} mm: {self.ended_by}"
         return f"{held}; {PASSED_MM:g} mm count as past"
 
 

@@ -35,7 +35,7 @@ class PathEnds:
         """In words, which end is not where it was asked for."""
         return [
             f"the path {verb} at {place_words(place)}, {moved:.1f} mm from the {name} that was asked for: "
-            "it is led where the lumen is widest near by"
+            "it is a smooth curve through the widest places near by"
             for name, verb, place, moved in (
                 ("start", "begins", self.start, self.start_moved_mm),
                 ("end", "ends", self.end, self.end_moved_mm),

@@ -360,7 +360,7 @@ def test_an_attempt_that_cannot_draw_back_and_creeps_on_is_told_as_that() -> Non
     np.testing.assert_allclose([retry.ended_mm for retry in told], [100.7, 101.4, 102.1, 102.8], atol=0.11)
     stopped = _why_it_ended(drive, 300.0, told)  # type: ignore[arg-type]
     assert re.search(
-        r"the last one 2\.\d mm past it and held again at 103 mm: link 3 .*; 5 mm count as past", stopped or ""
+        r"the last one came 2\.\d mm past it and was held again at 103 mm: link 3 .*; 5 mm count as past", stopped or ""
     )
 
 
