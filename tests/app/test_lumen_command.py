@@ -65,6 +65,7 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
     assert arrived.shape[1] >= 1500
     assert np.count_nonzero((arrived != looking).any(axis=2)) > 5000  # the robot is bent in one of them
     assert "arrived bend" in printed.err
+    assert f"vfix: {report['behind_wall']['words']}" in printed.err
     assert "LPS and mm are assumed" in report["surface_assumed"]
     assert report["surface_assumed"] in report["warnings"]
     assert "warning: the surface's file does not name" in printed.err

@@ -25,6 +25,7 @@ from .given import point as checked_point
 from .given import whole
 from .narrow import WallDepth, narrowest
 from .operators import OPERATORS, Order, Retry, Stop, adversarial, scripted
+from .path_ends import PathEnds
 from .pathway import Pathway, TissueMotion
 from .snake_drive import SnakeDrive
 
@@ -166,11 +167,12 @@ def drive_lumen(
     target = min(length, robot.reach_mm())
     visits, places = _visits(curve, landmarks, target)
     narrow = narrowest(lumen.pathway, robot.sphere_mm, settings.bound_mm, target)
-    warnings = narrow.warnings(robot.sphere_mm, settings.bound_mm)
+    ends = PathEnds.of(curve, start, end)
+    warnings = ends.warnings() + narrow.warnings(robot.sphere_mm, settings.bound_mm)
     for words in warnings:
         say(f"warning: {words}")
     drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.room)
-    behind = WallDepth(mesh, lumen.pathway) if tissue is None else None
+    behind = WallDepth(mesh, lumen.pathway, curve) if tissue is None else None
     tally = Tally(robot.q_max, drive.bound)
     offsets: list[Array] = []
     retries: list[Retry] = []
@@ -183,7 +185,7 @@ def drive_lumen(
             behind.look(drive, order.event is not None)
         if order.retry is not None:
             retries.append(order.retry)
-            say(f"{order.retry.words}; {'past it now' if order.retry.passed else 'and again'}")
+            say(f"{order.retry.words}; {order.retry.outcome}")
         visit = _note(order, drive, visits)
         if visit is not None and order.event is not None:
             say(f"{order.event} {visit.name}, {drive.tip_s:.0f} mm in")
@@ -192,14 +194,16 @@ def drive_lumen(
     target = min(target, drive.length_mm)  # a path that moves may have become shorter
     stopped = _why_it_ended(drive, target, retries)
     _close(visits, drive, stopped)
+    if behind is not None:
+        say(behind.words)
     outside = containment(mesh, lumen.pathway if tissue is None else lumen.pathway.moved(None))
     offset = np.concatenate(offsets) if offsets else np.zeros(1)
     spent = {"lumen": ready - began, "drive": perf_counter() - ready}
     return DriveReport(
         robot.links, target, drive.tip_s, length, tally, tuple(visits), outside.outside, outside.depth_mm,
         (float(np.median(offset)), float(offset.max())), drive.refused_commands, spent, asdict(settings), stopped,
-        tuple(retries), operator, robot.assumed, tuple(warnings), narrow, None if behind is None else behind.deepest,
-        lumen.pathway,
+        tuple(retries), operator, robot.assumed, tuple(warnings), narrow, None if behind is None else behind.told(),
+        ends, drive.state.base[:3, 3], drive.tip, lumen.pathway,
     )  # fmt: skip
 
 
@@ -274,7 +278,8 @@ def _why_it_ended(drive: SnakeDrive, target: float, retries: Sequence[Retry]) ->
     if retries and not retries[-1].passed:  # the robot has drawn back since it was held
         last = retries[-1]
         failed = sum(one.at_mm == last.at_mm for one in retries)
-        return f"{last.words}; {failed} more attempts failed there; {_REMEDY}"
+        came = f", the last one {last.outcome}" if last.beyond_mm > 0.0 else ""
+        return f"{last.words}; {failed} more attempts failed there{came}; {_REMEDY}"
     return drive.state.held_by or "steps that hardly move it"
 
 

@@ -13,6 +13,7 @@ from . import NOTICE
 from .drive_state import DriveState
 from .look_round import Retry, SideSeen
 from .narrow import Narrowest, told
+from .path_ends import PathEnds
 from .pathway import Pathway
 
 Array = NDArray[np.float64]
@@ -139,6 +140,9 @@ class DriveReport:
     warnings: tuple[str, ...]
     narrowest: Narrowest
     behind_wall: dict[str, Any] | None
+    ends: PathEnds
+    base: Array  # (3,) where the robot's base and its tip ended, LPS mm
+    tip: Array
     pathway: Pathway = field(repr=False)
 
     @property
@@ -157,8 +161,9 @@ class DriveReport:
         deviation_mm: mean over all steps and links inside, and the largest. bound_mm: b_i of the last link and of the
         others. joint_limit_hits: joint-steps at ± q_max. query_us, step_us: medians. pathway_outside: share of the
         pathway's surface that lies outside the lumen, and how far (median, 95 %, most): the pathway is not the wall.
-        behind_wall: of the vertices that were measured against the triangles themselves, the one deepest behind them;
-        None where the tissue moves. narrowest: see ``narrow``.
+        behind_wall: of the vertices past the path's start that were measured against the triangles themselves, the one
+        deepest behind them; None where the tissue moves. narrowest: see ``narrow``. start_lps_mm, end_lps_mm: of the
+        path as driven, ``*_moved_mm`` from where they were asked for; base_lps_mm, tip_lps_mm: where the robot ended.
         """
         tally = self.tally
         looking, inserting = tally.step_us["looking"], tally.step_us["inserting"]
@@ -168,6 +173,12 @@ class DriveReport:
             "target_mm": float(self.target_mm),
             "path_mm": float(self.path_mm),
             "reached": self.reached,
+            "start_lps_mm": list(self.ends.start),
+            "start_moved_mm": self.ends.start_moved_mm,
+            "end_lps_mm": list(self.ends.end),
+            "end_moved_mm": self.ends.end_moved_mm,
+            "base_lps_mm": self.base.tolist(),
+            "tip_lps_mm": self.tip.tolist(),
             "deviation_mm": {"mean": float(tally.mean), "max": float(tally.deepest)},
             "bound_mm": {"body": float(tally.bound[0]) if self.links > 1 else None, "last": float(tally.bound[-1])},
             "within_bounds": self.within_bounds,

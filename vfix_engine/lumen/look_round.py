@@ -19,11 +19,13 @@ from .snake_drive import SnakeDrive
 Array = NDArray[np.float64]
 
 STUCK = 40  # steps that are held, one after the other, until the operator gives up
+PASSED_MM = 5.0  # beyond a place that held the insertion: past it
 _RAMP_S = 1.0  # [s] from r = 0 to 1
 _TURN_S = 4.0  # [s] once round
 _AHEAD = 0.08  # the operator waits while the camera is farther behind in (u, v)
 _IMPATIENT = 0.25  # pace of a hand that waits, of one that is followed
 _GIVE_UP_S = 30.0  # [s] of a look-round by hand, at the latest
+_BEYOND_MM = 0.1  # less is told as the same place
 _BETTER = math.radians(1.0)  # so much farther than the hand a planned bend is to look, to be made
 _REACHED = 1e-9  # [rad]
 _STEP_S = 0.005  # [s] at least, of a step along a way that is known; it is certified like any other
@@ -69,7 +71,10 @@ class Looked:
 class Retry:
     """One more attempt to get past a place that held the insertion, by drawing back and coming again.
 
-    at_mm: of the tip; at_lps: where a link would have left its bound, or else the tip, mm.
+    at_mm: of the tip; at_lps: where a link would have left its bound, or else the tip, mm. drawn_back_mm: really, from
+    where the tip stood before, which may be beyond at_mm; back_held_by: what held it on the way back, if anything.
+    passed: whether the tip came 5 mm beyond at_mm, or as far as it was to go. ended_mm: where it came to, and
+    ended_by what held it there, None where it passed.
     """
 
     at_mm: float
@@ -78,11 +83,28 @@ class Retry:
     waypoint_mm: float
     passed: bool
     at_lps: tuple[float, float, float]
+    back_held_by: str | None
+    ended_mm: float
+    ended_by: str | None
 
     @property
     def words(self) -> str:
         """What held it and where."""
         return f"held at {self.at_mm:.0f} mm, near {place_words(self.at_lps)}: {self.held_by}"
+
+    @property
+    def beyond_mm(self) -> float:
+        """How far beyond the place the tip came; 0 for what rounding makes and where it did not."""
+        beyond = self.ended_mm - self.at_mm
+        return beyond if beyond >= _BEYOND_MM else 0.0
+
+    @property
+    def outcome(self) -> str:
+        """What it came to."""
+        if self.passed or self.beyond_mm == 0.0:
+            return "past it now" if self.passed else "and again"
+        held = f"came {self.beyond_mm:.1f} mm past it and was held again at {self.ended_mm:.0f} mm: {self.ended_by}"
+        return f"{held}; {PASSED_MM:g} mm count as past"
 
 
 class Order(NamedTuple):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.mesh import TriangleMesh
+from .curve import Curve
 from .given import place_words
 from .pathway import Pathway
 from .snake_drive import SnakeDrive
@@ -35,17 +36,17 @@ class Narrowest:
 
     def warnings(self, robot_mm: float, bound_mm: float) -> list[str]:
         """In words, what there is no room for, and what may be done."""
-        told = f"the lumen's radius is {self.radius_mm:.1f} mm at {self.at_mm:.0f} mm, {place_words(self.at_lps)}"
+        told = f"the pathway's radius is {self.radius_mm:.1f} mm at {self.at_mm:.0f} mm, {place_words(self.at_lps)}"
         found = []
         if self.below_robot_mm > 0.0:
             found.append(
-                f"the robot is wider than the lumen: {told}, the robot's is {robot_mm:g} mm, and it has less than that "
-                f"along {self.below_robot_mm:.0f} mm; take a thinner robot, or a farther start or nearer end"
+                f"the robot is wider than the pathway: {told}, the robot's is {robot_mm:g} mm, and it has less than "
+                f"that along {self.below_robot_mm:.0f} mm; take a thinner robot, or a farther start or nearer end"
             )
         if self.below_bound_mm > 0.0:
             found.append(
-                f"a bound of {bound_mm:g} mm says little where the lumen is narrower: {told}, and it has less than the "
-                f"bound along {self.below_bound_mm:.0f} mm; take a smaller bound"
+                f"a bound of {bound_mm:g} mm says little where the pathway is narrower: {told}, and it has less than "
+                f"the bound along {self.below_bound_mm:.0f} mm; take a smaller bound"
             )
         return found
 
@@ -62,18 +63,19 @@ def narrowest(pathway: Pathway, robot_mm: float, bound_mm: float, to_mm: float) 
 
 
 class WallDepth:
-    """How far vertices of the links were behind the triangles of a lumen that stands still.
+    """How far vertices of the links past the path's start were behind the triangles of a lumen that stands still.
 
     deepest: {mm, link, at_lps, tip_mm} of the deepest vertex that was measured, 0 mm where none was behind the wall.
     """
 
-    def __init__(self, mesh: TriangleMesh, pathway: Pathway) -> None:
+    def __init__(self, mesh: TriangleMesh, pathway: Pathway, curve: Curve) -> None:
         self._wall = Wall(mesh)
         rest = pathway.contours()
         psi = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
         second = np.cross(rest.tangent, rest.first)
         around = np.cos(psi)[:, None] * rest.first[:, None] + np.sin(psi)[:, None] * second[:, None]
         self._outward = outward_side(self._wall.seen(rest.centre[:, None], around)[1])
+        self._start, self._ahead = curve.position(0.0), curve.tangent(0.0)
         self._next_mm = -np.inf
         self.deepest: dict[str, Any] = {"mm": 0.0, "link": None, "at_lps": None, "tip_mm": None}
 
@@ -90,6 +92,11 @@ class WallDepth:
             return
         link = link[inside]
         points = np.einsum("nij,nj->ni", frames[link, :3, :3], vertices.points[inside]) + frames[link, :3, 3]
+        # The start's plane says what is in only of the links at it: a lumen may come back through that plane later.
+        past = (state.joint_s[link] >= drive.snake.sphere_mm) | ((points - self._start) @ self._ahead > 0.0)
+        if not past.any():
+            return
+        link, points = link[past], points[past]
         depth = -self._wall.clearance(points, self._outward)[0]
         worst = int(depth.argmax())
         if depth[worst] > self.deepest["mm"]:
@@ -97,6 +104,20 @@ class WallDepth:
                 "mm": float(depth[worst]), "link": int(link[worst]) + 1, "at_lps": points[worst].tolist(),
                 "tip_mm": float(drive.tip_s),
             }  # fmt: skip
+
+    @property
+    def words(self) -> str:
+        """The depth, for people."""
+        if self.deepest["link"] is None:
+            return "no part of the robot was measured behind the lumen's wall"
+        return (
+            f"deepest behind the lumen's wall: {self.deepest['mm']:.1f} mm, link {self.deepest['link']} at "
+            f"{place_words(self.deepest['at_lps'])}, with the tip {self.deepest['tip_mm']:.0f} mm in"
+        )
+
+    def told(self) -> dict[str, Any]:
+        """JSON's types only."""
+        return self.deepest | {"words": self.words}
 
 
 def told(found: Narrowest) -> dict[str, Any]:

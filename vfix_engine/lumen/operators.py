@@ -11,7 +11,7 @@ from collections.abc import Generator, Iterator, Sequence
 import numpy as np
 
 from .drive_state import Command
-from .look_round import STUCK, Order, Retry, Stop, look_round, planned
+from .look_round import PASSED_MM, STUCK, Order, Retry, Stop, look_round, planned
 from .snake_drive import SnakeDrive
 
 __all__ = ["OPERATORS", "Order", "Retry", "Stop", "adversarial", "scripted"]
@@ -19,7 +19,6 @@ __all__ = ["OPERATORS", "Order", "Retry", "Stop", "adversarial", "scripted"]
 OPERATORS = ("scripted", "adversarial")
 
 _CREEP_MM = 0.005  # a step that brings the tip no farther than that is held
-_PASSED_MM = 5.0  # beyond a place that held the insertion: past it
 # Of an operator who is held: how far to draw back, mm, and the spacing to come again with, of the usual one.
 _COME_AGAIN = ((5.0, 0.5), (10.0, 1.0), (20.0, 2.0), (40.0, 0.5))
 
@@ -57,23 +56,31 @@ def _insert(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
 
 def _come_again(drive: SnakeDrive, to_s: float) -> Generator[Order, None, bool]:
     """Draw back and come again, farther and with other shapes each time; whether the place was passed."""
-    at, why, usual = drive.tip_s, drive.state.held_by or "steps that hardly move it", drive.settings.waypoint_mm
+    at, why, usual = drive.tip_s, _held_by(drive), drive.settings.waypoint_mm
     x, y, z = (drive.tip if drive.state.held_at is None else drive.state.held_at).tolist()
     passed = False
     for back, share in _COME_AGAIN:
         drive.plan_anew(share * usual)
-        yield from _go(drive, max(at - back, 0.0))
-        began = drive.tip_s
+        stood, goal = drive.tip_s, max(at - back, 0.0)
+        yield from _go(drive, goal)
+        began, back_held = drive.tip_s, None if drive.tip_s <= goal + 1e-6 else _held_by(drive)
         drive.plan_anew(share * usual)
-        beyond = min(at + _PASSED_MM, to_s, drive.length_mm)
+        beyond = min(at + PASSED_MM, to_s, drive.length_mm)
         yield from _go(drive, beyond)
         passed = drive.tip_s >= beyond - 1e-6
-        retry = Retry(at, why, at - began, share * usual, passed, (x, y, z))
+        retry = Retry(
+            at, why, max(stood - began, 0.0), share * usual, passed, (x, y, z), back_held,
+            drive.tip_s, None if passed else _held_by(drive),
+        )  # fmt: skip
         yield Order(Command(), drive.settings.step_s, retry=retry)
         if passed:
             break
     drive.plan_anew(usual)
     return passed
+
+
+def _held_by(drive: SnakeDrive) -> str:
+    return drive.state.held_by or "steps that hardly move it"
 
 
 def _go(drive: SnakeDrive, to_s: float) -> Iterator[Order]:

@@ -263,7 +263,10 @@ def test_a_lumen_that_is_narrower_than_the_robot_is_told_with_its_place() -> Non
     assert (found.radius_mm, found.at_mm) == pytest.approx((4.0, 140.0))
     assert found.below_robot_mm == found.below_bound_mm == pytest.approx(25.0, abs=5.0)
     wide, bound = found.warnings(6.0, 8.0)
-    assert "the robot is wider than the lumen: the lumen's radius is 4.0 mm at 140 mm, (0.0, 0.0, 140.0) in LPS" in wide
+    assert (
+        "the robot is wider than the pathway: the pathway's radius is 4.0 mm at 140 mm, (0.0, 0.0, 140.0) in LPS"
+        in wide
+    )
     assert "smaller bound" in bound
     assert narrowest(waist, 6.0, 8.0, 100.0).warnings(6.0, 8.0) == []
 

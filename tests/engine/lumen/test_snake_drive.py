@@ -6,6 +6,8 @@ import json
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,12 +16,13 @@ from lumen_shapes import arc, helix, straight
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.lumen.conformance import conform
-from vfix_engine.lumen.drive import Shot, _why_it_ended, drive_lumen
+from vfix_engine.lumen.drive import Shot, _why_it_ended, drive_lumen, lumen_between
 from vfix_engine.lumen.drive_report import Tally
 from vfix_engine.lumen.drive_state import Command, DriveSettings, DriveState
 from vfix_engine.lumen.ease import eased
 from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, told_beyond
-from vfix_engine.lumen.operators import Stop, adversarial, scripted
+from vfix_engine.lumen.narrow import WallDepth
+from vfix_engine.lumen.operators import Stop, _come_again, adversarial, scripted
 from vfix_engine.lumen.pathway import Pathway
 from vfix_engine.lumen.query import deviation_of_points
 from vfix_engine.lumen.snake_drive import SnakeDrive
@@ -329,6 +332,7 @@ def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
     np.testing.assert_allclose([retry.drawn_back_mm for retry in told], [5.0, 10.0, 20.0, 40.0], atol=0.5)
     assert len({retry.waypoint_mm for retry in told}) > 2
     assert all(retry.held_by for retry in told)
+    assert all(retry.ended_by and retry.ended_mm == pytest.approx(retry.at_mm, abs=0.5) for retry in told)
     assert drive.state.held_by is None  # it has drawn back since
     stopped = _why_it_ended(drive, 300.0, told)
     assert stopped is not None
@@ -336,6 +340,41 @@ def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
     assert told[-1].held_by in stopped
     assert "; 4 more attempts failed there; a larger bound, a thinner robot" in stopped
     assert _why_it_ended(drive, drive.tip_s, told) is None
+
+
+def test_an_attempt_that_cannot_draw_back_and_creeps_on_is_told_as_that() -> None:
+    """It has drawn back by nothing, not by less; and it did get past the place, though not by 5 mm."""
+    drive = SimpleNamespace(
+        tip_s=100.0, length_mm=300.0, settings=DriveSettings(), plan_anew=lambda _: None, tip=np.zeros(3), lost=None,
+        state=SimpleNamespace(held_by="link 3 at its bound", held_at=None),
+    )  # fmt: skip
+    told: list[Any] = []
+    for order in _come_again(drive, 300.0):  # type: ignore[arg-type]
+        on = order.command.insert_mm_per_s > 0.0 and drive.tip_s < 100.7 + 0.7 * len(told)
+        drive.tip_s += 0.1 if on else 0.0
+        told += [order.retry] if order.retry else []
+    assert [retry.drawn_back_mm for retry in told] == [0.0] * 4
+    assert {(retry.passed, retry.back_held_by, retry.ended_by) for retry in told} == {
+        (False, *["link 3 at its bound"] * 2)
+    }
+    np.testing.assert_allclose([retry.ended_mm for retry in told], [100.7, 101.4, 102.1, 102.8], atol=0.11)
+    stopped = _why_it_ended(drive, 300.0, told)  # type: ignore[arg-type]
+    assert re.search(
+        r"the last one came 2\.\d mm past it and was held again at 103 mm: link 3 .*; 5 mm count as past", stopped or ""
+    )
+
+
+def test_the_wall_is_measured_only_past_the_paths_start() -> None:
+    """Before it the robot is outside the organ, behind nothing."""
+    mesh, start, end = tube()
+    settings = DriveSettings(vertices_per_link=30, bends=4, contours=12, interpolated=36)
+    lumen = lumen_between(mesh, start, end, SnakeModel(3), settings)
+    drive = SnakeDrive(SnakeModel(3), lumen.pathway, settings, lumen.curve, lumen.room, tip_s=10.0)
+    assert drive.state.measured.any()
+    depth = WallDepth(mesh, lumen.pathway, lumen.curve)
+    depth.look(drive, True)
+    assert depth.deepest["mm"] == 0.0
+    assert "no part of the robot" in depth.words
 
 
 def test_a_planned_shape_is_moved_off_the_wall() -> None:
@@ -440,7 +479,14 @@ def test_from_a_surface_to_a_driven_snake() -> None:
     assert [side["toward_deg"] for side in by_name["middle"]["sides"]] == [45.0 * k for k in range(8)]
     assert all(side["turned_deg"] >= 20.0 for side in by_name["middle"]["sides"])
     assert told["retries"] == []
-    assert told["warnings"] == []
+    for name, asked in (("start", start), ("end", end)):
+        place = np.array(told[f"{name}_lps_mm"])
+        assert told[f"{name}_moved_mm"] == pytest.approx(np.linalg.norm(place - asked))
+        moved = [words for words in told["warnings"] if f"from the {name} that was asked for" in words]
+        assert len(moved) == (told[f"{name}_moved_mm"] > 5.0)
+    assert all("was asked for" in words for words in told["warnings"])
+    assert np.linalg.norm(np.array(told["tip_lps_mm"]) - told["end_lps_mm"]) < 1.0
+    assert f"{told['behind_wall']['mm']:.1f} mm, link" in told["behind_wall"]["words"]
     assert told["narrowest"]["radius_mm"] == pytest.approx(14.0, abs=0.7)
     assert 1.0 < told["behind_wall"]["mm"] < 9.0  # it leans against the wall while it looks round, by 8 mm at most
     assert (told["operator"], told["notice"]) == ("scripted", "Not for clinical use.")
