@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 from fastapi import APIRouter, FastAPI
 from starlette.routing import WebSocketRoute
@@ -135,7 +136,9 @@ def other_routes() -> APIRouter:
 
 
 class NoServices(contextlib.ExitStack):
-    """In the place of the services: nothing runs that would have to be ended."""
+    """In the place of the services: nothing runs that would have to be ended, and nothing changes."""
+
+    store = SimpleNamespace(data_version=lambda: 1)
 
     def end(self) -> None:
         pass
