@@ -26,7 +26,21 @@ CHECKS = (
 # The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself.
 PREPARATION = ("-c", "from vfix_engine.simulation.preparation import prepare; prepare()")
 # Two runs that can be made at once, since they only compute; all other tests have the machine for themselves then.
-AT_ONCE = (("lumen",), ("fixtures", "geometry", "imaging", "phantom", "robots"))
+AT_ONCE = {
+    "the lumen, the attack and mutants": (
+        "tests/engine/lumen",
+        "tests/app/test_file_mutants.py",
+        "tests/engine/simulation/test_attack.py",
+        "tests/engine/simulation/test_closed_loop.py",
+    ),
+    "geometry, imaging, robots and hands": (
+        *(f"tests/engine/{name}" for name in ("fixtures", "geometry", "imaging", "phantom", "robots")),
+        *(
+            f"tests/engine/simulation/test_{name}.py"
+            for name in ("ingress", "motion_limits", "moving_anatomy", "standing_fixtures", "zones_closed_loop")
+        ),
+    ),
+}
 
 
 def main(arguments: "list[str]") -> int:
@@ -60,16 +74,15 @@ def main(arguments: "list[str]") -> int:
 
 def run_every_test(python: Path) -> "tuple[dict[str, int], str]":
     """Status of each run by its name, and the counts of all runs together."""
-    folders = [[f"tests/engine/{name}" for name in names] for names in AT_ONCE]
-    others = [f"--ignore={name}" for names in folders for name in names]
+    others = [f"--ignore={path}" for paths in AT_ONCE.values() for path in paths]
     with tempfile.TemporaryDirectory() as reports:
 
         def run(report: str, *arguments: str) -> int:
             return run_in_environment(python, "-m", "pytest", f"--junitxml={reports}/{report}.xml", *arguments)
 
-        with ThreadPoolExecutor(len(folders)) as threads:
-            runs = [threads.submit(run, names[0], "-q", *paths) for names, paths in zip(AT_ONCE, folders, strict=True)]
-            statuses = {f"tests of {', '.join(names)}": run.result() for names, run in zip(AT_ONCE, runs, strict=True)}
+        with ThreadPoolExecutor(len(AT_ONCE)) as threads:
+            runs = {name: threads.submit(run, name, "-q", *paths) for name, paths in AT_ONCE.items()}
+            statuses = {f"tests of {name}": run.result() for name, run in runs.items()}
         statuses["other tests"] = run("others", *others)
         return statuses, counts(sorted(Path(reports).glob("*.xml")))
 
