@@ -66,7 +66,7 @@ def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, re
 
 
 def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest: Rest) -> None:
-    """HAZ-12: a watcher sees the robot and cannot move it; the handle goes over when its holder lets go."""
+    """HAZ-12: a watcher cannot move the robot, but may pause it; the handle goes over when its holder lets go."""
     plan_id = rest.copy_of_sample("Watched")
     driver, watcher = open_page().ready(), open_page().ready()
     for station in (driver, watcher):
@@ -77,7 +77,12 @@ def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest
     assert watcher.rehearsal()["mine"] is False
     watcher.wait_for("its words", lambda: "holds the handle" in watcher.page.locator("#panel").inner_text())
     assert watcher.page.locator("#lease").is_disabled()
-    assert watcher.page.locator("#start").is_disabled()
+    watcher.page.click("#start")
+    driver.wait_for("the watcher's pause", lambda: driver.rehearsal()["state"] == "paused")
+    watcher.wait_for("the same", lambda: watcher.rehearsal()["state"] == "paused")
+    assert watcher.page.locator("#start").is_disabled(), "only the holder goes on"
+    driver.page.click("#start")
+    watcher.wait_for("the robot to run", lambda: watcher.rehearsal()["state"] == "running")
     assert watcher.page.locator("[aria-label^='Safety margin']").is_disabled()
     watcher.page.keyboard.down("ArrowUp")
     watcher.page.wait_for_timeout(600)
