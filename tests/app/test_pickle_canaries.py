@@ -50,6 +50,6 @@ def test_code_in_an_answer_of_a_worker_never_runs(tmp_path: Path) -> None:
     np.save(tmp_path / "answer-0.npy", np.array([Canary(sung)], dtype=object), allow_pickle=True)
     for answer in ((tmp_path / "answer-0.npy").read_bytes(), pickle.dumps(Canary(sung))):
         (tmp_path / "answer-0.npy").write_bytes(answer)
-        with pytest.raises(ValueError, match="allow_pickle|magic string"):
+        with pytest.raises(ValueError, match=r"allow_pickle|magic string"):
             load(tmp_path, "answer", 1 << 20)
         assert not sung.exists()
