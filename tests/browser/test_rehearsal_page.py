@@ -80,7 +80,7 @@ def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest
     watcher.page.click("#start")
     driver.wait_for("the watcher's pause", lambda: driver.rehearsal()["state"] == "ready")  # it had not moved yet
     watcher.wait_for("the same", lambda: watcher.rehearsal()["state"] == "ready")
-    assert watcher.page.locator("#start").is_disabled(), "only the holder goes on"
+    watcher.wait_for("a button that only the holder may press", lambda: watcher.page.locator("#start").is_disabled())
     driver.page.click("#start")
     watcher.wait_for("the robot to run", lambda: watcher.rehearsal()["state"] == "running")
     assert watcher.page.locator("[aria-label^='Safety margin']").is_disabled()
