@@ -13,6 +13,7 @@ ENGINE_ROOMS = {
     "errors": 0,
     "resources": 0,
     "frames": 1,
+    "given": 1,
     "geometry": 2,
     "imaging": 3,
     "robots": 3,

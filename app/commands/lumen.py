@@ -19,13 +19,13 @@ from vfix_engine.errors import FrameError, InputError, MeshError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.frame_report import FRAMES, MM_PER_UNIT, FrameReport
 from vfix_engine.imaging.mesh_files import read_mesh, write_ply
-from vfix_engine.lumen.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
-from vfix_engine.lumen.drive_state import CONTROLS
-from vfix_engine.lumen.look_plan import view_of
-from vfix_engine.lumen.pathway import TissueMotion
-from vfix_engine.lumen.pathway_surface import pathway_surface
-from vfix_engine.lumen.picture import LumenPictures
-from vfix_engine.lumen.tissue_motion import breathing, peristalsis, together
+from vfix_engine.lumen.drive.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
+from vfix_engine.lumen.drive.drive_state import CONTROLS
+from vfix_engine.lumen.drive.look_plan import view_of
+from vfix_engine.lumen.pathway.pathway import TissueMotion
+from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
+from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis, together
+from vfix_engine.lumen.picture.picture import LumenPictures
 from vfix_engine.robots.snake import SnakeModel
 
 Array = NDArray[np.float64]

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vfix_engine.errors import InputError, PathwayError
-from vfix_engine.lumen.drive_state import CONTROLS, DriveSettings
-from vfix_engine.lumen.snake_drive import SnakeDrive
+from vfix_engine.lumen.drive.drive_state import CONTROLS, DriveSettings
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
 from vfix_engine.robots.snake import SnakeModel
 
 from .hands import HANDS, Memory

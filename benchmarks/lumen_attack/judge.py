@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.lumen_peers import section_as_printed
-from vfix_engine.lumen.packed import PackedPathway
-from vfix_engine.lumen.query import deviation_of_points
+from vfix_engine.lumen.pathway.packed import PackedPathway
+from vfix_engine.lumen.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 

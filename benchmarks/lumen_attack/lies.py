@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.lumen.conformance import Conformed
-from vfix_engine.lumen.limits import Pose
-from vfix_engine.lumen.snake_drive import SnakeDrive
+from vfix_engine.lumen.conform.conformance import Conformed
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.lumen.limits.limits import Pose
 
 Array = NDArray[np.float64]
 Random = np.random.Generator

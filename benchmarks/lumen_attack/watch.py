@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.lumen.drive_state import DriveState
-from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, HardLimits, Pose, Verdict
-from vfix_engine.lumen.packed import PackedPathway
-from vfix_engine.lumen.snake_drive import SnakeDrive
+from vfix_engine.lumen.drive.drive_state import DriveState
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.lumen.limits.limits import WAY_TOLERANCE_MM, HardLimits, Pose, Verdict
+from vfix_engine.lumen.pathway.packed import PackedPathway
 
 from .judge import Judge, turned
 

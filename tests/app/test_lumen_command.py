@@ -13,7 +13,7 @@ from app.cli import main
 from app.commands.lumen import read_landmarks
 from vfix_engine.errors import InputError
 from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.lumen.synthetic import synthetic_colon, synthetic_course, write_stl
+from vfix_engine.lumen.anatomy.synthetic import synthetic_colon, synthetic_course, write_stl
 
 
 @pytest.fixture(scope="module")

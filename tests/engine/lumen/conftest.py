@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.lumen.centreline import Centreline, centreline_between
-from vfix_engine.lumen.synthetic import SyntheticCourse, synthetic_colon, synthetic_course
+from vfix_engine.lumen.anatomy.centreline import Centreline, centreline_between
+from vfix_engine.lumen.anatomy.synthetic import SyntheticCourse, synthetic_colon, synthetic_course
 
 
 @pytest.fixture(scope="session")

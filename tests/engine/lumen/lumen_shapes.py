@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vfix_engine.lumen.cavity import body_cavity
-from vfix_engine.lumen.pathway import Pathway
+from vfix_engine.lumen.pathway.cavity import body_cavity
+from vfix_engine.lumen.pathway.pathway import Pathway
 
 
 def straight(length: float = 300.0, radius: float = 12.0, contours: int = 31, angles: int = 1, **more) -> Pathway:

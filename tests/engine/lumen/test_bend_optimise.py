@@ -13,9 +13,14 @@ import pytest
 from benchmarks import lumen_bends, lumen_figure_7c
 from tests.engine.lumen.lumen_shapes import arc, straight
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.bending import DIRECTIONS, BendProblem, bend_angles, primary_displacement, tip_displacement
-from vfix_engine.lumen.cavity import body_cavity
-from vfix_engine.lumen.optimise import (
+from vfix_engine.lumen.bending.bending import (
+    DIRECTIONS,
+    BendProblem,
+    bend_angles,
+    primary_displacement,
+    tip_displacement,
+)
+from vfix_engine.lumen.bending.optimise import (
     Bend,
     control_bends,
     cost_map,
@@ -24,7 +29,8 @@ from vfix_engine.lumen.optimise import (
     search_globally,
     with_gap,
 )
-from vfix_engine.lumen.query import Query, deviation_of_points
+from vfix_engine.lumen.pathway.cavity import body_cavity
+from vfix_engine.lumen.query.query import Query, deviation_of_points
 from vfix_engine.robots import SnakeModel
 
 SNAKE = SnakeModel(5)

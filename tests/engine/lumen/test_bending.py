@@ -10,7 +10,13 @@ import pytest
 
 from tests.engine.lumen.lumen_shapes import straight
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.bending import DIRECTIONS, BendProblem, bend_angles, primary_displacement, tip_displacement
+from vfix_engine.lumen.bending.bending import (
+    DIRECTIONS,
+    BendProblem,
+    bend_angles,
+    primary_displacement,
+    tip_displacement,
+)
 from vfix_engine.robots import SnakeModel
 from vfix_engine.robots.snake_dynamics import SnakeDynamics
 

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from vfix_engine.lumen.hermite import PolarHermite
+from vfix_engine.lumen.bending.hermite import PolarHermite
 from vfix_engine.robots import SnakeModel
 from vfix_engine.robots.snake_dynamics import Drift, SnakeDynamics, accelerated
 

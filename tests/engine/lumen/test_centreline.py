@@ -11,11 +11,11 @@ from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.lumen import voxel_pieces
-from vfix_engine.lumen.centreline import Centreline, centreline_between
-from vfix_engine.lumen.curve import Curve
-from vfix_engine.lumen.synthetic import SyntheticCourse, synthetic_colon, synthetic_course, write_stl
-from vfix_engine.lumen.voxels import piece_with, voxels_of
+from vfix_engine.lumen.anatomy import voxel_pieces
+from vfix_engine.lumen.anatomy.centreline import Centreline, centreline_between
+from vfix_engine.lumen.anatomy.curve import Curve
+from vfix_engine.lumen.anatomy.synthetic import SyntheticCourse, synthetic_colon, synthetic_course, write_stl
+from vfix_engine.lumen.anatomy.voxels import piece_with, voxels_of
 
 Array = NDArray[np.float64]
 

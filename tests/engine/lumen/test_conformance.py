@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import PathwayError
-from vfix_engine.lumen.conform_kernel import Body, Line, Task, judge, normal_matrix
-from vfix_engine.lumen.conform_solve import box_step
-from vfix_engine.lumen.conformance import FASTEST, Conformed, Insertion, conform
-from vfix_engine.lumen.curve import Curve
-from vfix_engine.lumen.transport import transported
+from vfix_engine.lumen.anatomy.curve import Curve
+from vfix_engine.lumen.anatomy.transport import transported
+from vfix_engine.lumen.conform.conform_kernel import Body, Line, Task, judge, normal_matrix
+from vfix_engine.lumen.conform.conform_solve import box_step
+from vfix_engine.lumen.conform.conformance import FASTEST, Conformed, Insertion, conform
 from vfix_engine.robots.snake import SnakeModel
 
 LINK = 28.0

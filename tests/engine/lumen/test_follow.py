@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import PathwayError
-from vfix_engine.lumen.curve import Curve
-from vfix_engine.lumen.follow import followable
-from vfix_engine.lumen.joint_places import joint_places
+from vfix_engine.lumen.anatomy.curve import Curve
+from vfix_engine.lumen.conform.follow import followable
+from vfix_engine.lumen.conform.joint_places import joint_places
 from vfix_engine.robots.snake import SnakeModel
 
 SNAKE = SnakeModel(5)

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.cavity import body_cavity
-from vfix_engine.lumen.haptics import HapticSettings, guidance, net, resistance
-from vfix_engine.lumen.query import Query
+from vfix_engine.lumen.haptics.haptics import HapticSettings, guidance, net, resistance
+from vfix_engine.lumen.pathway.cavity import body_cavity
+from vfix_engine.lumen.query.query import Query
 from vfix_engine.robots import SnakeModel
 
 TABLE_II = HapticSettings()

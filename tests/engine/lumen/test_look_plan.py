@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from lumen_shapes import arc, straight
 
-from vfix_engine.lumen.drive_state import Command, DriveSettings
-from vfix_engine.lumen.limits import WAY_TOLERANCE_MM
-from vfix_engine.lumen.look_plan import SIDES, LookPlanner, view_of
-from vfix_engine.lumen.look_round import planned
-from vfix_engine.lumen.query import deviation_of_points
-from vfix_engine.lumen.snake_drive import SnakeDrive
+from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
+from vfix_engine.lumen.drive.look_plan import SIDES, LookPlanner, view_of
+from vfix_engine.lumen.drive.look_round import planned
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.lumen.limits.limits import WAY_TOLERANCE_MM
+from vfix_engine.lumen.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 
 # A bend in which joints of 45° have little left: chords of 28 mm turn by 41°.

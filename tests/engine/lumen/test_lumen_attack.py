@@ -18,9 +18,9 @@ from benchmarks.lumen_attack.command import SUMMED, summary
 from benchmarks.lumen_attack.hands import HANDS
 from benchmarks.lumen_attack.lies import LIES
 from benchmarks.lumen_attack.watch import Motion, Tally, Watch
-from vfix_engine.lumen.drive_state import DriveSettings
-from vfix_engine.lumen.limits import HardLimits, Pose, Verdict
-from vfix_engine.lumen.snake_drive import SnakeDrive
+from vfix_engine.lumen.drive.drive_state import DriveSettings
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.lumen.limits.limits import HardLimits, Pose, Verdict
 from vfix_engine.robots.snake import SnakeModel
 
 SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")

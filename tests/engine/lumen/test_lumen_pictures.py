@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.lumen import picture_marks
-from vfix_engine.lumen.camera_view import Surface, View, endoscope_view
-from vfix_engine.lumen.fit import fit_pathway
-from vfix_engine.lumen.picture import HEIGHT, WIDTH, LumenPictures
-from vfix_engine.lumen.picture_marks import RIM, rims
-from vfix_engine.lumen.robot_shape import robot_shape
-from vfix_engine.lumen.synthetic import SyntheticCourse
+from vfix_engine.lumen.anatomy.synthetic import SyntheticCourse
+from vfix_engine.lumen.pathway.fit import fit_pathway
+from vfix_engine.lumen.picture import picture_marks
+from vfix_engine.lumen.picture.camera_view import Surface, View, endoscope_view
+from vfix_engine.lumen.picture.picture import HEIGHT, WIDTH, LumenPictures
+from vfix_engine.lumen.picture.picture_marks import RIM, rims
+from vfix_engine.lumen.picture.robot_shape import robot_shape
 from vfix_engine.robots.snake import SnakeModel
 
 Array = NDArray[np.float64]

@@ -13,24 +13,24 @@ import trimesh
 from lumen_shapes import straight
 
 from vfix_engine.errors import InputError, VfixError
-from vfix_engine.lumen.bending import BendProblem
-from vfix_engine.lumen.centreline import centreline_between
-from vfix_engine.lumen.drive import drive_lumen
-from vfix_engine.lumen.drive_report import Visit
-from vfix_engine.lumen.drive_state import Command, DriveSettings
-from vfix_engine.lumen.fit import fit_pathway
-from vfix_engine.lumen.hermite import PolarHermite
-from vfix_engine.lumen.look_round import look_round
-from vfix_engine.lumen.narrow import narrowest
-from vfix_engine.lumen.operators import Stop, scripted
-from vfix_engine.lumen.optimise import control_bends
-from vfix_engine.lumen.packed import PackedPathway
-from vfix_engine.lumen.pathway import Pathway
-from vfix_engine.lumen.pathway_surface import pathway_surface
-from vfix_engine.lumen.query import Query, deviation_of_points
-from vfix_engine.lumen.snake_drive import SnakeDrive
-from vfix_engine.lumen.tissue_motion import breathing, peristalsis
-from vfix_engine.lumen.visual_motor import Steering, VisualMotor
+from vfix_engine.lumen.anatomy.centreline import centreline_between
+from vfix_engine.lumen.bending.bending import BendProblem
+from vfix_engine.lumen.bending.hermite import PolarHermite
+from vfix_engine.lumen.bending.optimise import control_bends
+from vfix_engine.lumen.bending.visual_motor import Steering, VisualMotor
+from vfix_engine.lumen.drive.drive import drive_lumen
+from vfix_engine.lumen.drive.drive_report import Visit
+from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
+from vfix_engine.lumen.drive.look_round import look_round
+from vfix_engine.lumen.drive.narrow import narrowest
+from vfix_engine.lumen.drive.operators import Stop, scripted
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.lumen.pathway.fit import fit_pathway
+from vfix_engine.lumen.pathway.packed import PackedPathway
+from vfix_engine.lumen.pathway.pathway import Pathway
+from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
+from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis
+from vfix_engine.lumen.query.query import Query, deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 
 LANE = straight(contours=16)
@@ -298,7 +298,7 @@ def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.Monke
         plan_anew=lambda _: None,
     )  # fmt: skip
     assert sum(1 for _ in scripted(stuck, [], 200.0)) < 1000
-    monkeypatch.setattr("vfix_engine.lumen.look_round._by_hand", lambda *_: iter(()))
+    monkeypatch.setattr("vfix_engine.lumen.drive.look_round._by_hand", lambda *_: iter(()))
     orders = list(look_round(stuck, Stop("here", 100.0)))
     assert len(orders) < 200
     assert orders[-1].event == "gave up"

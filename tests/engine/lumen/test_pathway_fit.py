@@ -9,13 +9,13 @@ import pytest
 
 from vfix_engine.errors import PathwayError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.lumen.centreline import Centreline
-from vfix_engine.lumen.curve import Curve
-from vfix_engine.lumen.fit import containment, fit_pathway
-from vfix_engine.lumen.interpolation import Interpolation
-from vfix_engine.lumen.synthetic import SyntheticCourse
-from vfix_engine.lumen.transport import transported
-from vfix_engine.lumen.uncross import uncrossed
+from vfix_engine.lumen.anatomy.centreline import Centreline
+from vfix_engine.lumen.anatomy.curve import Curve
+from vfix_engine.lumen.anatomy.synthetic import SyntheticCourse
+from vfix_engine.lumen.anatomy.transport import transported
+from vfix_engine.lumen.pathway.fit import containment, fit_pathway
+from vfix_engine.lumen.pathway.interpolation import Interpolation
+from vfix_engine.lumen.pathway.uncross import uncrossed
 
 Array = np.ndarray
 Width = Callable[[Array, Array], Array]

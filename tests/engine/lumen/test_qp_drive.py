@@ -8,14 +8,14 @@ import math
 import numpy as np
 from lumen_shapes import arc, straight
 
-from vfix_engine.lumen.drive import compare_controls
-from vfix_engine.lumen.drive_state import Command, DriveSettings
-from vfix_engine.lumen.ease import eased
-from vfix_engine.lumen.qp_drive import QpControl
-from vfix_engine.lumen.query import Query
-from vfix_engine.lumen.snake_drive import SnakeDrive
-from vfix_engine.lumen.tip_control import Place, camera_jacobian
-from vfix_engine.lumen.wall_rows import wall_rows
+from vfix_engine.lumen.control.ease import eased
+from vfix_engine.lumen.control.qp_drive import QpControl
+from vfix_engine.lumen.control.tip_control import Place, camera_jacobian
+from vfix_engine.lumen.control.wall_rows import wall_rows
+from vfix_engine.lumen.drive.drive import compare_controls
+from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.lumen.query.query import Query
 from vfix_engine.robots.snake import SnakeModel
 
 SETTINGS = DriveSettings(vertices_per_link=40, control="qp", step_s=0.002)

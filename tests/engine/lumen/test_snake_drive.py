@@ -15,19 +15,19 @@ from lumen_shapes import arc, helix, straight
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.lumen.conformance import conform
-from vfix_engine.lumen.drive import Shot, _why_it_ended, drive_lumen, lumen_between
-from vfix_engine.lumen.drive_report import Tally
-from vfix_engine.lumen.drive_state import Command, DriveSettings, DriveState
-from vfix_engine.lumen.ease import eased
-from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, told_beyond
-from vfix_engine.lumen.narrow import WallDepth
-from vfix_engine.lumen.operators import Stop, _come_again, adversarial, scripted
-from vfix_engine.lumen.pathway import Pathway
-from vfix_engine.lumen.query import deviation_of_points
-from vfix_engine.lumen.snake_drive import SnakeDrive
-from vfix_engine.lumen.tissue_motion import breathing, peristalsis
-from vfix_engine.lumen.waypoints import moved_off
+from vfix_engine.lumen.conform.conformance import conform
+from vfix_engine.lumen.conform.waypoints import moved_off
+from vfix_engine.lumen.control.ease import eased
+from vfix_engine.lumen.drive.drive import Shot, _why_it_ended, drive_lumen, lumen_between
+from vfix_engine.lumen.drive.drive_report import Tally
+from vfix_engine.lumen.drive.drive_state import Command, DriveSettings, DriveState
+from vfix_engine.lumen.drive.narrow import WallDepth
+from vfix_engine.lumen.drive.operators import Stop, _come_again, adversarial, scripted
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.lumen.limits.limits import WAY_TOLERANCE_MM, told_beyond
+from vfix_engine.lumen.pathway.pathway import Pathway
+from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis
+from vfix_engine.lumen.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
@@ -156,7 +156,7 @@ def test_of_a_command_that_is_not_finite_the_rest_is_carried_out() -> None:
 def test_what_eases_a_shape_is_compiled_before_the_first_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its first call of an installation takes seconds."""
     asked = []
-    monkeypatch.setattr("vfix_engine.lumen.snake_drive.eased", lambda *given: asked.append(eased(*given)))
+    monkeypatch.setattr("vfix_engine.lumen.drive.snake_drive.eased", lambda *given: asked.append(eased(*given)))
     SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)
     assert len(asked) == 1
     assert asked[0] is not None

@@ -9,12 +9,12 @@ import pytest
 from lumen_shapes import arc, straight
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.clearance import slope
-from vfix_engine.lumen.limits import WAY_TOLERANCE_MM, HardLimits, Pose
-from vfix_engine.lumen.limits_kernel import _bows, _slopes, _turn_between
-from vfix_engine.lumen.limits_vertices import _growth
-from vfix_engine.lumen.packed import CORE, PackedPathway
-from vfix_engine.lumen.query import Query, deviation_of_points
+from vfix_engine.lumen.limits.limits import WAY_TOLERANCE_MM, HardLimits, Pose
+from vfix_engine.lumen.limits.limits_kernel import _bows, _slopes, _turn_between
+from vfix_engine.lumen.limits.limits_vertices import _growth
+from vfix_engine.lumen.pathway.packed import CORE, PackedPathway
+from vfix_engine.lumen.query.clearance import slope
+from vfix_engine.lumen.query.query import Query, deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 
 SNAKE = SnakeModel(5)

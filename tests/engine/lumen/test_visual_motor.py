@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.hermite import PolarHermite
-from vfix_engine.lumen.visual_motor import R_LEAST, Steering, VisualMotor
+from vfix_engine.lumen.bending.hermite import PolarHermite
+from vfix_engine.lumen.bending.visual_motor import R_LEAST, Steering, VisualMotor
 from vfix_engine.robots import SnakeModel
 
 SNAKE = SnakeModel(5)

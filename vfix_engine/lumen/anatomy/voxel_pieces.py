@@ -1,0 +1,75 @@
+"""The closed pieces that a surface consists of, and how much memory its voxels may take."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ...geometry.mesh import TriangleMesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Marks = NDArray[np.bool_]
+
+VOXEL_BYTES = 120  # measured from surface to way: 115
+MEMORY_SHARE = 0.5  # of the machine's memory at most
+_UNKNOWN_BYTES = 8 << 30  # where the system does not say how much memory there is
+_MOST_PIECES = 50  # of more the smallest are taken together
+_NESTED = 0.95  # share of a piece's voxels within others: then it is a hole in them
+
+
+def check_memory(voxels: float, voxel_mm: float, size_mm: Array) -> None:
+    """Whether so many voxels fit into this machine.
+
+    Raises:
+        InputError: they do not.
+    """
+    have = _memory_bytes()
+    if voxels * VOXEL_BYTES > MEMORY_SHARE * have:
+        raise InputError(
+            f"voxels of {voxel_mm:g} mm would be {voxels:.3g} in the surface's box of "
+            f"{' × '.join(f'{d:.0f}' for d in size_mm)} mm and take {voxels * VOXEL_BYTES / 1e9:.1f} GB, of the "
+            f"{have / 1e9:.1f} GB of this machine at most {100 * MEMORY_SHARE:.0f} % are taken: take larger ones, "
+            "or is the surface not in millimetres?"
+        )
+
+
+def closed_pieces(mesh: TriangleMesh) -> list[Index]:
+    """Faces of each piece that is closed in itself, the largest first; all other faces together, if any, at the end."""
+    from scipy.sparse import coo_array  # imported here: slow to load
+    from scipy.sparse.csgraph import connected_components
+
+    faces = np.asarray(mesh.faces, dtype=np.int64)
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    count = len(mesh.vertices)
+    graph = coo_array((np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(count, count))
+    pieces, of_vertex = connected_components(graph, directed=False)
+    edge, used = np.unique(edges[:, 0] * count + edges[:, 1], return_counts=True)
+    is_open = np.zeros(pieces, dtype=np.bool_)
+    is_open[of_vertex[edge[used % 2 == 1] // count]] = True
+    of_face = of_vertex[faces[:, 0]]
+    size = np.bincount(of_face, minlength=pieces)
+    closed = np.flatnonzero(~is_open & (size > 0))
+    closed = closed[np.argsort(-size[closed], kind="stable")][:_MOST_PIECES]
+    found = [np.flatnonzero(of_face == piece) for piece in closed]
+    rest = np.flatnonzero(~np.isin(of_face, closed))
+    return [*found, rest] if len(rest) else found
+
+
+def add_piece(inside: Marks, piece: Marks) -> None:
+    """Voxels of one more closed piece: a hole where it lies within what is there, else what either of them holds."""
+    within = int(np.count_nonzero(piece & inside))
+    if within and within >= _NESTED * np.count_nonzero(piece):
+        inside ^= piece
+    else:
+        inside |= piece
+
+
+def _memory_bytes() -> int:
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # not a POSIX system
+        return _UNKNOWN_BYTES

@@ -1,0 +1,211 @@
+"""Control bends: as far as the pathway lets the distal links bend, to four or eight sides (Kwok 2013, eq. 14-20)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import InputError
+from .bending import DIRECTIONS, BendProblem, Direction
+from .bending_kernel import Family, Lumen, cost_of, judge
+from .bending_search import UTMOST, direction, search, survey
+
+Array = NDArray[np.float64]
+
+EVALUATIONS = 100  # Kwok 2013, section IV.B
+_FAR = 4.0  # [q_max] first and last joint of a planar bend; Kwok 2013, fig. 4 has 2.7
+_SCALE = 6.0  # α and β at most; Kwok 2013, fig. 4 has 3.35
+_ZOOMS = 2
+_FEWEST = 40  # evaluations of one search
+
+
+@dataclass(frozen=True, eq=False)
+class Bend:
+    """One bend of the distal links.
+
+    delta: (2L',) Δq in rad with joints at their limits, read-only. parameters: (m, q_c) in rad of (10), or (α, β) of
+    (19). cost: z_eff/z_max of (14) and (20). angle: ϑ in rad. evaluations: of the query. feasible: whether the links'
+    rest was within the bounds; where it was not, no link is deeper than it was at rest. gap: cost above that of a
+    search everywhere, where one was made.
+    """
+
+    delta: Array
+    parameters: tuple[float, float]
+    cost: float
+    angle: float
+    evaluations: int
+    feasible: bool
+    gap: float | None = None
+
+
+class Survey(NamedTuple):
+    """What a search everywhere found: the best bend that its ray reaches, the best of all, where rays leave (n, 2)."""
+
+    reachable: Bend
+    anywhere: Bend
+    exits: Array
+
+
+class CostMap(NamedTuple):
+    """Cost of (14) over m and q_c, (a, b); infinite where the tip goes the wrong way. And what is within the bounds."""
+
+    cost: Array
+    within: NDArray[np.bool_]
+
+
+class _Side(NamedTuple):
+    """Bends to one side: the family they are of, ϑ in rad, and (a, b) → the paper's parameters (2, 2)."""
+
+    family: Family
+    angle: float
+    to_parameters: Array
+
+
+def optimise_primary(problem: BendProblem, direction: Direction, evaluations: int = EVALUATIONS) -> Bend:
+    """The planar bend (10) to one side that has the least z_eff/z_max within the bounds (14)-(17).
+
+    Raises:
+        InputError: another direction, or fewer than 40 evaluations.
+    """
+    return _optimised(problem, _planar(problem, direction), evaluations, *_within(problem))
+
+
+def optimise_between(problem: BendProblem, one: Bend, two: Bend, evaluations: int = EVALUATIONS) -> Bend:
+    """The bend half-way between two neighbours, one after the other in ϑ, scaled by the best (α, β) (18)-(20)."""
+    return _optimised(problem, _between(problem, one, two), evaluations, *_within(problem))
+
+
+def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int = EVALUATIONS) -> tuple[Bend, ...]:
+    """The four bends along the axes, or these and the four between them, by rising ϑ from 0.
+
+    Each is searched with so many evaluations of the query.
+
+    Raises:
+        InputError: another count, or fewer than 40 evaluations.
+    """
+    if count not in (4, 8):
+        raise InputError(f"there are 4 or 8 control bends, not {count}")
+    within = _within(problem)
+    bends = [_optimised(problem, _planar(problem, way), evaluations, *within) for way in DIRECTIONS]
+    if count == 4:
+        return tuple(bends)
+    found: list[Bend] = []
+    for one, two in zip(bends, [*bends[1:], bends[0]], strict=True):
+        found += [one, _optimised(problem, _between(problem, one, two), evaluations, *within)]
+    return tuple(found)
+
+
+def search_globally(problem: BendProblem, way: Direction | tuple[Bend, Bend], grid: int = 201) -> Survey:
+    """The same problem asked everywhere: ``grid`` directions at ``grid`` places each, then closer round the best.
+
+    For tests and figures. ``way``: a direction, or the two bends that one is searched between.
+    """
+    side = _between(problem, *way) if isinstance(way, tuple) else _planar(problem, way)
+    lumen, feasible = _within(problem)
+    width = 2.0 * UTMOST / grid
+    first = width * (0.5 + np.arange(grid)) - UTMOST
+    places = np.array(first, dtype=np.float64)
+    exits = np.empty(0)
+    best, best_any = (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)
+    asked = 0
+    for zoom in range(1 + _ZOOMS):
+        left = np.empty(len(places))
+        a, b, cost, any_a, any_b, any_cost, at = survey(lumen, side.family, places, grid, left, problem.scratch())
+        asked += len(places) * grid
+        exits = left if zoom == 0 else exits
+        if cost < best[2]:
+            best, middle = (a, b, cost), at
+        best_any = min(best_any, (any_a, any_b, any_cost), best, key=lambda found: found[2])
+        if best[2] >= 1.0:
+            break
+        places[:] = middle + width * np.linspace(-1.0, 1.0, grid)
+        width *= 2.0 / grid
+    reachable = _bend(problem, side, best, asked, feasible)
+    anywhere = _bend(problem, side, best_any, asked, feasible)
+    phi = np.array([direction(side.family, t) for t in first])
+    rays = exits[:, None] * np.column_stack([np.cos(phi), np.sin(phi)])
+    return Survey(reachable, anywhere, rays @ side.to_parameters.T)
+
+
+def with_gap(problem: BendProblem, bend: Bend, way: Direction | tuple[Bend, Bend], grid: int = 201) -> Bend:
+    """The bend with its cost above that of a search everywhere."""
+    return replace(bend, gap=bend.cost - search_globally(problem, way, grid).reachable.cost)
+
+
+def cost_map(problem: BendProblem, way: Direction, m: ArrayLike, q_c: ArrayLike) -> CostMap:
+    """Kwok 2013, fig. 7(c): the objective (14) and the constraint (17) over m (a,), rad a joint, and q_c (b,), rad."""
+    side = _planar(problem, way)
+    lumen, _ = _within(problem)
+    scratch, to_plane = problem.scratch(), np.linalg.inv(side.to_parameters)
+    slopes, last = np.array(m, dtype=np.float64), np.array(q_c, dtype=np.float64)
+    cost, within = np.empty((len(slopes), len(last))), np.zeros((len(slopes), len(last)), dtype=np.bool_)
+    for i, slope in enumerate(slopes):
+        for j, value in enumerate(last):
+            a, b = to_plane @ (slope, value)
+            cost[i, j] = cost_of(lumen, side.family, a, b, scratch)
+            excess = judge(lumen, side.family, a, b, True, scratch)
+            within[i, j] = excess <= 0.0 and np.isfinite(cost[i, j])
+    return CostMap(cost, within)
+
+
+def _within(problem: BendProblem) -> tuple[Lumen, bool]:
+    """The links in their pathway with b_i, or at rest's own D_i where that is beyond it (a pathway that moved).
+
+    And whether none is.
+    """
+    at_rest = problem.deviations(np.zeros(problem.snake.dof))
+    return problem.lumen(np.maximum(problem.bound, at_rest)), bool((at_rest <= problem.bound).all())
+
+
+def _planar(problem: BendProblem, direction: Direction) -> _Side:
+    """(10) by the first and the last joint's value in q_max instead of (m, q_c): both are of the same size then."""
+    if direction not in DIRECTIONS:
+        raise InputError(f"{direction!r} is none of the directions {', '.join(DIRECTIONS)}")
+    snake, quarter = problem.snake, DIRECTIONS[direction]
+    links, odd = snake.links, quarter % 2 == 1
+    sign = snake.q_max * (1.0 if quarter in (0, 3) else -1.0)
+    share = np.linspace(0.0, 1.0, links) if links > 1 else np.ones(1)
+    plane = np.zeros((2, 2 * links))
+    plane[:, (0 if odd else 1) :: 2] = sign * np.array([1.0 - share, share])
+    # The tip moves by ℓ Σ (L' − k) Δq_k at first: the half plane in which that is the wanted way.
+    lever = np.arange(links, 0, -1)
+    middle = math.atan2(float(lever @ share), float(lever @ (1.0 - share)))
+    towards = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter]
+    family = Family(plane, towards, middle - 0.5 * math.pi, middle + 0.5 * math.pi, _FAR)
+    slope = sign / (2 * links - 2) if links > 1 else 0.0  # m (i − 2L') + q_c is b at the last joint, a at the first
+    to_parameters = np.array([[-slope, slope], [0.0, sign]])
+    if odd:
+        to_parameters[1] += to_parameters[0]  # the last odd joint is 2L' − 1
+    return _Side(family, quarter * 0.5 * math.pi, to_parameters)
+
+
+def _between(problem: BendProblem, one: Bend, two: Bend) -> _Side:
+    """(19): α at the first joint, going over to β at the last."""
+    turn = (two.angle - one.angle) % (2.0 * math.pi)
+    mean = 0.5 * (one.delta + two.delta)  # (18)
+    share = np.arange(1, len(mean) + 1) / len(mean)
+    plane = np.array([(1.0 - share) * mean, share * mean])
+    family = Family(plane, (0.0, 0.0), 0.0, 0.5 * math.pi, _SCALE)
+    return _Side(family, (one.angle + 0.5 * turn) % (2.0 * math.pi), np.eye(2))
+
+
+def _optimised(problem: BendProblem, side: _Side, evaluations: int, lumen: Lumen, feasible: bool) -> Bend:
+    if not isinstance(evaluations, int | np.integer) or evaluations < _FEWEST:
+        raise InputError(f"a bend takes a whole number of at least {_FEWEST} evaluations, not {evaluations!r:.20}")
+    a, b, cost, made = search(lumen, side.family, evaluations - 1, problem.scratch())
+    return _bend(problem, side, (a, b, cost), made + 1, feasible)
+
+
+def _bend(
+    problem: BendProblem, side: _Side, found: tuple[float, float, float], evaluations: int, feasible: bool
+) -> Bend:
+    a, b, cost = found
+    limit, plane = problem.snake.q_max, side.family.plane
+    delta = np.clip(problem.q_rest + (a * plane[0] + b * plane[1]), -limit, limit) - problem.q_rest
+    delta.setflags(write=False)
+    one, two = side.to_parameters @ (a, b)
+    return Bend(delta, (float(one), float(two)), cost, side.angle, evaluations, feasible)

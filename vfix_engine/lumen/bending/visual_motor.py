@@ -1,0 +1,130 @@
+"""The camera follows the hand: motions in the picture become motions on the surface of bends (Kwok 2013, eq. 24-29)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import InputError
+from ...given import real_array
+from ...robots.snake import SnakeModel
+from .hermite import PolarHermite
+from .visual_motor_kernel import camera_rows, steer
+
+Array = NDArray[np.float64]
+
+R_LEAST = 1e-3  # ε⁺ of (29)
+_FAR = 1e6  # [mm] a camera that is wanted farther away is wanted there: squares of more overflow
+
+
+class Steering(NamedTuple):
+    """A place on the surface of bends, (u, v) = r (cos ϑ, sin ϑ)."""
+
+    u: float
+    v: float
+
+    @property
+    def r(self) -> float:
+        """How far the links are bent, 1 at the control bends."""
+        return math.hypot(self.u, self.v)
+
+    @property
+    def theta(self) -> float:
+        """Where to, rad in (−π, π]; 0 at rest."""
+        return math.atan2(self.v, self.u)
+
+
+class VisualMotor:
+    """Steers the camera of the distal links along the axes of its own picture: x to the right, y down, mm.
+
+    Joints beyond their limits stand at them, and what Q changes about them then moves nothing.
+
+    Args:
+        snake: the distal links alone; hermite: their surface of bends; base_of_l: (4, 4) transform of the frame {l}
+            that they hang on to the patient frame, which only ``camera`` depends on.
+
+    Raises:
+        InputError: a surface of another number of joints, or a base that is not (4, 4) of finite numbers.
+    """
+
+    def __init__(self, snake: SnakeModel, hermite: PolarHermite, base_of_l: ArrayLike) -> None:
+        base = np.array(base_of_l, dtype=np.float64)
+        if base.shape != (4, 4) or not np.isfinite(base).all():
+            raise InputError("the frame of the distal links is a transform (4, 4) of finite numbers")
+        if len(hermite.q_rest) != snake.dof:
+            raise InputError(f"bends of {len(hermite.q_rest)} joints for links with {snake.dof}")
+        base.setflags(write=False)
+        self.snake, self.hermite, self.base = snake, hermite, base
+
+    def joints(self, state: Steering) -> Array:
+        """Joints (2L',) at a place of the surface, within their limits, rad."""
+        return self.snake.clamp(self.hermite.cartesian(*state)[0])
+
+    def camera(self, state: Steering) -> Array:
+        """transform_camera_to_patient (4, 4) at a place of the surface (24)."""
+        return self.snake.camera(self.joints(state), self.base)
+
+    def jacobian(self, r: float, theta: float) -> Array:
+        """J (2, 2): motion of the camera in its picture in mm by r and by ϑ in rad (28)."""
+        return self._in_picture(self.hermite.value(r, theta), self.hermite.partials(r, theta))
+
+    def jacobian_uv(self, state: Steering) -> Array:
+        """The same by u and v, regular at r = 0 (2, 2), mm."""
+        return self._in_picture(*self.hermite.cartesian(*state))
+
+    def step(self, state: Steering, wanted: ArrayLike) -> Steering:
+        """Where to steer for the camera to move by ``wanted`` (2,) mm in its picture, as near as can be.
+
+        In (u, v), in which nothing special happens at r = 0. Where bends cannot move the camera so, it goes where it
+        comes nearest; r stays within the surface's r_max. Many joints may move far at once near a singular place: how
+        fast they may is for the caller.
+
+        Raises:
+            InputError: a wanted motion that is not two finite numbers, or a place that is none.
+        """
+        if not (math.isfinite(state[0]) and math.isfinite(state[1])):
+            raise InputError(f"a surface of bends has no place ({state[0]}, {state[1]})")
+        right, down = self._wanted(wanted)
+        hermite, snake = self.hermite, self.snake
+        u, v = steer(
+            hermite.angles, hermite.coefficients, hermite.q_rest, snake.q_max, snake.length_mm, snake.camera_offset_mm,
+            hermite.r_max, float(state[0]), float(state[1]), right, down,
+        )  # fmt: skip
+        return Steering(u, v)
+
+    def step_polar(self, r: float, theta: float, wanted: ArrayLike) -> tuple[float, float]:
+        """The same as printed: (δr, δϑ) by J⁻¹ (28), r by (29), ϑ in [0, 2π); kept for comparison.
+
+        Raises:
+            InputError: as ``step``; ArithmeticError: J is singular, to the last bit.
+        """
+        (a, b), (c, d) = self.jacobian(r, theta).tolist()
+        right, down = self._wanted(wanted)
+        size = a * d - b * c
+        if size == 0.0:
+            raise ArithmeticError(f"the camera's Jacobian is singular at r = {r:g}, ϑ = {theta:g}")
+        r_next = r + (d * right - b * down) / size
+        theta_next = theta + (a * down - c * right) / size
+        if r_next < 0.0:
+            theta_next += math.pi
+        return max(R_LEAST, r_next), theta_next % (2.0 * math.pi)
+
+    def _in_picture(self, q: Array, partials: Array) -> Array:
+        """Rows of the camera (2, 2L') times partial derivatives (2L', 2) of q."""
+        limit = self.snake.q_max
+        rows = camera_rows(np.clip(q, -limit, limit), self.snake.length_mm, self.snake.camera_offset_mm)
+        free = np.abs(q) <= limit
+        moved: Array = rows[:, free] @ partials[free]
+        return moved
+
+    @staticmethod
+    def _wanted(wanted: ArrayLike) -> tuple[float, float]:
+        given = real_array("a wanted motion of the camera", wanted)
+        if given.shape != (2,) or not np.isfinite(given).all():
+            raise InputError("a wanted motion of the camera is two finite numbers, mm")
+        right, down = float(given[0]), float(given[1])
+        size = max(abs(right), abs(down))
+        return (right, down) if size <= _FAR else (right / size * _FAR, down / size * _FAR)

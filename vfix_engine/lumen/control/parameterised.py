@@ -1,0 +1,109 @@
+"""The paper's control of the distal links: a polar Hermite surface of optimal bends, steered by the camera command.
+
+Kwok 2013, eq. 10-29: control bends within the bounds, the surface Q(r, ϑ) through them, and the inverse of its
+Jacobian in the camera's plane.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bending.bending import BendProblem
+from ..bending.hermite import PolarHermite
+from ..bending.optimise import Bend, control_bends
+from ..bending.visual_motor import Steering, VisualMotor
+from .tip_control import Place, at_bounds
+
+Array = NDArray[np.float64]
+
+
+class ParameterisedControl:
+    """Steers (u, v) = r (cos ϑ, sin ϑ); q = Q(r, ϑ) about the conforming shape q̃ (Kwok 2013, section III.B.3)."""
+
+    def __init__(self, count: Literal[4, 8] = 8, r_max: float = 1.4) -> None:
+        self.steering, self.hurried = (0.0, 0.0), False
+        self.bends: tuple[Bend, ...] = ()
+        self._count, self._r_max = count, r_max
+        self._next = (0.0, 0.0)
+
+    def settle(self, place: Place, q: Array) -> None:
+        """Find the control bends anew; done only while r is small, so that the surface moves little under the hand."""
+        problem = BendProblem(place.snake, place.query, place.packed, place.window, place.base, place.rest, place.bound)
+        self.bends = control_bends(problem, self._count)
+        angles = np.array([bend.angle for bend in self.bends])
+        shapes = np.array([place.snake.clamp(place.rest + bend.delta) for bend in self.bends])
+        self._hermite = PolarHermite(place.rest, angles, shapes, self._r_max)
+        self._ends: str | None = None
+        self.move_to(place)
+
+    def move_to(self, place: Place) -> None:
+        """The same bends about another rest: q = Q(r, ϑ) + (q̃ now − q̃ then)."""
+        self._place = place
+        self._offset = place.rest - self._hermite.value(0.0, 0.0)
+        self._motor = VisualMotor(place.snake, self._hermite, place.base)
+
+    def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
+        """Q at the steering that (28) leads to; the command is shortened until no joint goes farther than ``most``."""
+        here = self._at(self.steering)
+        command, target, self.hurried = camera_mm, here, False
+        for _ in range(4):
+            self._next = self._steered(command)
+            target = self._at(self._next)
+            ratio = float(np.abs(target - here).max()) / most
+            if ratio <= 1.0:
+                break
+            self.hurried = True
+            command = command * min(0.98 / ratio, 0.9)
+        return target
+
+    def lead(self, steering: tuple[float, float]) -> None:
+        """The joints go where that steering is."""
+        self._next = steering
+
+    def ends(self, first: int) -> str:
+        """Links that the control bends bring to their bounds, looked at once for each set of them."""
+        if self._ends is None:
+            place, told = self._place, set[str]()
+            for bend in self.bends:
+                told.update(at_bounds(place, place.snake.clamp(place.rest + bend.delta), first))
+            self._ends = ", ".join(sorted(told))
+        return self._ends
+
+    def accept(self, share: float) -> None:
+        """The steering goes as far as the joints did."""
+        (u, v), (u_next, v_next) = self.steering, self._next
+        self.steering = (u + share * (u_next - u), v + share * (v_next - v))
+
+    def bent(self, q: Array, rest: Array) -> float:
+        """r."""
+        return math.hypot(*self.steering)
+
+    def outwards(self, q: Array) -> Array:
+        """∂(camera)/∂r: the first column of (28)."""
+        r = math.hypot(*self.steering)
+        if r == 0.0:
+            return np.zeros(2)
+        outwards: Array = self.camera_per_steering() @ (np.array(self.steering) / r)
+        return outwards
+
+    def camera_per_steering(self) -> Array:
+        """∂(camera)/∂(u, v) (2, 2) in mm, in the picture (28)."""
+        return self._motor.jacobian_uv(Steering(*self.steering))
+
+    def shape(self) -> Array:
+        """Q at the present steering."""
+        return self._at(self.steering)
+
+    def _steered(self, camera_mm: Array) -> tuple[float, float]:
+        u, v = self._motor.step(Steering(*self.steering), camera_mm)
+        r = math.hypot(u, v)
+        shrink = min(1.0, self._r_max / r) if r > 0.0 else 1.0
+        return float(shrink * u), float(shrink * v)
+
+    def _at(self, steering: tuple[float, float]) -> Array:
+        shape: Array = self._hermite.cartesian(*steering)[0] + self._offset
+        return self._place.snake.clamp(shape)

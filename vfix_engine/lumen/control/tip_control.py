@@ -1,0 +1,99 @@
+"""What a control of the distal links is given and what it gives: a wish, which the hard limits judge afterwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...robots.snake import SnakeModel
+from ..pathway.packed import PackedPathway
+from ..query.query import Query
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+_AT_BOUND_MM = 0.1
+_AT_LIMIT = 1e-6  # [rad]
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where links are to be moved about: the distal ones as a rule, or all.
+
+    snake: these links alone; query: of their vertices.
+    base: (4, 4) of the frame {l} they hang on, patient frame; rest: (2L',) their part of the conforming shape q̃.
+    packed, window: the pathway and the segments (L', 2) that the links are measured against; bound: (L',) b_i in mm.
+    """
+
+    snake: SnakeModel
+    query: Query
+    base: Array
+    rest: Array
+    packed: PackedPathway
+    window: Index
+    bound: Array
+
+
+class TipControl(Protocol):
+    """Turns a camera command into wanted joints of the distal links. Nothing here moves the robot."""
+
+    steering: tuple[float, float]
+    """(u, v) = r (cos ϑ, sin ϑ); (0, 0) where the control has none."""
+    hurried: bool
+    """Whether the joints' speed cut what was wanted last."""
+
+    def settle(self, place: Place, q: Array) -> None:
+        """Get ready for another place, from joints q (2L',)."""
+
+    def move_to(self, place: Place) -> None:
+        """The same place, moved with the tissue."""
+
+    def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
+        """Joints (2L',) that move the camera by so many mm in its plane (2,), none by more than ``most`` rad."""
+
+    def lead(self, steering: tuple[float, float]) -> None:
+        """What is wanted next is not steered: it ends with these (u, v)."""
+
+    def ends(self, first: int) -> str:
+        """In words, what ends the bends that the control knows, or nothing; ``first`` is the number of their link."""
+
+    def accept(self, share: float) -> None:
+        """So much of what was wanted last is done."""
+
+    def bent(self, q: Array, rest: Array) -> float:
+        """How far links at q (2L',) are bent from ``rest`` (2L',), about 1 where they can bend no further."""
+
+    def outwards(self, q: Array) -> Array:
+        """(2,) where the camera goes in its plane as the links bend more, mm; 0 where they are straight."""
+
+
+def outwards(snake: SnakeModel, q: Array, base: Array, rest: Array) -> Array:
+    """(2,) where the camera goes in its plane as joints q (2L',) leave ``rest`` in proportion, mm."""
+    found: Array = camera_jacobian(snake, q, base) @ (q - rest)
+    return found
+
+
+def at_bounds(place: Place, q: Array, first: int) -> list[str]:
+    """Links at their bounds at joints q (2L',), in words; ``first`` is the number of the place's first link."""
+    frames = place.snake.frames(q, place.base)
+    depth = place.query.deviations(place.packed, frames, place.window).depth
+    near = np.flatnonzero(depth > place.bound - _AT_BOUND_MM)
+    return [f"link {first + i + 1} at its bound of {place.bound[i]:g} mm" for i in near]
+
+
+def stops(place: Place, q: Array, first: int) -> list[str]:
+    """Links at their bounds and joints at their limits; as ``at_bounds``."""
+    limits = int((np.abs(q) > place.snake.q_max - _AT_LIMIT).sum())
+    words = at_bounds(place, q, first)
+    return [*words, f"{limits} of {place.snake.dof} joints at their limit"] if limits else words
+
+
+def camera_jacobian(snake: SnakeModel, q: Array, base: Array) -> Array:
+    """Motion of the camera in its own plane, (2, 2L') mm/rad: rows of eq. 26."""
+    camera = snake.camera(q, base)
+    ahead = np.array([0.0, 0.0, snake.camera_offset_mm])
+    inside: Array = camera[:3, :2].T @ snake.point_jacobian(q, base, snake.links - 1, ahead)
+    return inside

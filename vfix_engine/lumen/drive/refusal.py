@@ -1,0 +1,38 @@
+"""What the certificate refused last, told when somebody asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...robots.snake import SnakeModel
+from ..limits.limits import Pose, Verdict
+from ..query.query import Query
+from .drive_state import Outcome
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Refusal:
+    """A verdict on links (L,) with bounds (L,) mm that were to go to a pose."""
+
+    verdict: Verdict
+    end: Pose
+    bound: Array
+    snake: SnakeModel
+    query: Query
+
+    def outcome(self, name: Literal["shrunk", "held"]) -> Outcome:
+        """Of a step that it shrank or held; the place is that of the vertex farthest out, at the pose wanted."""
+        found = self.verdict.deviation
+        over = found.depth - self.bound
+        link = int(over.argmax())
+        if not (over[link] > 0.0 and np.isfinite(found.depth[link]) and self.end.finite):
+            return Outcome(name, self.verdict.held_by, "bound")
+        frame = self.snake.frames(self.end.q, self.end.base)[link + 1]
+        at = frame[:3, :3] @ self.query.vertices.points[found.vertex[link]] + frame[:3, 3]
+        return Outcome(name, self.verdict.held_by, "bound", at)

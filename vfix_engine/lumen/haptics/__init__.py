@@ -1,0 +1,1 @@
+"""Forces on the hand of the operator."""

@@ -1,0 +1,58 @@
+"""What the operator's hand feels while the distal links are steered (Kwok 2013, section III.C)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...robots.snake import SnakeModel
+from ...robots.snake_dynamics import SnakeDynamics
+from .haptics import Forces, HapticSettings, net
+
+Array = NDArray[np.float64]
+
+MEAN_S = 0.03  # [s] time constant of the means that motion and forces are
+# The tissue carries the robot, and its weight is not the hand's haste: what resists the hand comes of motion alone.
+_NO_GRAVITY = (0.0, 0.0, 0.0)
+_FRAME_OF_L = np.eye(4)
+
+
+class HandForces:
+    """F = F_r + F_h of the manipulated links, from their joints step by step; bounded whatever comes.
+
+    Joints and camera move against the frame {l} that the links hang on, so the tissue's motion is not the hand's.
+    """
+
+    def __init__(self, distal: SnakeModel, settings: HapticSettings | None = None) -> None:
+        self.settings = (settings or HapticSettings()).for_links(distal.links)
+        self._distal, self._dynamics = distal, SnakeDynamics(distal)
+        self._speed, self._velocity = np.zeros(distal.dof), np.zeros(2)
+        self.forces = Forces(np.zeros(2), np.zeros(2), np.zeros(2))
+
+    def step(self, before: Array, after: Array, dt: float, depth: Array, outwards: Array) -> Forces:
+        """Forces (2,) in N in the camera's plane after a step of dt s.
+
+        A step that the robot does not take stops it at once, which is nobody's haste; so speeds are means over
+        ``MEAN_S``, and so are the forces.
+
+        Args:
+            before, after: (2L',) rad, where the joints were and are.
+            depth: (L',) mm.
+            outwards: (2,) where the camera goes as the links bend more; any length.
+        """
+        share = 1.0 - math.exp(-dt / MEAN_S)
+        seen = self._distal.camera(before, _FRAME_OF_L)
+        way = seen[:3, :2].T @ (self._distal.camera(after, _FRAME_OF_L)[:3, 3] - seen[:3, 3])
+        speed_more = share * ((after - before) / dt - self._speed)
+        velocity_more = share * (way / dt - self._velocity)
+        self._speed, self._velocity = self._speed + speed_more, self._velocity + velocity_more
+        torque = self._dynamics.torque(after, self._speed, speed_more / dt, _NO_GRAVITY)
+        jacobian = np.column_stack([outwards, np.zeros(2)])
+        now = net(self._speed, torque, self._velocity, velocity_more / dt, depth, jacobian, self.settings)
+        was = self.forces
+        resistance = was.resistance + share * (now.resistance - was.resistance)
+        guidance = was.guidance + share * (now.guidance - was.guidance)
+        self.forces = Forces(resistance, guidance, resistance + guidance)
+        return self.forces

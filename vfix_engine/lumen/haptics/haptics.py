@@ -1,0 +1,166 @@
+"""Forces on the operator's hand: resistance to haste, and guidance back into the pathway (Kwok 2013, section III.C)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import InputError
+from ...robots.snake import JOINT_SPEED, JOINT_TORQUE
+
+Array = NDArray[np.float64]
+
+_STILL = 1e-9  # [mm/s, mm/s²] slower has no direction: (32) is 0/0 at rest
+_NO_WAY = 1e-12  # [mm] of a camera that stands still when r changes: (35) is 0/0
+
+
+@dataclass(frozen=True)
+class HapticSettings:
+    """Kwok 2013, Table II.
+
+    tau_max: N·m, speed_max: rad/s, what the joints' motors can do.
+    f_b_max, f_i_max: N, the most that damping and inertia resist with.
+    c_b: N·rad/s, c_i: N·N·m (the paper names no unit; SI gives both curves the caps' size just before the limits).
+    spring: N/mm and threshold: mm, one for each manipulated link; the last one is the tip's.
+    f_h_max: N; not printed, assumed: the peak force of the device that the paper used.
+
+    Raises:
+        InputError: a number that is not finite or not positive (springs and thresholds may be 0), no spring, or springs
+            and thresholds of different number.
+    """
+
+    tau_max: float = JOINT_TORQUE
+    speed_max: float = JOINT_SPEED
+    f_b_max: float = 0.88
+    f_i_max: float = 3.30
+    c_b: float = 1e-3
+    c_i: float = 3e-3
+    spring: tuple[float, ...] = (0.07, 0.07, 0.07, 0.07, 0.45)
+    threshold: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    f_h_max: float = 3.3
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, tuple):
+                if not (value and all(math.isfinite(v) and v >= 0.0 for v in value)):
+                    raise InputError(f"haptic setting {field.name}: finite numbers of at least 0, not {value}")
+            elif not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"haptic setting {field.name} must be finite and positive, not {value:g}")
+        if len(self.spring) != len(self.threshold):
+            raise InputError(f"{len(self.spring)} spring constants and {len(self.threshold)} thresholds")
+
+    @property
+    def most(self) -> float:
+        """The largest force in N that can come out, whatever goes in."""
+        return self.f_b_max + self.f_i_max + self.f_h_max
+
+    def for_links(self, links: int) -> HapticSettings:
+        """The same for another number of manipulated links: the first link's values for all but the last."""
+        if links < 1:
+            raise InputError(f"{links} manipulated links; there must be at least 1")
+        springs, thresholds = ((values[0],) * (links - 1) + values[-1:] for values in (self.spring, self.threshold))
+        return replace(self, spring=springs, threshold=thresholds)
+
+
+class Forces(NamedTuple):
+    """Forces (2,) in N in the camera's plane, x to the right and y down in the picture: (32), (35) and their sum."""
+
+    resistance: Array
+    guidance: Array
+    total: Array
+
+
+def resistance(
+    q_speed: ArrayLike, torque: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, settings: HapticSettings
+) -> Array:
+    """What holds the hand back as joints come near the speed or the torque of their motors (2,), N (31)-(32).
+
+    It opposes the camera's motion (the paper prints it along it), and is 0 where that stands still. The part against
+    the acceleration helps a hand that slows down.
+
+    Args:
+        q_speed: (2L',) rad/s and torque: (2L',) N·m of the manipulated joints.
+        velocity: (2,) mm/s and acceleration: (2,) mm/s² of the camera in its plane.
+
+    Raises:
+        InputError: an array of another shape, or a number that is not finite.
+    """
+    speeds, torques = _finite(q_speed, None, "joint speeds"), _finite(torque, None, "joint torques")
+    if len(speeds) != len(torques):
+        raise InputError(f"{len(speeds)} joint speeds and {len(torques)} joint torques")
+    damping = _rising(settings.speed_max, max(map(abs, speeds)), settings.c_b, settings.f_b_max)
+    inertia = _rising(settings.tau_max, max(map(abs, torques)), settings.c_i, settings.f_i_max)
+    moving = _direction(_finite(velocity, 2, "velocity"), _STILL)
+    speeding = _direction(_finite(acceleration, 2, "acceleration"), _STILL)
+    return np.array([-inertia * a - damping * v for a, v in zip(speeding, moving, strict=True)])  # (32)
+
+
+def guidance(depth: ArrayLike, jacobian: ArrayLike, settings: HapticSettings) -> Array:
+    """What leads the hand to where links leave the pathway less: towards less bending (2,), N (33)-(35).
+
+    Args:
+        depth: (L',) mm, deviation of each manipulated link (16).
+        jacobian: (2, 2) of (28), camera displacement in its plane, mm, with r (first column) and ϑ.
+
+    Raises:
+        InputError: an array of another shape, or a number that is not finite.
+    """
+    deviation = _finite(depth, len(settings.spring), "deviation of the links")
+    motion = np.asarray(jacobian, dtype=float)
+    if motion.shape != (2, 2):
+        raise InputError(f"the camera's Jacobian has 2 x 2 finite numbers, not {motion.shape}")
+    (x_r, _, y_r, _) = _finite(motion.ravel(), 4, "the camera's Jacobian")
+    strength = 0.0
+    for spring, deep, least in zip(settings.spring, deviation, settings.threshold, strict=True):
+        strength += spring * max(0.0, max(deep, 0.0) - least)  # (33)
+    towards = _direction([-x_r, -y_r], _NO_WAY)  # (34): J [−1, 0]ᵀ
+    return min(strength, settings.f_h_max) * np.array(towards)  # (35)
+
+
+def net(
+    q_speed: ArrayLike,
+    torque: ArrayLike,
+    velocity: ArrayLike,
+    acceleration: ArrayLike,
+    depth: ArrayLike,
+    jacobian: ArrayLike,
+    settings: HapticSettings,
+) -> Forces:
+    """F = F_r + F_h (Kwok 2013, section III.C.3), at most ``settings.most``; arguments and errors as of both."""
+    holding = resistance(q_speed, torque, velocity, acceleration, settings)
+    leading = guidance(depth, jacobian, settings)
+    return Forces(holding, leading, holding + leading)
+
+
+def _rising(limit: float, used: float, constant: float, most: float) -> float:
+    """A force in N that is 0 at rest and grows as the margin to the limit shrinks (31); ``most`` without a margin."""
+    margin = limit - used
+    if margin <= 0.0:
+        return most
+    # Without the cancellation of the printed bracket: 1/margin − 1/limit = used / (margin · limit).
+    return min(constant * used / margin / limit, most)
+
+
+def _direction(vector: list[float], least: float) -> list[float]:
+    """The unit vector (2,), or 0 where the vector is shorter than ``least``; no size overflows."""
+    largest = max(abs(vector[0]), abs(vector[1]), least)
+    x, y = vector[0] / largest, vector[1] / largest
+    size = math.hypot(x, y)
+    if size * largest < least:
+        return [0.0, 0.0]
+    return [x / size, y / size]
+
+
+def _finite(values: ArrayLike, count: int | None, what: str) -> list[float]:
+    """Numbers of a row; plain ones, as a step of control asks for few of them and often."""
+    array = np.asarray(values, dtype=np.float64)
+    numbers: list[float] = array.tolist() if array.ndim == 1 else []
+    if not numbers or count not in (None, len(numbers)) or not all(map(math.isfinite, numbers)):
+        wanted = "some" if count is None else str(count)
+        raise InputError(f"{what}: {wanted} finite numbers are needed")
+    return numbers
