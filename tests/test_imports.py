@@ -19,9 +19,10 @@ ENGINE_ROOMS = {
     "robots": 3,
     "fixtures": 4,
     "control": 5,
-    "simulation": 6,
-    "lumen": 6,
-    "": 7,  # what a script may import from the top
+    "runtime": 6,
+    "simulation": 7,
+    "lumen": 7,
+    "": 8,  # what a script may import from the top
 }
 APP_ROOMS = {
     "": 0,
