@@ -31,7 +31,7 @@ from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, PlanError
 from vfix_engine.imaging.volume import Volume
-from vfix_engine.simulation.events import Event
+from vfix_engine.runtime.events import Event
 
 TABS = ("tab-one-0", "tab-two-0", "tab-three")
 
