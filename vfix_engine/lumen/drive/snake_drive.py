@@ -355,7 +355,7 @@ class SnakeDrive(DistalSteps):
         """Windows of the links for joints at these arc lengths, and which links are inside."""
         low, high = joint_s[:-1] - WINDOW_MM, joint_s[1:] + WINDOW_MM
         low[self._first :], high[self._first :] = low[self._first], high[-1]
-        self._windows = np.array([self.pathway.window(*pair) for pair in zip(low, high, strict=True)], dtype=np.int64)
+        self._windows = self.pathway.windows(low, high)
         self._measured = joint_s[:-1] >= self._entrance
 
     def _bounds(self) -> Array:
