@@ -114,7 +114,7 @@ class DistalSteps:
             end = Configuration(place.base, q + within * share * (target - q))
             verdict = self._distal_limits.certify(self._packed, place.window, here, end, place.bound)
             if verdict.taken:
-                self.q[2 * self._first :] = end.q
+                self.q = np.concatenate([self.q[: 2 * self._first], end.q])  # a copy: see SnakeDrive.copy
                 if by_joints:
                     self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
                 else:
