@@ -42,6 +42,8 @@ APP_ROOMS = {
     "": 0,
     "error_shape": 0,
     "browsers": 0,
+    "clock": 0,
+    "extras": 0,
     "settings": 1,
     "store": 2,
     "services": 3,

@@ -11,6 +11,7 @@ from typing import Any
 from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
+from app.clock import utc_now
 from app.services.errors import NotFound, PlanConflict, PlanLocked
 from app.services.names import check_label
 from app.services.plan_model import (
@@ -26,7 +27,6 @@ from app.services.plan_model import (
     new_point_id,
 )
 from app.store import Store
-from app.store.database import utc_now
 from app.store.models import PlanRow, PlanStateRow
 from vfix_engine.errors import InputError, PlanError
 

@@ -7,6 +7,7 @@ import threading
 
 from sqlalchemy import Select, select
 
+from app.clock import utc_now
 from app.services.errors import OtherCase, PlanLocked
 from app.services.names import MAX_NAME, check_name
 from app.services.plan_editor import PlanEditor, check_revision, find_row, list_plan, read_plan, title_of, touch
@@ -21,7 +22,6 @@ from app.services.plan_model import (
     unplaced_robot,
 )
 from app.store import Store
-from app.store.database import utc_now
 from app.store.models import CaseRow, PlanRow, PlanStateRow
 from vfix_engine.errors import PlanError
 

@@ -8,7 +8,6 @@ from typing import Any
 
 from app.services import Services
 from app.services.errors import PlanLocked
-from app.services.surface_uncertainty import SurfaceUncertainty
 from app.session import commands as c
 from app.session.board import Board
 from app.session.hints import rehearse_hint
@@ -18,6 +17,7 @@ from app.session.rehearsal_view import details_section, rehearsal_section, setti
 from app.session.rehearsals import Prepared, RehearsalRoom, RehearsalRooms
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, VfixError
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.simulation.snapshot import Snapshot
 

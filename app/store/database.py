@@ -8,13 +8,13 @@ import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.orm import Session
 
+from app.clock import utc_now as utc_now
 from app.settings import Settings
 from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, told
 from app.store.files import FileStore
@@ -137,11 +137,6 @@ class Store:
             self._snapshot.close()
         self.scratch.close()
         self.files.scratch.close()
-
-
-def utc_now() -> str:
-    """The time now, ISO 8601 in UTC."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def _keep_private(database: Path) -> None:

@@ -17,7 +17,6 @@ import pytest
 from app.services import Services, plan_editor
 from app.services.cases import Case, CaseFrame
 from app.services.plans import Plan
-from app.services.surface_uncertainty import SurfaceUncertainty
 from app.session import commands as c
 from app.session import hub as hub_module
 from app.session.board import Board
@@ -36,6 +35,7 @@ from app.store.models import PlanStateRow
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 
 SAMPLE = "head-phantom-sample"
 HEAD = "head-phantom"
