@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.services import Services, plan_editor
+from app.services import Services
 from app.services.cases import Case, CaseFrame
+from app.services.documents import DocumentKind
 from app.services.plans import Plan
 from app.session import commands as c
 from app.session import hub as hub_module
@@ -31,7 +32,7 @@ from app.session.rehearsal_desk import RehearsalDesk
 from app.session.rehearsals import Prepared, RehearsalRooms
 from app.session.workspace import Workspace
 from app.store.errors import StorageError
-from app.store.models import PlanStateRow
+from app.store.models import DocumentStateRow
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -464,7 +465,7 @@ def test_the_list_of_plans_does_not_read_what_they_contain(
 ) -> None:
     desk = _planning(phantom_services)
     read: list[str] = []
-    monkeypatch.setattr(plan_editor, "content_from_json", lambda document: read.append("content"))
+    monkeypatch.setattr(DocumentKind, "content", lambda *_: read.append("content"))
     desk._plans = list(phantom_services.plans.titles(HEAD))
     assert read == []
     assert SAMPLE in [title.id for title in desk._plans]
@@ -477,9 +478,9 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
     desk = _planning(services)
     desk.do_plan(c.PlanCommand(type="plan.open", plan_id=bad.id))
     with services.store.writing() as session:
-        state = session.get(PlanStateRow, (bad.id, 0))
+        state = session.get(DocumentStateRow, (bad.id, 0))
         assert state is not None
-        state.document = {**state.document, "settings": {"margin_mm": 99.0}}
+        state.content = {**state.content, "points": "none"}
     with pytest.raises(InputError, match="'Bad' cannot be read"):
         desk.publish(fresh=True)
     desk.publish(fresh=True)
