@@ -27,7 +27,7 @@ class Greys:
     level: float = -200.0
 
 
-class SliceDesk:
+class SliceView:
     """Slices through one place, the cross; every number is pulled into the volume."""
 
     def __init__(self, volume: Volume, cross: Floats, detail: Volume | None = None) -> None:

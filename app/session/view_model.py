@@ -12,7 +12,7 @@ Section = Mapping[str, Any]
 _NONE: tuple[int, object] = (0, object())  # what is not there yet differs from everything, None included
 
 
-class Board:
+class ViewModel:
     """Thread-safe, latest wins: a slow reader gets the newest state, never a queue of old ones (HAZ-31)."""
 
     def __init__(self) -> None:

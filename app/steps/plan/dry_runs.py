@@ -15,7 +15,7 @@ from app.scene import palette
 from app.services import Services
 from app.services.planning import PlanEvaluation
 from app.services.tissue_words import tissue_words
-from app.session.lanes import Lanes
+from app.steps.plan.lanes import Lanes
 from vfix_engine.errors import VfixError
 
 Floats = npt.NDArray[np.float64]
@@ -64,7 +64,7 @@ class Corridor:
         }
 
 
-class CorridorDesk:
+class DryRuns:
     """Runs the newest plan dry; an answer to an older plan is dropped."""
 
     def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:

@@ -37,7 +37,7 @@ class Ghost:
     lies_in: str = ""
 
 
-class PlanDesk:
+class EditedPlan:
     """What one tab does with one plan. Not thread-safe: its workspace's thread owns it."""
 
     def __init__(self, services: Services, plan_id: str) -> None:
