@@ -6,12 +6,14 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter
 
+from app.session.sections import AddKind, StepName
+from vfix_engine.imaging.volume import Axis
+
 Identifier = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")]
 Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=120)]
 Coordinate = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]  # [mm]
 Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
 Direction = Literal[-1, 0, 1]
-Axis = Literal["axial", "coronal", "sagittal"]
 RequestId = Annotated[int, Field(ge=0, le=2**53)]
 
 
@@ -24,7 +26,7 @@ class Command(BaseModel):
 
 class SetStep(Command):
     type: Literal["step.set"]
-    name: Literal["patient", "plan", "rehearse"]
+    name: StepName
 
 
 class CaseCommand(Command):
@@ -73,7 +75,7 @@ class RenameItem(Command):
 
 class AddMode(Command):
     type: Literal["add.mode"]
-    kind: Literal["point", "target", "none"]
+    kind: AddKind
 
 
 class PlainCommand(Command):

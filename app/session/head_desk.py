@@ -20,6 +20,7 @@ from app.session import commands as c
 from app.session.board import Board
 from app.session.hints import patient_hint
 from app.session.scene_link import Head
+from app.session.sections import CaseEntry, CaseSection, HeadSections
 from app.session.slice_desk import Greys, SliceDesk
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -45,7 +46,7 @@ class HeadDesk:
         self._picker: BonePicker | None = None
         self._ticket = 0
         self._pending_cross: Floats | None = None
-        self._cases: list[Any] = []
+        self._cases: list[Case] = []
         self._opened_up = False
 
     # -- opening
@@ -204,19 +205,22 @@ class HeadDesk:
         """Publish the sections; ``fresh`` reads the list of cases anew, which other tabs may have changed."""
         if fresh or not self._cases:
             self._cases = list(self._services.cases.list(include_deleted=True))
-        items = [
+        items: list[CaseEntry] = [
             {"id": case.id, "name": case.name, "created": str(case.created), "deleted": case.deleted_at is not None}
             for case in self._cases
         ]
-        self._board.publish("cases", {"items": items})
         case = next((case for case in self._cases if case.id == self.case_id), None)
-        self._board.publish("case", None if case is None else case_section(case, self.loading))
-        self._board.publish("slices", None if self._slices is None else self._slices.view())
         look = self._look
-        self._board.publish("view", {"opacity": look.opacity, "cut": look.cut, "slices": look.slices})
+        sections: HeadSections = {
+            "cases": {"items": items},
+            "case": None if case is None else case_section(case, self.loading),
+            "slices": None if self._slices is None else self._slices.view(),
+            "view": {"opacity": look.opacity, "cut": look.cut, "slices": look.slices},
+        }
+        self._board.publish(sections)
 
 
-def case_section(case: Case, loading: str) -> dict[str, Any]:
+def case_section(case: Case, loading: str) -> CaseSection:
     """The page's section of the open case."""
     return {
         "id": case.id,

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
-Step = Literal["patient", "plan", "rehearse"]
-
 
 def patient_hint(case_open: bool, loading: bool) -> str:
     if loading:

@@ -19,6 +19,7 @@ from app.session.corridor_desk import Corridor, CorridorDesk
 from app.session.head_desk import HeadDesk
 from app.session.hints import plan_hint
 from app.session.plan_desk import Ghost, PlanDesk, curve_points, curve_section
+from app.session.sections import PlanEntry, PlanningSections
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
 
@@ -292,14 +293,17 @@ class PlanningDesk:
                 self._corridor.clear()
                 raise
         self._refresh_corridor()
-        items = [
+        items: list[PlanEntry] = [
             {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
             for plan in self._plans
         ]
-        self._board.publish("plans", {"items": items})
-        self._board.publish("plan", None if self._desk is None else self._desk.view())
-        self._board.publish("curve", curve_section(self.curve()[0]))
-        self._board.publish("corridor", self._shown_corridor().view())
+        sections: PlanningSections = {
+            "plans": {"items": items},
+            "plan": None if self._desk is None else self._desk.view(),
+            "curve": curve_section(self.curve()[0]),
+            "corridor": self._shown_corridor().view(),
+        }
+        self._board.publish(sections)
 
     def _refresh_corridor(self) -> None:
         """Ask for a dry run when the stored path or what it depends on is another one."""
