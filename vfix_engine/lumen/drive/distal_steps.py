@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...robots.snake import SnakeModel
 from ..conform.conformance import ShapeSolution
-from ..control.tip_control import Place, TipControl, outwards, stops
+from ..control.tip_control import DistalContext, TipControl, outwards, stops
 from ..limits.limits import Configuration, HardLimits
 from ..pathway.packed import PackedPathway
 from ..query.query import Deviations, Query
@@ -57,16 +57,16 @@ class DistalSteps:
     def ready_to_look(self) -> None:
         """Let the control of the distal links get ready here, if it is not; a camera command does it by itself."""
         if not self._settled:
-            self.control.settle(self.place(), self.q[2 * self._first :].copy())
+            self.control.prepare(self.distal_context(), self.q[2 * self._first :].copy())
             self._settled = True
 
-    def place(self) -> Place:
+    def distal_context(self) -> DistalContext:
         """Where the distal links are now, for a control of them."""
         frames = self.snake.frames(self._conformed.q, self._conformed.base)
         window = np.ascontiguousarray(self._windows[self._first :])
         rest = np.array(self._conformed.q[2 * self._first :])
         bound = self._bounds()[self._first :]
-        return Place(self.distal, self._distal_query, frames[self._first], rest, self._packed, window, bound)
+        return DistalContext(self.distal, self._distal_query, frames[self._first], rest, self._packed, window, bound)
 
     def _bend(self, command: Command, dt: float, left: float) -> Outcome:
         """The distal links, by the camera command or back to the conforming shape, with ``left`` s of joint travel."""
@@ -108,11 +108,11 @@ class DistalSteps:
         if fastest == 0.0:
             return Outcome("rest")
         within = min(1.0, 1.0 / fastest)
-        place = self.place()
-        here = Configuration(place.base, q)
+        context = self.distal_context()
+        here = Configuration(context.base, q)
         for share in SHARES:
-            end = Configuration(place.base, q + within * share * (target - q))
-            verdict = self._distal_limits.certify(self._packed, place.window, here, end, place.bound)
+            end = Configuration(context.base, q + within * share * (target - q))
+            verdict = self._distal_limits.certify(self._packed, context.window, here, end, context.bound)
             if verdict.taken:
                 self.q[2 * self._first :] = end.q
                 if by_joints:
@@ -121,7 +121,7 @@ class DistalSteps:
                     self.control.accept(within * share)
                 self._keep(verdict.deviation, self._first)
                 return Outcome("moved") if share == 1.0 else self._stopped("shrunk")
-            self._refused = Refusal(verdict, end, place.bound, self.distal, self._distal_query)
+            self._refused = Refusal(verdict, end, context.bound, self.distal, self._distal_query)
         return self._stopped("held")
 
     def _stopped(self, name: Literal["shrunk", "held"]) -> Outcome:
@@ -135,7 +135,7 @@ class DistalSteps:
 
     def _no_bend(self, q: Array) -> str:
         """No joint moves the camera as commanded: what is at its end."""
-        here = ", ".join(stops(self.place(), q, self._first))
+        here = ", ".join(stops(self.distal_context(), q, self._first))
         known = self.control.ends(self._first)
         ends = [words for words in (here, f"the bends known here end with {known}" if known else "") if words]
         return "no bend moves the camera farther that way" + (f": {'; '.join(ends)}" if ends else "")
