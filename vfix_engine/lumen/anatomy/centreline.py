@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 Voxel = tuple[int, int, int]
 
 SNAP_MM = 8.0  # how far from the lumen a click may be
+_TIE = 0.25  # of a voxel: places whose distances from the wall differ by less are equally far from it
 _OPEN_MM = 10.0  # the distance to the wall at which a millimetre costs 1
 _SAMPLE_MM = 1.0  # samples of the path while it is smoothed
 
@@ -58,7 +59,7 @@ def centreline_between(
     Args:
         mesh: the lumen's surface, closed, in mm; which way its triangles face does not matter.
         start, end: (3,) in the patient frame, in the lumen or at most 8 mm outside of it; each is moved to the place
-            farthest from the wall within 8 mm.
+            farthest from the wall within 8 mm, the nearest of those that are equally far.
         voxel_mm: edge of the voxels that the path is searched in.
         power: of the cost near the wall.
         smooth_mm: standard deviation of the smoothing along the path; 0 leaves the path as it was found.
@@ -116,13 +117,18 @@ def _nearest_inside(lumen: VoxelLumen, click: Array, name: str) -> Voxel:
 
 
 def _deepest_near(lumen: VoxelLumen, depth: Array, click: Array, name: str) -> Voxel:
-    """The voxel of this piece of the lumen that is farthest from the wall, within 8 mm of the click."""
-    voxels, _ = _near(lumen, click)
+    """The voxel of this piece of the lumen that is farthest from the wall, within 8 mm of the click.
+
+    Along a lumen of one width many are as far; the one nearest to the click is taken.
+    """
+    voxels, away = _near(lumen, click)
     if not len(voxels):
         raise PathwayError(
             f"the {name} {click.tolist()} lies in another piece of the surface than the start: no lumen joins them"
         )
-    return _as_voxel(voxels[depth[tuple(voxels.T)].argmax()])
+    deep = depth[tuple(voxels.T)]
+    as_deep = np.flatnonzero(deep >= deep.max() - _TIE * lumen.voxel_mm)
+    return _as_voxel(voxels[as_deep[away[as_deep].argmin()]])
 
 
 def _as_voxel(indices: NDArray[np.int64]) -> Voxel:

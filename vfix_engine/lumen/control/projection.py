@@ -1,7 +1,7 @@
-"""A conforming shape that would leave its bounds, projected: the nearest joints that keep them, as a quadratic program.
+"""A conforming shape that would leave its bounds, projected to the nearest joints that keep them.
 
 Conformance asks for joints near the curve and does not know the bounds. Where its answer is refused, the whole body's
-clearance comes in as constraint rows, as the bone does on the sinus side.
+clearance comes in as constraint rows, as the bone does for a rigid tool.
 """
 
 from __future__ import annotations
@@ -9,16 +9,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...control.qp import solve, stack
-from ...fixtures import Constraint, Objective
+from ...fixtures import Objective
 from .tip_control import DistalContext
-from .wall_rows import wall_rows
+from .wall_program import WallProgram
 
 Array = NDArray[np.float64]
 
 _ROUNDS = 3  # linearisations
 _NEAR_MM = 3.0
-_KEEP_MM = 0.02  # [mm] rows are true for small steps only
+_MARGIN_MM = 0.02  # rows are true for small steps only
 _SCALE = 0.01  # [rad] of a step of joints, what the program is scaled by
 
 
@@ -27,20 +26,15 @@ def projected_to_limits(context: DistalContext, q: Array, most: float) -> Array 
 
     q: (2L,) where the joints are; none goes farther from there than ``most`` rad.
     """
-    snake, wanted = context.snake, context.rest
-    n = snake.dof
-    low, high = np.maximum(q - most, -snake.q_max), np.minimum(q + most, snake.q_max)
-    low, high = np.minimum(low, q), np.maximum(high, q)
+    program, n = WallProgram(context, q, most), context.snake.dof
     matrix = np.zeros((n + 1, n + 1))
     matrix[:n, :n] = np.eye(n) / _SCALE
-    matrix[n, n] = 1.0  # nothing wants the progress variable
-    found = np.clip(wanted, low, high)
+    matrix[n, n] = 1.0  # no objective depends on the progress variable
+    nearest = Objective(matrix, np.append((context.rest - q) / _SCALE, 0.0))
+    step = program.clip(context.rest - q)
     for _ in range(_ROUNDS):
-        rows = wall_rows(context, found, _NEAR_MM)
-        target = np.append((wanted - found) / _SCALE, 0.0)
-        wall = Constraint("wall", rows.matrix, rows.slack - _KEEP_MM, rows.vertex, ("the wall of the pathway",))
-        answer = solve(stack([Objective(matrix, target)], [wall], low - found, high - found, _SCALE))
-        if answer is None:
+        found = program.solve([nearest], [program.wall(step, _NEAR_MM, _MARGIN_MM, -np.inf)], _SCALE)
+        if found is None:
             return None
-        found = np.clip(found + answer.step, low, high)
-    return found
+        step = found
+    return q + step

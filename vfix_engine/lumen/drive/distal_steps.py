@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ...robots.snake import SnakeModel
 from ..conform.conformance import ShapeSolution
 from ..control.tip_control import DistalContext, TipControl, outwards, stops
+from ..limits.backtracking import largest_share
 from ..limits.limits import Configuration, HardLimits
 from ..pathway.packed import PackedPathway
 from ..query.query import Deviations, Query
@@ -20,7 +21,6 @@ from .trail import Trail
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 SAME = 1e-9  # share by which a step may be longer than it is allowed to be, by rounding
 
 
@@ -110,19 +110,29 @@ class DistalSteps:
         within = min(1.0, 1.0 / fastest)
         context = self.distal_context()
         here = Configuration(context.base, q)
-        for share in SHARES:
+
+        def is_admissible(share: float) -> bool:
             end = Configuration(context.base, q + within * share * (target - q))
             verdict = self._distal_limits.certify(self._packed, context.window, here, end, context.bound)
             if verdict.taken:
                 self.q[2 * self._first :] = end.q
-                if by_joints:
-                    self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
-                else:
-                    self.control.accept(within * share)
                 self._keep(verdict.deviation, self._first)
-                return Outcome("moved") if share == 1.0 else self._stopped("shrunk")
-            self._refused = Refusal(verdict, end, context.bound, self.distal, self._distal_query)
-        return self._stopped("held")
+            else:
+                self._refused = Refusal(verdict, end, context.bound, self.distal, self._distal_query)
+            return verdict.taken
+
+        share = largest_share(is_admissible)
+        if share > 0.0 and by_joints:
+            self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
+        elif share > 0.0:
+            self.control.accept(within * share)
+        return self._backtracked(share)
+
+    def _backtracked(self, share: float) -> Outcome:
+        """Of a motion of which ``share`` was admissible, 0 where none was."""
+        if share == 1.0:
+            return Outcome("moved")
+        return self._stopped("shrunk" if share > 0.0 else "held")
 
     def _stopped(self, name: Literal["shrunk", "held"]) -> Outcome:
         """By what the certificate refused last."""

@@ -15,12 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...control.qp import solve, stack
-from ...fixtures import Constraint, Objective
 from ...fixtures.rows import with_progress
 from ..control.projection import projected_to_limits
 from ..control.tip_control import DistalContext, stops
-from ..control.wall_rows import wall_rows
+from ..control.wall_program import WallProgram, joint_regularisation
+from ..limits.backtracking import SHARES
 from ..limits.limits import Configuration, HardLimits
 
 Array = NDArray[np.float64]
@@ -31,9 +30,8 @@ _MOST = math.radians(2.0)  # of a joint from one configuration of a path to the 
 _AHEAD = math.radians(6.0)  # so much farther the view is wanted at each
 _ROUNDS = 120  # configurations of a path at most
 _STALLED, _GAIN = 10, math.radians(0.1)  # a path ends that has not turned the view by that in so many
-_SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted piece, tried in turn
-_NEAR_MM, _KEEP_MM = 3.0, 0.02  # vertices so near to their bound get rows, which hold them that much inside of it
-_SMALL_MOTION = 1e-2  # of a joint's step against an error of the view, both as the motion of a link's end
+_NEAR_MM, _MARGIN_MM = 3.0, 0.02  # vertices so near to their bound get rows, which hold them that much inside of it
+_REGULARISATION = 1e-2  # of a joint's step against an error of the view, both as the motion of a link's end
 _STILL = 1e-5  # [rad] a shorter step counts as none
 
 
@@ -152,7 +150,7 @@ class LookPlanner:
         step = self._wanted(q, side, certified)
         if step is None:
             return None
-        for share in _SHARES:
+        for share in SHARES:
             after = snake.clamp(q + share * step)
             if not certified or self._taken(q, after):
                 return after
@@ -171,7 +169,7 @@ class LookPlanner:
     def _wanted(self, q: Array, side: int, certified: bool) -> Array | None:
         """The step of joints (2L',) that turns the view best, as a quadratic program with the walls as rows."""
         context, snake = self.context, self.context.snake
-        n, length, towards = snake.dof, snake.length_mm, 2.0 * SECTOR * side
+        length, towards = snake.length_mm, 2.0 * SECTOR * side
         view = snake.camera(q, context.base)[:3, 2]
         turned = self.seen(q).turned
         ahead = min(turned + _AHEAD, math.pi)
@@ -181,19 +179,12 @@ class LookPlanner:
         size = float(np.linalg.norm(wanted))
         if size < _STILL:
             return None
-        lever = np.zeros((n, n + 1))
-        lever[:, :n] = length * np.eye(n)
         turning = with_progress(length * np.cross(_axes(context, q), view).T, wanted, 1.0)
-        low, high = np.maximum(-_MOST, -snake.q_max - q), np.minimum(_MOST, snake.q_max - q)
-        low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
-        rows = wall_rows(context, q, _NEAR_MM)
-        slack = rows.slack - _KEEP_MM
-        slack = np.maximum(
-            slack, 0.0 if certified else -_KEEP_MM - _MOST * length
-        )  # of what is beyond, a step at a time
-        wall = Constraint("wall", rows.matrix, slack, rows.vertex, ("the wall of the pathway",))
-        answer = solve(stack([turning, Objective(lever, np.zeros(n), _SMALL_MOTION)], [wall], low, high, size))
-        return None if answer is None else np.clip(answer.step, low, high)
+        program = WallProgram(context, q, _MOST)
+        # What is beyond its bound comes back by a step at a time.
+        least = 0.0 if certified else -_MARGIN_MM - _MOST * length
+        wall = program.wall(np.zeros(snake.dof), _NEAR_MM, _MARGIN_MM, least)
+        return program.solve([turning, joint_regularisation(context, _REGULARISATION)], [wall], size)
 
     def _depth(self, q: Array) -> Array:
         context = self.context

@@ -25,11 +25,12 @@ from ..control.projection import projected_to_limits
 from ..control.tip_control import DistalContext
 from ..haptics.hand_forces import HandForces
 from ..haptics.haptics import Forces
+from ..limits.backtracking import largest_share
 from ..limits.limits import Configuration, HardLimits
 from ..pathway.live_pathway import LivePathway
 from ..pathway.pathway import Pathway
 from ..query.query import Deviations, Query
-from .distal_steps import SAME, SHARES, DistalSteps
+from .distal_steps import SAME, DistalSteps
 from .drive_start import checked_slack, checked_tip, make_control, refuse_beyond
 from .drive_state import Command, DriveSettings, DriveState, Outcome, both
 from .refusal import Refusal
@@ -232,19 +233,21 @@ class SnakeDrive(DistalSteps):
             done = self._fast()
         elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(remaining)) and 0.0 < ahead_s < self.length_mm:
             done = Outcome("shrunk", f"a step goes {most:g} mm at most, and to the next planned shape", "step")
-        for share in SHARES:
+
+        def is_admissible(share: float) -> bool:
             part = share * within
-            if self.tip_s + part * remaining == self.tip_s:  # a step that rounding makes none would move joints alone
-                return self._stopped("held")
-            if self._certified(blended(self._conformed, ahead, part), dt):
-                self.tip_s = self._conformed.tip_s
-                if self._goal is not None:  # what the tissue asks for goes in with the robot
-                    self._goal = blended(self._goal, ahead, part)
-                if part >= 1.0:
-                    self._waypoints.passed()
-                self._settled = False
-                return done if share == 1.0 else self._stopped("shrunk")
-        return self._stopped("held")
+            advances = self.tip_s + part * remaining != self.tip_s  # else joints would move and the tip would not
+            return advances and self._certified(blended(self._conformed, ahead, part), dt)
+
+        share = largest_share(is_admissible)
+        if share > 0.0:
+            self.tip_s = self._conformed.tip_s
+            if self._goal is not None:  # what the tissue asks for goes in with the robot
+                self._goal = blended(self._goal, ahead, share * within)
+            if share * within >= 1.0:
+                self._waypoints.passed()
+            self._settled = False
+        return done if share == 1.0 else self._backtracked(share)
 
     def _waypoint(self, sign: float) -> tuple[float, ShapeSolution]:
         """Where the insertion goes next, moved off the wall where that is needed.
@@ -294,14 +297,12 @@ class SnakeDrive(DistalSteps):
         if goal is None:
             return Outcome("rest")
         due = self._live.share(self.t, dt)
-        for share in SHARES:
-            whole = share * due == 1.0 and self._fastest(goal, dt) <= 1.0
-            if self._certified(blended(self._conformed, goal, share * due), dt):
-                self._goal = None if whole else goal
-                return Outcome("moved") if share == 1.0 else self._stopped("shrunk")
-        self._goal = None  # until the tissue has moved on
-        self._waypoints.restart(self._conformed)
-        return self._stopped("held")
+        whole = due == 1.0 and self._fastest(goal, dt) <= 1.0
+        share = largest_share(lambda share: self._certified(blended(self._conformed, goal, share * due), dt))
+        self._goal = None if share == 0.0 or (whole and share == 1.0) else goal
+        if share == 0.0:  # nothing is followed until the tissue has moved on
+            self._waypoints.restart(self._conformed)
+        return self._backtracked(share)
 
     def _bent(self, conformed: ShapeSolution) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""
