@@ -19,9 +19,10 @@ ENGINE_ROOMS = {
     "robots": 3,
     "fixtures": 4,
     "control": 5,
-    "simulation": 6,
-    "lumen": 6,
-    "": 7,  # what a script may import from the top
+    "runtime": 6,
+    "simulation": 7,
+    "lumen": 7,
+    "": 8,  # what a script may import from the top
 }
 LUMEN_ROOMS = {
     "anatomy": 0,
@@ -41,16 +42,21 @@ APP_ROOMS = {
     "": 0,
     "error_shape": 0,
     "browsers": 0,
+    "clock": 0,
+    "extras": 0,
     "settings": 1,
     "store": 2,
     "services": 3,
+    "messages": 3,
     "api": 4,
     "scene": 4,
-    "session": 5,
-    "gateway": 6,
-    "main": 7,
-    "commands": 8,
-    "cli": 9,
+    "views": 5,
+    "steps": 6,
+    "session": 7,
+    "gateway": 8,
+    "main": 9,
+    "commands": 10,
+    "cli": 11,
 }
 NOT_IN_THE_ENGINE = {
     "app", "benchmarks", "alembic", "fastapi", "pydantic", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets",

@@ -8,6 +8,7 @@ and one step of its joints would have to do.
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -45,6 +46,12 @@ class Waypoints:
         self._insertion = Insertion(snake, curve, slack, None, tip_s, snake.reach_mm())
         self._last = self.first = self._insertion.state
         self._ahead: tuple[float, ShapeSolution] | None = None
+
+    def copy(self) -> Waypoints:
+        """Waypoints that go on by themselves."""
+        other = copy(self)
+        other._insertion = copy(self._insertion)
+        return other
 
     def ahead(self, tip_s: float, sign: float) -> tuple[float, ShapeSolution, bool]:
         """The next place, its shape and whether that is new, from ``tip_s`` on forwards or, with −1, backwards.

@@ -115,7 +115,7 @@ class DistalSteps:
             end = Configuration(context.base, q + within * share * (target - q))
             verdict = self._distal_limits.certify(self._packed, context.window, here, end, context.bound)
             if verdict.taken:
-                self.q[2 * self._first :] = end.q
+                self.q = np.concatenate([self.q[: 2 * self._first], end.q])  # a copy: see SnakeDrive.copy
                 self._keep(verdict.deviation, self._first)
             else:
                 self._refused = Refusal(verdict, end, context.bound, self.distal, self._distal_query)

@@ -7,9 +7,10 @@ but for a pathway that moves, which the robot's shape follows.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from time import perf_counter
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,6 +198,17 @@ class SnakeDrive(DistalSteps):
         self.state = self._state("looking" if looking else "inserting", outcome, forces, perf_counter() - began)
         return self.state
 
+    def copy(self) -> Self:
+        """A drive that goes on from here by itself: steps of one leave the other as it is.
+
+        What a step replaces and never writes into, which is every array, is shared; and so are the scratch arrays of
+        queries, so two copies do not step at the same time.
+        """
+        other = copy(self)
+        other.control, other.hand = copy(self.control), copy(self.hand)
+        other._live, other._waypoints, other._trail = copy(self._live), self._waypoints.copy(), self._trail.copy()
+        return other
+
     # What a step may do
 
     def _left(self, dt: float) -> float:
@@ -258,6 +270,9 @@ class SnakeDrive(DistalSteps):
         place, shape, new = self._waypoints.ahead(self.tip_s, sign)
         if not new:
             return place, shape
+        if not _in_order(shape.joint_s):
+            self._waypoints.restart(self._conformed)
+            raise LookupError("no shape conforms to the path there")
         known = self._windows, self._measured
         self._look(shape.joint_s)
         better = moved_off(shape, self.snake, self.query, self._packed, self._windows, self._bounds())
@@ -319,6 +334,9 @@ class SnakeDrive(DistalSteps):
         ratio = self._fastest(wanted, dt)
         if ratio > 1.0:
             wanted = blended(self._conformed, wanted, 1.0 / ratio)
+        if not _in_order(wanted.joint_s):
+            self._refused = None
+            return False
         windows, measured = self._windows, self._measured
         self._look(wanted.joint_s)
         start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
@@ -358,7 +376,7 @@ class SnakeDrive(DistalSteps):
         """Windows of the links for joints at these arc lengths, and which links are inside."""
         low, high = joint_s[:-1] - WINDOW_MM, joint_s[1:] + WINDOW_MM
         low[self._first :], high[self._first :] = low[self._first], high[-1]
-        self._windows = np.array([self.pathway.window(*pair) for pair in zip(low, high, strict=True)], dtype=np.int64)
+        self._windows = self.pathway.windows(low, high)
         self._measured = joint_s[:-1] >= self._entrance
 
     def _bounds(self) -> Array:
@@ -389,3 +407,8 @@ class SnakeDrive(DistalSteps):
             self._conformed.joint_s, self.control.steering, self._packed, self._windows, self._measured,
             self._deviation, forces, *outcome, self._query_s, spent,
         )  # fmt: skip
+
+
+def _in_order(joint_s: Array) -> bool:
+    """Whether joints lie one after the other along the curve: a shape in which they do not has no windows."""
+    return bool((joint_s[1:] >= joint_s[:-1]).all() and np.isfinite(joint_s).all())
