@@ -21,6 +21,12 @@ from .tip_control import Place, at_bounds
 Array = NDArray[np.float64]
 
 
+def found_bends(place: Place, count: Literal[4, 8]) -> tuple[Bend, ...]:
+    """The control bends at a place (10)-(20); 5 to 30 ms."""
+    problem = BendProblem(place.snake, place.query, place.packed, place.window, place.base, place.rest, place.bound)
+    return control_bends(problem, count)
+
+
 class ParameterisedControl:
     """Steers (u, v) = r (cos ϑ, sin ϑ); q = Q(r, ϑ) about the conforming shape q̃ (Kwok 2013, section III.B.3)."""
 
@@ -32,8 +38,11 @@ class ParameterisedControl:
 
     def settle(self, place: Place, q: Array) -> None:
         """Find the control bends anew; done only while r is small, so that the surface moves little under the hand."""
-        problem = BendProblem(place.snake, place.query, place.packed, place.window, place.base, place.rest, place.bound)
-        self.bends = control_bends(problem, self._count)
+        self.take(found_bends(place, self._count), place)
+
+    def take(self, bends: tuple[Bend, ...], place: Place) -> None:
+        """Lay the surface through control bends that were found at a place."""
+        self.bends = bends
         angles = np.array([bend.angle for bend in self.bends])
         shapes = np.array([place.snake.clamp(place.rest + bend.delta) for bend in self.bends])
         self._hermite = PolarHermite(place.rest, angles, shapes, self._r_max)
