@@ -15,11 +15,11 @@ from fastapi import APIRouter, FastAPI
 from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
 from app.session.commands import parse_command
-from app.session.hub import MAX_PAGES, SessionHub, TabTaken, TooManyTabs
 
 if TYPE_CHECKING:
-    from app.session.workspace import Workspace
+    from app.session.client_session import ClientSession
 
 MAX_MESSAGE_CHARS = 64_000
 MIN_INTERVAL_S = 0.05  # the page is told at most 20 times a second
@@ -32,7 +32,7 @@ _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    hub = SessionHub(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
+    hub = ClientSessions(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
     app.state.sessions = hub
     hub.start()
     yield
@@ -55,7 +55,7 @@ async def session(websocket: WebSocket) -> None:
         for name in ("case", "plan", "step")
         if _WANTED.fullmatch(value := websocket.query_params.get(name, ""))
     }
-    hub: SessionHub = websocket.app.state.sessions
+    hub: ClientSessions = websocket.app.state.sessions
     try:
         workspace = await _connect(hub, tab, wanted)
     except TabTaken:
@@ -70,7 +70,7 @@ async def session(websocket: WebSocket) -> None:
         hub.disconnect(tab)
 
 
-async def _connect(hub: SessionHub, tab: str, wanted: dict[str, str]) -> Workspace:
+async def _connect(hub: ClientSessions, tab: str, wanted: dict[str, str]) -> ClientSession:
     """A page that reloads may be quicker than the end of its old connection: wait for it a little."""
     for _ in range(20):
         try:
@@ -80,7 +80,7 @@ async def _connect(hub: SessionHub, tab: str, wanted: dict[str, str]) -> Workspa
     return hub.connect(tab, wanted)
 
 
-async def _serve(websocket: WebSocket, workspace: Workspace) -> None:
+async def _serve(websocket: WebSocket, workspace: ClientSession) -> None:
     loop = asyncio.get_running_loop()
     outbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue(maxsize=64)
     changed = asyncio.Event()
@@ -119,7 +119,7 @@ async def _serve(websocket: WebSocket, workspace: Workspace) -> None:
 
 
 async def _write(
-    websocket: WebSocket, workspace: Workspace, outbox: asyncio.Queue[dict[str, Any]], changed: asyncio.Event
+    websocket: WebSocket, workspace: ClientSession, outbox: asyncio.Queue[dict[str, Any]], changed: asyncio.Event
 ) -> None:
     """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31)."""
     revision = 0
@@ -151,7 +151,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-async def _read(websocket: WebSocket, workspace: Workspace, send_soon: Any) -> None:
+async def _read(websocket: WebSocket, workspace: ClientSession, send_soon: Any) -> None:
     loop = asyncio.get_running_loop()
     second, count = loop.time(), 0
     while True:

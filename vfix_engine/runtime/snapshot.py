@@ -72,4 +72,4 @@ class Snapshot:
     blockers: tuple[Blocker, ...] = ()
     forces: Array = field(default_factory=lambda: np.zeros(3))
     running: bool = False
-    timing: Timing = Timing()
+    timing: Timing = field(default_factory=Timing)

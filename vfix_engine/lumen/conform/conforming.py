@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...geometry.compiled import compiled
 from ..anatomy.curve import Curve
 from ..pathway.pathway import Pathway
-from .conformance import Conformed
+from .conformance import ShapeSolution
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ def driven_curve(pathway: Pathway, curve: Curve | None) -> Curve:
     return curve if curve is not None and pathway.motion is None else pathway.curve(0.0)
 
 
-def blended(one: Conformed, two: Conformed, share: float) -> Conformed:
+def blended(one: ShapeSolution, two: ShapeSolution, share: float) -> ShapeSolution:
     """On the way from one conforming shape to another; the second, bit by bit, at 1."""
     if share >= 1.0:
         return two

@@ -19,14 +19,14 @@ from ...errors import InputError
 from ...given import positive
 from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
-from ..conform.conformance import Conformed
+from ..conform.conformance import ShapeSolution
 from ..conform.conforming import blended, driven_curve
 from ..conform.waypoints import Waypoints, moved_off
 from ..control.ease import eased
 from ..control.tip_control import Place
 from ..haptics.hand_forces import HandForces
 from ..haptics.haptics import Forces
-from ..limits.limits import HardLimits, Pose
+from ..limits.limits import Configuration, HardLimits
 from ..pathway.live_pathway import LivePathway
 from ..pathway.pathway import Pathway
 from ..query.query import Deviations, Query
@@ -100,7 +100,7 @@ class SnakeDrive(DistalSteps):
         self._live = LivePathway(pathway, self.settings.tissue_s)
         self.t, self.refused_commands, self._steps = 0.0, 0, 0
         self._settled, self._by_joints, self._query_s = False, False, 0.0  # by commands to its joints it may be bent
-        self._goal: Conformed | None = None  # the shape that the tissue's motion asks for, while it is not reached
+        self._goal: ShapeSolution | None = None  # the shape that the tissue's motion asks for, while it is not reached
         self._refused: Refusal | None = None
         self._trail = Trail()
         self._packed = pathway.packed(0.0)
@@ -117,7 +117,9 @@ class SnakeDrive(DistalSteps):
         self._measure()
         if not beyond_allowed:
             refuse_beyond(self._deviation.depth, self.bound)
-        self._eased(self._conformed, Pose(self._conformed.base, self.q), self.settings.step_s)  # loads its kernels
+        self._eased(
+            self._conformed, Configuration(self._conformed.base, self.q), self.settings.step_s
+        )  # loads its kernels
         self.state = self._state("inserting", Outcome("rest"), self.hand.forces, 0.0)
 
     @property
@@ -259,7 +261,7 @@ class SnakeDrive(DistalSteps):
                 return done if share == 1.0 else self._stopped("shrunk")
         return self._stopped("held")
 
-    def _waypoint(self, sign: float) -> tuple[float, Conformed]:
+    def _waypoint(self, sign: float) -> tuple[float, ShapeSolution]:
         """Where the insertion goes next, moved off the wall where that is needed.
 
         Raises:
@@ -323,17 +325,17 @@ class SnakeDrive(DistalSteps):
         self._way.restart(self._conformed)
         return self._stopped("held")
 
-    def _bent(self, conformed: Conformed) -> Array:
+    def _bent(self, conformed: ShapeSolution) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""
         bend = self.q - self._conformed.q
         bend[: 2 * self._first] = 0.0
         return self.snake.clamp(conformed.q + bend)
 
-    def _fastest(self, wanted: Conformed, dt: float) -> float:
+    def _fastest(self, wanted: ShapeSolution, dt: float) -> float:
         """Speed of the fastest joint on the way there, of what joints may do; a bend at a joint's end is no help."""
         return float(np.abs(wanted.q - self._conformed.q).max()) / (self.settings.speed_max * dt)
 
-    def _certified(self, wanted: Conformed, dt: float) -> bool:
+    def _certified(self, wanted: ShapeSolution, dt: float) -> bool:
         """Go to another conforming shape if the hard limits let it, as far as the joints' speed allows."""
         ratio = self._fastest(wanted, dt)
         if ratio > 1.0:
@@ -343,7 +345,7 @@ class SnakeDrive(DistalSteps):
             return False
         windows, measured = self._windows, self._measured
         self._look(wanted.joint_s)
-        start, end = Pose(self._conformed.base, self.q), Pose(wanted.base, self._bent(wanted))
+        start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
         known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if self.eases and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
@@ -359,20 +361,20 @@ class SnakeDrive(DistalSteps):
 
     def _retreat(self, dt: float) -> None:
         """Back towards the bounds that the tissue's motion has left links beyond, as fast as joints may."""
-        here = Pose(self._conformed.base, self.q)
+        here = Configuration(self._conformed.base, self.q)
         wanted, end = self._eased(self._conformed, here, dt)
         verdict = self._limits.certify(self._packed, self._windows, here, end, self._bounds(), self._deviation.depth)
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
             self._keep(verdict.deviation)
 
-    def _eased(self, wanted: Conformed, end: Pose, dt: float) -> tuple[Conformed, Pose]:
+    def _eased(self, wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
         """The nearest shape that keeps the bounds, if there is one; the operator's bend stays as it is."""
         place = Place(self.snake, self.query, end.base, end.q, self._packed, self._windows, self._bounds())
         q = eased(place, self.q, self.settings.speed_max * dt)
         if q is None:
             return wanted, end
-        return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Pose(end.base, q)
+        return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Configuration(end.base, q)
 
     # What is known of the robot
 
