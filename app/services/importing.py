@@ -10,9 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from app.services.case_model import BONE, Case, CaseFrame
+from app.services.case_model import Case, CaseFrame
 from app.services.cases import CaseService
 from app.services.names import MAX_NAME, check_name
+from app.services.structures import BONE
 from app.services.surface_uncertainty import SurfaceUncertainty
 from app.store.errors import StorageError
 from vfix_engine.errors import FrameError, InputError

@@ -84,6 +84,9 @@ def opened_client(services: Services) -> Client:
 def test_cases_are_listed_shown_renamed_and_taken_off(client: Client) -> None:
     (case,) = [c for c in client.get("/api/cases").json() if c["id"] == HEAD_PHANTOM]
     assert case["frame"] == {"name": "LPS", "assumed": False}
+    (bone,) = case["structures"]
+    assert (case["kind"], bone["id"], bone["role"], bone["deviation_mm"]) == ("head", "bone", "bone", 0.375)
+    assert bone["provenance"] == {"origin": "shipped", "threshold_hu": None}
     assert client.get(CASE).json() == case
     name = "<script>alert(1)</script>"
     assert client.patch(CASE, json={"name": name}).json()["name"] == name
