@@ -16,9 +16,9 @@ from app.services.structures import (
     structure_from_json,
     structure_name,
 )
-from app.services.surface_uncertainty import SurfaceUncertainty, report_words
 from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.surface import BONE_HU, Dropped
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, report_words
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 

@@ -8,6 +8,7 @@ from typing import Generic
 
 from sqlalchemy import Select, select
 
+from app.clock import utc_now
 from app.services.documents.document import Content, Document, DocumentTitle
 from app.services.documents.editor import DocumentEditor
 from app.services.documents.kind import DocumentKind
@@ -22,7 +23,6 @@ from app.services.documents.rows import (
 )
 from app.services.names import MAX_NAME, check_name
 from app.store import Store
-from app.store.database import utc_now
 from app.store.models import CaseRow, DocumentRow
 
 

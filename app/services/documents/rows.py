@@ -8,10 +8,10 @@ from typing import Any
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 
+from app.clock import utc_now
 from app.services.documents.document import Content, Document, DocumentTitle, Ref
 from app.services.documents.kind import SETTINGS, DocumentKind
 from app.services.errors import NotFound
-from app.store.database import utc_now
 from app.store.errors import is_of_reading
 from app.store.models import DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError
