@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Protocol
 import viser
 
 from app.services import Services
-from app.session.rehearsals import RehearsalRooms
+from app.steps.rehearse.shared_drive import SharedDrives
 from vfix_engine.errors import VfixError
 
 if TYPE_CHECKING:
-    from app.session.workspace import Workspace
+    from app.session.client_session import ClientSession
 
 _LOG = logging.getLogger(__name__)
 MAX_PAGES = 16  # open at a time, each with a scene
@@ -31,7 +31,7 @@ LOOK_S = 1.0  # between looks whether the store has changed, and at what changes
 
 @dataclass
 class _Entry:
-    workspace: Workspace
+    workspace: ClientSession
     connected: bool = False
     seen_at: float = field(default_factory=time.monotonic)
     given_up: int = 0  # how much of what an absent page had is given up: its handle, its rehearsal
@@ -55,13 +55,13 @@ class TooManyTabs(Exception):
     """As many pages are open as may be."""
 
 
-class SessionHub:
+class ClientSessions:
     """Thread-safe registry of workspaces by tab."""
 
     def __init__(self, services: Services, scene_server: SceneTabs, warming: Callable[[], str]) -> None:
         """warming: words for what the planner still gets ready, empty once it is."""
         self._services, self._scene_server, self._warming = services, scene_server, warming
-        self._rooms = RehearsalRooms()
+        self._rooms = SharedDrives()
         # A load, a dry run and a start for every tab: what is slow for one keeps none of the others waiting.
         self._executor = ThreadPoolExecutor(max_workers=3 * MAX_WORKSPACES, thread_name_prefix="session-work")
         self._lock = threading.Lock()
@@ -111,9 +111,9 @@ class SessionHub:
         self._unread = False
         return self._stored != before
 
-    def connect(self, tab: str, wanted: dict[str, str]) -> Workspace:
+    def connect(self, tab: str, wanted: dict[str, str]) -> ClientSession:
         """The workspace of a tab, new or as it was left. Raises TabTaken or TooManyTabs."""
-        from app.session.workspace import Workspace  # imported here: slow to load, with all of the scene
+        from app.session.client_session import ClientSession  # imported here: slow to load, with all of the scene
 
         with self._lock:
             entry = self._entries.get(tab)
@@ -126,7 +126,7 @@ class SessionHub:
                 entry.workspace.page_back()
                 return entry.workspace
             self._make_room()
-            workspace = Workspace(tab, self._services, self._rooms, self._executor, self._warming)
+            workspace = ClientSession(tab, self._services, self._rooms, self._executor, self._warming)
             self._entries[tab] = _Entry(workspace, connected=True)
         workspace.start(wanted)
         client = self._scene_server.client_for(tab)
@@ -172,7 +172,7 @@ class SessionHub:
             oldest = min(idle, key=lambda tab: self._entries[tab].seen_at)
             self._entries.pop(oldest).workspace.close()
 
-    def _workspace(self, tab: str) -> Workspace | None:
+    def _workspace(self, tab: str) -> ClientSession | None:
         with self._lock:
             entry = self._entries.get(tab)
             return None if entry is None else entry.workspace

@@ -11,16 +11,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.messages.sections import CaseEntry, CaseSection, HeadSections
 from app.scene.anatomy import LETTER_GAP_MM, Look, SlicePicture
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
 from app.services.cases import Case
-from app.session import commands as c
-from app.session.board import Board
-from app.session.hints import patient_hint
-from app.session.scene_link import Head
-from app.session.slice_desk import Greys, SliceDesk
+from app.session.view_model import ViewModel
+from app.steps.patient import commands as p
+from app.steps.patient.hints import patient_hint
+from app.views import commands as c
+from app.views.scene_link import Head
+from app.views.slice_view import Greys, SliceView
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.volume import Volume
@@ -30,22 +32,22 @@ DISPLAY_ORDER = ("skull", "skull_display", "display", "bone")
 _LOG = logging.getLogger(__name__)
 
 
-class HeadDesk:
+class CaseView:
     """Opens heads in the background; its workspace's thread owns everything else."""
 
     def __init__(
-        self, services: Services, board: Board, executor: Executor, ask: Callable[[Callable[[], None]], Any]
+        self, services: Services, board: ViewModel, executor: Executor, ask: Callable[[Callable[[], None]], Any]
     ) -> None:
         self._services, self._board, self._executor, self._ask = services, board, executor, ask
         self.case_id: str | None = None
         self.loading = ""
         self.head: Head | None = None
         self._look = Look()
-        self._slices: SliceDesk | None = None
+        self._slices: SliceView | None = None
         self._picker: BonePicker | None = None
         self._ticket = 0
         self._pending_cross: Floats | None = None
-        self._cases: list[Any] = []
+        self._cases: list[Case] = []
         self._opened_up = False
 
     # -- opening
@@ -108,7 +110,7 @@ class HeadDesk:
         self._picker = picker
         centre = bounds.mean(axis=0)
         cross = centre if self._pending_cross is None else self._pending_cross
-        self._slices = None if volume is None else SliceDesk(volume, cross, detail)
+        self._slices = None if volume is None else SliceView(volume, cross, detail)
         self._look = replace(self._look, cut_at=float(cross[0]))
         self.loading = ""
 
@@ -155,9 +157,9 @@ class HeadDesk:
         self.go_to(tuple(float(value) for value in np.median(np.array(places), axis=0)))  # type: ignore[arg-type]
         self._look = replace(self._look, cut="left", slices="none" if self._slices is None else "sagittal")
 
-    def change(self, command: c.CaseCommand | c.RenameCase) -> None:
+    def change(self, command: p.CaseCommand | p.RenameCase) -> None:
         """Rename, delete, restore; the open head cannot be deleted."""
-        if isinstance(command, c.RenameCase):
+        if isinstance(command, p.RenameCase):
             self._services.cases.rename(command.case_id, command.name)
         elif command.type == "case.restore":
             self._services.cases.restore(command.case_id)
@@ -204,19 +206,22 @@ class HeadDesk:
         """Publish the sections; ``fresh`` reads the list of cases anew, which other tabs may have changed."""
         if fresh or not self._cases:
             self._cases = list(self._services.cases.list(include_deleted=True))
-        items = [
+        items: list[CaseEntry] = [
             {"id": case.id, "name": case.name, "created": str(case.created), "deleted": case.deleted_at is not None}
             for case in self._cases
         ]
-        self._board.publish("cases", {"items": items})
         case = next((case for case in self._cases if case.id == self.case_id), None)
-        self._board.publish("case", None if case is None else case_section(case, self.loading))
-        self._board.publish("slices", None if self._slices is None else self._slices.view())
         look = self._look
-        self._board.publish("view", {"opacity": look.opacity, "cut": look.cut, "slices": look.slices})
+        sections: HeadSections = {
+            "cases": {"items": items},
+            "case": None if case is None else case_section(case, self.loading),
+            "slices": None if self._slices is None else self._slices.view(),
+            "view": {"opacity": look.opacity, "cut": look.cut, "slices": look.slices},
+        }
+        self._board.publish(sections)
 
 
-def case_section(case: Case, loading: str) -> dict[str, Any]:
+def case_section(case: Case, loading: str) -> CaseSection:
     """The page's section of the open case."""
     return {
         "id": case.id,

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import numpy.typing as npt
 
-from app.session.lease import Lease
-from app.session.settings_talk import SettingsTalk
+from app.steps.rehearse.lease import Lease
+from app.steps.rehearse.settings_exchange import SettingsExchange
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, PlanError, VfixError
 from vfix_engine.robots import PlacedRobot, RobotModel
@@ -53,7 +53,7 @@ class Prepared:
         return ids.index(target_id)
 
 
-class RehearsalRoom:
+class SharedDrive:
     """One plan's rehearsal. Methods that move the robot do nothing unless the tab holds the lease."""
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class RehearsalRoom:
         self._words = ""
         self._plan_key: object = None
         self._generation = 0
-        self._talk = SettingsTalk(ControlSettings())
+        self._talk = SettingsExchange(ControlSettings())
         self._notes: list[str] = []  # of the process, until it is known whether they are about a setting
         self._words_for_holder: deque[str] = deque(maxlen=8)
         self._hand: str | None = None  # the tab whose hand holds the grip
@@ -160,7 +160,7 @@ class RehearsalRoom:
             if generation == self._generation:
                 self._process, self._coming = process, None
                 self._prepared, self._robot = prepared, robot
-                self._talk = SettingsTalk(prepared.settings)
+                self._talk = SettingsExchange(prepared.settings)
                 self._notes.clear()
                 self._words_for_holder.clear()
                 self._state, self._words = "ready", ""
@@ -378,23 +378,23 @@ def _silence(seconds: float) -> str:
     )
 
 
-class RehearsalRooms:
+class SharedDrives:
     """Rooms by plan; a room that nobody watches any more is closed and forgotten."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._rooms: dict[str, RehearsalRoom] = {}
+        self._rooms: dict[str, SharedDrive] = {}
 
-    def enter(self, plan_id: str, tab: str) -> RehearsalRoom:
+    def enter(self, plan_id: str, tab: str) -> SharedDrive:
         """The room of a plan, with this tab as one of its watchers."""
         with self._lock:
             room = self._rooms.get(plan_id)
             if room is None:
-                room = self._rooms[plan_id] = RehearsalRoom()
+                room = self._rooms[plan_id] = SharedDrive()
             room.watchers.add(tab)
             return room
 
-    def leave(self, room: RehearsalRoom, tab: str) -> None:
+    def leave(self, room: SharedDrive, tab: str) -> None:
         """A tab goes; the robot that nobody watches any more is sent home."""
         with self._lock:
             room.watchers.discard(tab)

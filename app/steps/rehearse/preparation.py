@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from app.services import Services
-from app.session.plan_desk import curve_points, plan_items
-from app.session.rehearsals import Prepared
+from app.steps.plan.edited_plan import curve_points, plan_items
+from app.steps.rehearse.shared_drive import Prepared
 from vfix_engine.control import ControlSettings
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.simulation.realtime import SceneSpec

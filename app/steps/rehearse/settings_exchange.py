@@ -9,7 +9,7 @@ from __future__ import annotations
 from vfix_engine.control import ControlSettings
 
 
-class SettingsTalk:
+class SettingsExchange:
     """What is in force, what was asked, what the answer was. Not thread-safe."""
 
     def __init__(self, in_force: ControlSettings) -> None:

@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.messages.fields import Command
+from app.messages.sections import PlanEntry, PlanningSections
 from app.scene.picking import hit_items
 from app.scene.plan import DragEvent, PlanItem
 from app.scene.view import ClickRay
 from app.services import Services
-from app.session import commands as c
-from app.session.board import Board
-from app.session.corridor_desk import Corridor, CorridorDesk
-from app.session.head_desk import HeadDesk
-from app.session.hints import plan_hint
-from app.session.plan_desk import Ghost, PlanDesk, curve_points, curve_section
+from app.session.view_model import ViewModel
+from app.steps.plan import commands as c
+from app.steps.plan.dry_runs import Corridor, DryRuns
+from app.steps.plan.edited_plan import EditedPlan, Ghost, curve_points, curve_section
+from app.steps.plan.hints import plan_hint
+from app.views.case_view import CaseView
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
 
@@ -27,19 +29,19 @@ Position = tuple[float, float, float]
 SELECT_RADIUS_MM = 2.0
 
 
-class PlanningDesk:
+class PlanStep:
     """Owned by its workspace's thread."""
 
     def __init__(
-        self, services: Services, board: Board, executor: Executor, ask: Callable[[Callable[[], None]], Any]
+        self, services: Services, board: ViewModel, executor: Executor, ask: Callable[[Callable[[], None]], Any]
     ) -> None:
         self._services, self._board = services, board
-        self._desk: PlanDesk | None = None
+        self._desk: EditedPlan | None = None
         self._case_id: str | None = None
         self._plans: list[Any] = []
         self._focus: Position | None = None
         self._corridor_key: Any = None
-        self._corridor = CorridorDesk(
+        self._corridor = DryRuns(
             services, executor, lambda ticket, answer: ask(lambda: self._corridor.accept(ticket, answer))
         )
 
@@ -70,7 +72,7 @@ class PlanningDesk:
 
     def _load(self, plan_id: str) -> None:
         self._check_own(plan_id)
-        self._desk = PlanDesk(self._services, plan_id)
+        self._desk = EditedPlan(self._services, plan_id)
         points = self._desk.points()
         self._focus = points[len(points) // 2] if points else None
         self._corridor_key = None
@@ -135,7 +137,7 @@ class PlanningDesk:
 
     # -- commands
 
-    def do(self, command: c.AnyCommand) -> str:
+    def do(self, command: Command) -> str:
         """Answer an editing command; returns words for the user, often none."""
         desk = self._need()
         before = desk.selected
@@ -145,7 +147,7 @@ class PlanningDesk:
             self._focus = next((item.position for item in desk.items() if item.id == desk.selected), None)
         return words
 
-    def _edit(self, desk: PlanDesk, command: c.AnyCommand) -> str:
+    def _edit(self, desk: EditedPlan, command: Command) -> str:
         match command:
             case c.AddMode():
                 desk.add_mode = command.kind
@@ -161,13 +163,13 @@ class PlanningDesk:
                 desk.rename(command.item_id, command.label)
             case c.ItemCommand():
                 return self._item(desk, command)
-            case c.PlainCommand():
+            case c.EditCommand():
                 return self._plain(desk, command.type)
             case _:
-                raise InputError(f"the command {command.type} cannot be used here.")
+                raise InputError(f"the command {type(command).__name__} cannot be used here.")
         return ""
 
-    def _item(self, desk: PlanDesk, command: c.ItemCommand) -> str:
+    def _item(self, desk: EditedPlan, command: c.ItemCommand) -> str:
         if command.type == "item.drop":
             return desk.drop(command.item_id)
         if command.type == "item.delete":
@@ -180,7 +182,7 @@ class PlanningDesk:
             desk.selected = command.item_id
         return ""
 
-    def _plain(self, desk: PlanDesk, name: str) -> str:
+    def _plain(self, desk: EditedPlan, name: str) -> str:
         act = {"undo": desk.undo, "redo": desk.redo, "ghost.confirm": desk.confirm, "ghost.cancel": desk.cancel}[name]
         return act() or ""
 
@@ -212,24 +214,24 @@ class PlanningDesk:
     def _reload(self) -> None:
         """Read the open plan again, keeping what is selected."""
         old = self._need()
-        desk = PlanDesk(self._services, old.plan_id)
+        desk = EditedPlan(self._services, old.plan_id)
         desk.selected, desk.add_mode = old.selected, old.add_mode
         self._desk = desk
 
-    def _need(self) -> PlanDesk:
+    def _need(self) -> EditedPlan:
         if self._desk is None:
             raise PlanError("no plan is open.")
         return self._desk
 
     # -- the scene
 
-    def click(self, ray: ClickRay, head: HeadDesk) -> str:
+    def click(self, ray: ClickRay, head: CaseView) -> str:
         """A click in the scene: on the ghost it confirms, on an item it selects, else it picks a place."""
         desk = self._need()
         if desk.ghost is not None:
             ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(desk.ghost.position))], SELECT_RADIUS_MM)
             if ghost is not None:
-                return self.do(c.PlainCommand(type="ghost.confirm"))
+                return self.do(c.EditCommand(type="ghost.confirm"))
         items = [(item.id, np.array(item.position)) for item in desk.items()]
         hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), head.hit(ray)]
         hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
@@ -292,14 +294,17 @@ class PlanningDesk:
                 self._corridor.clear()
                 raise
         self._refresh_corridor()
-        items = [
+        items: list[PlanEntry] = [
             {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
             for plan in self._plans
         ]
-        self._board.publish("plans", {"items": items})
-        self._board.publish("plan", None if self._desk is None else self._desk.view())
-        self._board.publish("curve", curve_section(self.curve()[0]))
-        self._board.publish("corridor", self._shown_corridor().view())
+        sections: PlanningSections = {
+            "plans": {"items": items},
+            "plan": None if self._desk is None else self._desk.view(),
+            "curve": curve_section(self.curve()[0]),
+            "corridor": self._shown_corridor().view(),
+        }
+        self._board.publish(sections)
 
     def _refresh_corridor(self) -> None:
         """Ask for a dry run when the stored path or what it depends on is another one."""
@@ -322,4 +327,4 @@ class PlanningDesk:
             self._corridor.ask(plan, ControlSettings.from_dict(dict(plan.settings)).margin_mm)
 
 
-__all__ = ["Corridor", "PlanningDesk"]
+__all__ = ["Corridor", "PlanStep"]

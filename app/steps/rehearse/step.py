@@ -6,18 +6,19 @@ import logging
 from concurrent.futures import Executor
 from typing import Any
 
+from app.messages.sections import RehearsalSections, RehearsalState, ToolSection
 from app.services import Services
 from app.services.errors import PlanLocked
-from app.services.surface_uncertainty import SurfaceUncertainty
-from app.session import commands as c
-from app.session.board import Board
-from app.session.hints import rehearse_hint
-from app.session.plan_desk import curve_section, entries
-from app.session.preparation import plan_key, prepare
-from app.session.rehearsal_view import details_section, rehearsal_section, settings_section
-from app.session.rehearsals import Prepared, RehearsalRoom, RehearsalRooms
+from app.session.view_model import ViewModel
+from app.steps.plan.edited_plan import curve_section, entries
+from app.steps.rehearse import commands as c
+from app.steps.rehearse.hints import rehearse_hint
+from app.steps.rehearse.preparation import plan_key, prepare
+from app.steps.rehearse.shared_drive import Prepared, SharedDrive, SharedDrives
+from app.steps.rehearse.view import details_section, rehearsal_section, settings_section
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, VfixError
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.simulation.snapshot import Snapshot
 
@@ -26,14 +27,14 @@ _HAND_LOST = "The window was late, so the hand let go: press again"
 _NOT_HELD = "only the window that holds the handle can do that; you can watch, or take over when it lets go."
 
 
-class RehearsalDesk:
+class RehearseStep:
     """Owned by its workspace's thread; only :attr:`room` is read from others."""
 
-    def __init__(self, services: Services, rooms: RehearsalRooms, executor: Executor, tab: str) -> None:
+    def __init__(self, services: Services, rooms: SharedDrives, executor: Executor, tab: str) -> None:
         self._services, self._rooms, self._executor, self._tab = services, rooms, executor, tab
         self._plan_id: str | None = None
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
-        self.room: RehearsalRoom | None = None
+        self.room: SharedDrive | None = None
         self.snapshot: Snapshot | None = None
         self._before: Snapshot | None = None  # the one that was read before it
         self._changed = False  # the plan is another one than what is driven
@@ -66,8 +67,8 @@ class RehearsalDesk:
         return None if self.room is None else self.room.robot
 
     @property
-    def state(self) -> str:
-        """'absent', 'starting', 'ready', 'running', 'paused', 'silent' or 'failed'."""
+    def state(self) -> RehearsalState:
+        """What the page shows: the room's state, and in it whether the robot runs."""
         if self.room is None:
             return "absent"
         state = self.room.state
@@ -156,11 +157,11 @@ class RehearsalDesk:
         else:
             self._reset(room, plan)
 
-    def _take(self, room: RehearsalRoom) -> None:
+    def _take(self, room: SharedDrive) -> None:
         if not room.lease.take(self._tab):
             raise PlanError(_NOT_HELD)
 
-    def _start(self, room: RehearsalRoom, plan: Any) -> None:
+    def _start(self, room: SharedDrive, plan: Any) -> None:
         """A robot that stands goes on along what it was placed for; one that is not there comes and runs then."""
         self._take(room)
         if room.state == "ready":
@@ -170,13 +171,13 @@ class RehearsalDesk:
             self._open(room, plan)
         self._run_when_ready = True
 
-    def _reset(self, room: RehearsalRoom, plan: Any) -> None:
+    def _reset(self, room: SharedDrive, plan: Any) -> None:
         if room.is_for(plan_key(plan)):
             room.reset(self._tab)
         else:
             self._open(room, plan)
 
-    def _open(self, room: RehearsalRoom, plan: Any) -> None:
+    def _open(self, room: SharedDrive, plan: Any) -> None:
         if len(plan.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
         room.open(plan_key(plan), lambda: prepare(self._services, plan), self._executor)
@@ -218,7 +219,7 @@ class RehearsalDesk:
             self._run_when_ready = False
         return words
 
-    def _keep_settings(self, room: RehearsalRoom, accepted: dict[str, float]) -> list[str]:
+    def _keep_settings(self, room: SharedDrive, accepted: dict[str, float]) -> list[str]:
         """The plan keeps the settings that came into force, unless it is locked; returns words where it does not.
 
         Where the store refuses, it is tried again with the next change, or by the next window that has the handle.
@@ -248,7 +249,7 @@ class RehearsalDesk:
         free = self.room is not None and self.room.lease.holder is None
         return rehearse_hint(points, self.state, self.mine, free, mode, done, targets, self._changed)
 
-    def publish(self, board: Board, driven: Prepared | None) -> None:
+    def publish(self, board: ViewModel, driven: Prepared | None) -> None:
         """driven: what is to be shown instead of the plan, where the plan is another one by now."""
         room = self.room
         holder = room is not None and room.lease.holder is not None
@@ -258,19 +259,22 @@ class RehearsalDesk:
         if room is not None and room.hand_lost(self._tab) and "holding" in section:
             section["holding"] = _HAND_LOST
         section["target_id"] = room.target_id if room is not None and section.get("mode") == "inspect" else None
-        board.publish("rehearsal", section)
-        board.publish("driven", None if driven is None else entries(driven.items))
-        if driven is not None:
-            board.publish("curve", curve_section(driven.curve))
-        board.publish("details", details_section(self.snapshot))
         settings, answered, refusal = ControlSettings(), 0, ""
         if room is not None:
             settings, answered, refusal = room.settings, room.settings_answered, room.settings_refusal
         warning = "" if self._uncertainty is None else self._uncertainty.warning(settings.margin_mm)
-        board.publish("settings", settings_section(settings, answered, refusal, warning))
-        board.publish("tool", self._tool())
+        sections: RehearsalSections = {
+            "rehearsal": section,
+            "driven": None if driven is None else entries(driven.items),
+            "details": details_section(self.snapshot),
+            "settings": settings_section(settings, answered, refusal, warning),
+            "tool": self._tool(),
+        }
+        if driven is not None:
+            sections["curve"] = curve_section(driven.curve)
+        board.publish(sections)
 
-    def _tool(self) -> dict[str, Any]:
+    def _tool(self) -> ToolSection:
         if self.snapshot is None:
             return {"segments": []}
         pairs = zip(self.snapshot.segments_start, self.snapshot.segments_end, strict=True)

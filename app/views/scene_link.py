@@ -13,7 +13,7 @@ from app.scene import camera
 from app.scene.anatomy import Look, SlicePicture
 from app.scene.plan import PlanItem
 from app.scene.view import SceneView
-from app.session.plan_desk import Ghost
+from app.steps.plan.edited_plan import Ghost
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.simulation.snapshot import Snapshot

@@ -6,24 +6,30 @@ import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, cast, get_args
 
 import numpy as np
 import viser
 
+from app.messages.fields import Command, Position
+from app.messages.sections import ProjectAnswer, SessionSections, StepName, StepSection
 from app.scene.camera import Lens
 from app.scene.hand import GripDrag
 from app.scene.plan import DragEvent
 from app.scene.view import ClickRay, SceneEvents, SceneView
 from app.services import Services
 from app.session import commands as c
-from app.session.board import Board
-from app.session.head_desk import HeadDesk
 from app.session.inbox import Inbox, Request
-from app.session.planning_desk import PlanningDesk
-from app.session.rehearsal_desk import RehearsalDesk
-from app.session.rehearsals import Prepared, RehearsalRooms
-from app.session.scene_link import Head, Picture, SceneLink
+from app.session.view_model import ViewModel
+from app.steps.patient import commands as on_patient
+from app.steps.plan import commands as on_plan
+from app.steps.plan.step import PlanStep
+from app.steps.rehearse import commands as on_robot
+from app.steps.rehearse.shared_drive import Prepared, SharedDrives
+from app.steps.rehearse.step import RehearseStep
+from app.views import commands as on_view
+from app.views.case_view import CaseView
+from app.views.scene_link import Head, Picture, SceneLink
 from vfix_engine.errors import VfixError
 
 Reply = Callable[[bool, Any], None]
@@ -31,25 +37,25 @@ Note = Callable[[str, bool], None]
 _LOG = logging.getLogger(__name__)
 
 
-class Workspace:
+class ClientSession:
     """State of one tab on the server; it outlives a lost connection."""
 
     def __init__(
-        self, tab: str, services: Services, rooms: RehearsalRooms, executor: Executor, warming: Callable[[], str]
+        self, tab: str, services: Services, rooms: SharedDrives, executor: Executor, warming: Callable[[], str]
     ) -> None:
         self.tab = tab
         self._warming = warming
-        self.board = Board()
+        self.board = ViewModel()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
-        self._step: str = "plan"
+        self._step: StepName = "plan"
         self._link: SceneLink | None = None
         self._lens: Lens | None = None
         self._viewed: Head | None = None  # the head that the camera was turned to
         self._list_stale = True
-        self.head = HeadDesk(services, self.board, executor, self.ask)
-        self.planning = PlanningDesk(services, self.board, executor, self.ask)
-        self.rehearsal = RehearsalDesk(services, rooms, executor, tab)
+        self.head = CaseView(services, self.board, executor, self.ask)
+        self.planning = PlanStep(services, self.board, executor, self.ask)
+        self.rehearsal = RehearseStep(services, rooms, executor, tab)
         self._thread = threading.Thread(target=self._run, name=f"workspace-{tab[:6]}", daemon=True)
 
     # -- from other threads: queue only
@@ -96,12 +102,12 @@ class Workspace:
     def ask(self, request: Request, slot: str | None = None) -> bool:
         return self._inbox.put(request, slot)
 
-    def command(self, command: c.AnyCommand, reply: Reply | None = None) -> bool:
+    def command(self, command: Command, reply: Reply | None = None) -> bool:
         """Answer a command of the page; False when too many wait already."""
-        if isinstance(command, c.HandCommand | c.Drive):
+        if isinstance(command, on_robot.HandCommand | on_robot.Push):
             self._hand(command)
             return True
-        slot = c.stream_of(command)
+        slot = command.stream()
         return self.ask(lambda: self._answer(command, reply), slot)
 
     def scene_connected(self, client: viser.ClientHandle) -> None:
@@ -110,12 +116,12 @@ class Workspace:
     def scene_gone(self) -> None:
         self.ask(self._detach)
 
-    def _hand(self, command: c.HandCommand | c.Drive) -> None:
+    def _hand(self, command: on_robot.HandCommand | on_robot.Push) -> None:
         """The hand's messages go straight to the control process; each is a write into shared memory."""
         room = self.rehearsal.room
         if room is None:
             return
-        if isinstance(command, c.Drive):
+        if isinstance(command, on_robot.Push):
             (room.drive if command.type == "drive" else room.twist)(self.tab, command.direction)
         elif command.type == "heartbeat":
             room.heartbeat(self.tab)
@@ -185,8 +191,8 @@ class Workspace:
         self._open_plan(wanted.get("plan"))
         if self.head.case_id is None:
             self._set_step("patient")
-        elif wanted.get("step") in ("patient", "plan", "rehearse"):
-            self._set_step(wanted["step"])
+        elif (step := wanted.get("step")) in get_args(StepName):
+            self._set_step(cast(StepName, step))
 
     def _open_plan(self, plan_id: str | None) -> None:
         self.rehearsal.leave()
@@ -200,8 +206,11 @@ class Workspace:
     def _enter_room(self) -> None:
         self.rehearsal.enter(self.planning.plan_id)
 
-    def _answer(self, command: c.AnyCommand, reply: Reply | None) -> None:
-        self._list_stale |= isinstance(command, c.CaseCommand | c.RenameCase | c.PlanCommand | c.NewPlan | c.RenamePlan)
+    def _answer(self, command: Command, reply: Reply | None) -> None:
+        self._list_stale |= isinstance(
+            command,
+            on_patient.CaseCommand | on_patient.RenameCase | on_plan.PlanCommand | on_plan.NewPlan | on_plan.RenamePlan,
+        )
         try:
             result = self._do(command)
         except VfixError as error:
@@ -213,23 +222,23 @@ class Workspace:
             self._publish()
             reply(True, result)
 
-    def _do(self, command: c.AnyCommand) -> Any:
+    def _do(self, command: Command) -> Any:
         match command:
-            case c.Project():
+            case on_view.Project():
                 return self._project(command.points)
             case c.SetStep():
                 self._set_step(command.name)
-            case c.CaseCommand() | c.RenameCase():
+            case on_patient.CaseCommand() | on_patient.RenameCase():
                 self._do_case(command)
-            case c.PlanCommand() | c.NewPlan() | c.RenamePlan():
+            case on_plan.PlanCommand() | on_plan.NewPlan() | on_plan.RenamePlan():
                 self._do_plan(command)
-            case c.SetCross() | c.SetSlice() | c.SetWindow() | c.SetView():
+            case on_view.SetCross() | on_view.SetSlice() | on_view.SetWindow() | on_view.SetView():
                 self.head.do(command)
-            case c.SetCamera():
+            case on_view.SetCamera():
                 self._look_from(command.view)
-            case c.SetMode() | c.SetRehearsalSettings():
+            case on_robot.SetMode() | on_robot.SetRehearsalSettings():
                 self.rehearsal.do(command)
-            case c.PlainCommand() if command.type.startswith("rehearsal."):
+            case on_robot.DriveCommand():
                 self.rehearsal.do_plain(command.type, self.planning.plan, self.head.case_id)
             case _:
                 self._say(self.planning.do(command))
@@ -239,7 +248,7 @@ class Workspace:
         if words:
             self.note(words, False)
 
-    def _set_step(self, name: str) -> None:
+    def _set_step(self, name: StepName) -> None:
         if name == self._step:
             return
         if self._step == "rehearse":
@@ -251,14 +260,14 @@ class Workspace:
             self._look_from("nose")
             self.rehearsal.prepare(self.planning.plan)
 
-    def _do_case(self, command: c.CaseCommand | c.RenameCase) -> None:
+    def _do_case(self, command: on_patient.CaseCommand | on_patient.RenameCase) -> None:
         if command.type == "case.open":
             self.head.open(command.case_id)
             self._open_plan(None)
         else:
             self.head.change(command)
 
-    def _do_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> None:
+    def _do_plan(self, command: on_plan.PlanCommand | on_plan.NewPlan | on_plan.RenamePlan) -> None:
         before = self.planning.plan_id
         if words := self.planning.do_plan(command):
             self.note(words, True)
@@ -308,7 +317,7 @@ class Workspace:
     def _camera_moved(self, lens: Lens) -> None:
         self._lens = lens
 
-    def _project(self, points: list[c.Position]) -> dict[str, Any]:
+    def _project(self, points: list[Position]) -> ProjectAnswer:
         """Places on the canvas in parts of its size; null behind the camera."""
         lens = self._link.view.lens() if self._link else None
         if lens is None:
@@ -332,7 +341,7 @@ class Workspace:
 
     def _publish_rehearsal(self) -> None:
         self.rehearsal.publish(self.board, self._driven())
-        self.board.publish("step", self._step_section())
+        self._show({"step": self._step_section()})
         if self._link is None:
             return
         showing = self._step == "rehearse"
@@ -346,7 +355,7 @@ class Workspace:
         """Bring the still part of the scene up to date, and say whether there is one."""
         ready = self._link is not None and self.head.head is not None
         words = "" if ready else self.head.loading or "Preparing the scene …"
-        self.board.publish("scene", {"ready": ready, "words": words})
+        self._show({"scene": {"ready": ready, "words": words}})
         if self._link is None:
             return
         self._link.draw(self._picture())
@@ -376,10 +385,13 @@ class Workspace:
     def _publish_camera(self) -> None:
         lens = self._lens
         height = None if lens is None or lens.height <= 0 else round(lens.mm_per_pixel * lens.height, 2)
-        self.board.publish("camera", {"view_height_mm": height})
+        self._show({"camera": {"view_height_mm": height}})
 
-    def _step_section(self) -> dict[str, Any]:
-        available = ["patient"]
+    def _show(self, sections: SessionSections) -> None:
+        self.board.publish(sections)
+
+    def _step_section(self) -> StepSection:
+        available: list[StepName] = ["patient"]
         if self.head.case_id is not None:
             available.append("plan")
         if self.planning.plan_id is not None:
