@@ -3,7 +3,7 @@
     .venv/bin/python scripts/declarations.py
 
 `app/web/js/types.d.ts` declares the sections of the view model, the commands, the messages and the REST models that the
-page reads. Run it after a change of app/session/sections.py, app/session/commands.py or the models below, and commit
+page reads. Run it after a change of app/messages/sections.py, app/session/commands.py or the models below, and commit
 what it writes; a test compares the file with what this script gives.
 """
 
@@ -22,7 +22,8 @@ sys.path.insert(0, str(ROOT))
 from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
 from app.api.plan_models import PlanPublic  # noqa: E402
-from app.session import commands, sections  # noqa: E402
+from app.messages import sections  # noqa: E402
+from app.session import commands  # noqa: E402
 
 TARGET = ROOT / "app" / "web" / "js" / "types.d.ts"
 HEADER = "// Made by scripts/declarations.py from the server's types; do not edit.\n"
@@ -125,9 +126,8 @@ def comment(record: type) -> str:
 
 def command_fields() -> "dict[str, dict[str, tuple[Any, bool]]]":
     """Fields of every command by its type, without `type` and `id`."""
-    union = get_args(commands.AnyCommand)[0]
     found = {}
-    for model in get_args(union):
+    for model in commands.COMMANDS:
         fields = fields_of(model)
         kinds, _ = fields.pop("type")
         fields.pop("id")

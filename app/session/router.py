@@ -15,12 +15,12 @@ from fastapi import APIRouter, FastAPI
 from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from app.messages.sections import NoteMessage, ReplyMessage, StateMessage
+from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
 from app.session.commands import parse_command
-from app.session.hub import MAX_PAGES, SessionHub, TabTaken, TooManyTabs
-from app.session.sections import NoteMessage, ReplyMessage, StateMessage
 
 if TYPE_CHECKING:
-    from app.session.workspace import Workspace
+    from app.session.client_session import ClientSession
 
 Message = StateMessage | ReplyMessage | NoteMessage
 MAX_MESSAGE_CHARS = 64_000
@@ -34,7 +34,7 @@ _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    hub = SessionHub(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
+    hub = ClientSessions(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
     app.state.sessions = hub
     hub.start()
     yield
@@ -57,7 +57,7 @@ async def session(websocket: WebSocket) -> None:
         for name in ("case", "plan", "step")
         if _WANTED.fullmatch(value := websocket.query_params.get(name, ""))
     }
-    hub: SessionHub = websocket.app.state.sessions
+    hub: ClientSessions = websocket.app.state.sessions
     try:
         workspace = await _connect(hub, tab, wanted)
     except TabTaken:
@@ -72,7 +72,7 @@ async def session(websocket: WebSocket) -> None:
         hub.disconnect(tab)
 
 
-async def _connect(hub: SessionHub, tab: str, wanted: dict[str, str]) -> Workspace:
+async def _connect(hub: ClientSessions, tab: str, wanted: dict[str, str]) -> ClientSession:
     """A page that reloads may be quicker than the end of its old connection: wait for it a little."""
     for _ in range(20):
         try:
@@ -82,7 +82,7 @@ async def _connect(hub: SessionHub, tab: str, wanted: dict[str, str]) -> Workspa
     return hub.connect(tab, wanted)
 
 
-async def _serve(websocket: WebSocket, workspace: Workspace) -> None:
+async def _serve(websocket: WebSocket, workspace: ClientSession) -> None:
     loop = asyncio.get_running_loop()
     outbox: asyncio.Queue[Message] = asyncio.Queue(maxsize=64)
     changed = asyncio.Event()
@@ -121,7 +121,7 @@ async def _serve(websocket: WebSocket, workspace: Workspace) -> None:
 
 
 async def _write(
-    websocket: WebSocket, workspace: Workspace, outbox: asyncio.Queue[Message], changed: asyncio.Event
+    websocket: WebSocket, workspace: ClientSession, outbox: asyncio.Queue[Message], changed: asyncio.Event
 ) -> None:
     """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31)."""
     revision = 0
@@ -153,7 +153,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-async def _read(websocket: WebSocket, workspace: Workspace, send_soon: Callable[[Message], None]) -> None:
+async def _read(websocket: WebSocket, workspace: ClientSession, send_soon: Callable[[Message], None]) -> None:
     loop = asyncio.get_running_loop()
     second, count = loop.time(), 0
     while True:

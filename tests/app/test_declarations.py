@@ -10,7 +10,8 @@ from typing import Annotated, Literal, NotRequired, TypedDict
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from app.session import commands, sections
+from app.messages import sections
+from app.session import commands
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
