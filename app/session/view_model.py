@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
-Section = Mapping[str, Any]
-
+from app.messages.sections import Sections
 
 _NONE: tuple[int, object] = (0, object())  # what is not there yet differs from everything, None included
 
@@ -17,14 +16,14 @@ class ViewModel:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._sections: dict[str, tuple[int, Section | None]] = {}
-        self._staged: dict[str, Section | None] = {}
+        self._sections: dict[str, tuple[int, object]] = {}
+        self._staged: dict[str, object] = {}
         self._revision = 0
         self._listeners: list[Callable[[], None]] = []
 
-    def publish(self, name: str, section: Section | None) -> None:
-        """Lay a section out; it is shown with the next :meth:`commit`. Called on one thread only."""
-        self._staged[name] = section
+    def publish(self, sections: Sections) -> None:
+        """Lay sections out by name; they are shown with the next :meth:`commit`. Called on one thread only."""
+        self._staged |= sections
 
     def commit(self) -> None:
         """Show everything laid out at once, so that no reader sees half of a change; what is the same is no news."""
@@ -39,13 +38,14 @@ class ViewModel:
         for listener in listeners:
             listener()
 
-    def changed_since(self, revision: int) -> tuple[int, dict[str, Section | None]]:
+    def changed_since(self, revision: int) -> tuple[int, dict[str, object]]:
         """The newest revision and every section that changed after ``revision``."""
         with self._lock:
             changed = {name: value for name, (at, value) in self._sections.items() if at > revision}
             return self._revision, changed
 
-    def read(self, name: str) -> Section | None:
+    def read(self, name: str) -> Any:
+        """A section as it is shown now; None where there is none."""
         with self._lock:
             known = self._sections.get(name)
             return None if known is None else known[1]

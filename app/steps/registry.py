@@ -1,0 +1,31 @@
+"""The steps of the page, one line each; commands, routes and tabs come from here."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+from app.steps.spec import StepSpec
+
+if TYPE_CHECKING:
+    from fastapi import APIRouter
+
+STEPS: list[str] = [
+    "app.steps.patient",
+    "app.steps.plan",
+    "app.steps.rehearse",
+]
+
+
+def specs() -> tuple[StepSpec, ...]:
+    """Every step, in the order of the tabs. Raises ValueError where two have one name."""
+    found = sorted((importlib.import_module(package).SPEC for package in STEPS), key=lambda spec: spec.order)
+    names = [spec.name for spec in found]
+    if len(set(names)) < len(names):
+        raise ValueError(f"two steps have one name: {', '.join(names)}")
+    return tuple(found)
+
+
+def routers() -> tuple[APIRouter, ...]:
+    """The steps' own addresses."""
+    return tuple(importlib.import_module(f"{spec.package}.routes").router for spec in specs() if spec.has_routes)
