@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from app import extras
+
 ROOT = Path(__file__).resolve().parent.parent
 LOCKS = ("requirements.lock", "requirements-test.lock")
 PAGE = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
@@ -28,13 +30,21 @@ def name_of(requirement: str) -> str:
     return re.split(r"[<>=!~;\[ ]", requirement)[0]
 
 
+EXTRAS = PROJECT["optional-dependencies"]
+
+
+def installed() -> list[str]:
+    """What both commands of the README install: the engine's dependencies and those of the page."""
+    return [name_of(text) for text in [*PROJECT["dependencies"], *EXTRAS["app"]]]
+
+
 def declared() -> list[str]:
-    return [name_of(text) for text in [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]]
+    return [*installed(), *(name_of(text) for text in EXTRAS["test"])]
 
 
 def of_a_gpu() -> list[str]:
     """What the extra for a GPU declares; it is not locked, since it needs a driver that pip does not bring."""
-    return [name_of(text) for text in PROJECT["optional-dependencies"]["gpu"]]
+    return [name_of(text) for text in EXTRAS["gpu"]]
 
 
 def locked(lock: str) -> dict[str, str]:
@@ -49,15 +59,17 @@ def test_every_dependency_has_its_licence_and_reason() -> None:
 
 
 def test_dependencies_are_sorted_and_stated_once() -> None:
-    assert set(PROJECT["optional-dependencies"]) == {"gpu", "test"}
-    for group in (PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()):
+    assert set(EXTRAS) == {"app", "gpu", "test"}
+    for group in (PROJECT["dependencies"], *EXTRAS.values()):
         names = [name_of(text) for text in group]
         assert names == sorted(set(names))
 
 
-def test_every_import_is_declared() -> None:
+@pytest.mark.parametrize(("package", "brought_by"), [("vfix_engine", ()), ("app", ("app",))])
+def test_every_import_is_declared(package: str, brought_by: tuple[str, ...]) -> None:
+    """Those of the engine without the extra: an installation of the engine alone has all that it imports."""
     imported = set()
-    for file in [*(ROOT / "app").rglob("*.py"), *(ROOT / "vfix_engine").rglob("*.py")]:
+    for file in (ROOT / package).rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
                 imported |= {alias.name.split(".")[0] for alias in node.names}
@@ -65,7 +77,12 @@ def test_every_import_is_declared() -> None:
                 imported.add((node.module or "").split(".")[0])
     own = {"app", "benchmarks", "vfix_engine"}
     foreign = {PACKAGE_OF.get(name, name) for name in imported - sys.stdlib_module_names - own}
-    assert foreign <= {name_of(text) for text in PROJECT["dependencies"]}
+    allowed = [*PROJECT["dependencies"], *(text for extra in brought_by for text in EXTRAS[extra])]
+    assert foreign <= {name_of(text) for text in allowed}
+
+
+def test_the_extra_of_the_page_is_what_the_command_line_looks_for() -> None:
+    assert [name_of(text) for text in EXTRAS["app"]] == [name.replace("_", "-") for name in extras.APP_MODULES]
 
 
 @pytest.mark.parametrize("lock", LOCKS)
@@ -80,7 +97,7 @@ def test_the_lock_is_exact_and_names_no_registry(lock: str) -> None:
 
 def test_the_locks_hold_what_is_declared_and_agree() -> None:
     run, test = locked(LOCKS[0]), locked(LOCKS[1])
-    assert {name_of(text) for text in PROJECT["dependencies"]} | {"hatchling", "editables"} <= set(run)
+    assert set(installed()) | {"hatchling", "editables"} <= set(run)
     assert set(declared()) <= set(test)
     assert run.items() <= test.items()
     assert not set(of_a_gpu()) & set(test)

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from app.services.surface_uncertainty import SurfaceUncertainty, report_words
 from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.surface import Dropped
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, report_words
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 BONE = "bone"  # the surface that the controller keeps away from

@@ -13,13 +13,13 @@ from sqlalchemy import select
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 
+from app.clock import utc_now
 from app.services.cache import Cache
 from app.services.case_files import CaseFiles
 from app.services.case_model import BONE, HEAD_PHANTOM, Bead, Case, CaseContent, CaseFrame, SurfaceInfo, VolumeInfo
 from app.services.errors import NotFound
 from app.services.names import check_name
 from app.store import Store
-from app.store.database import utc_now
 from app.store.errors import StoreDamaged, is_of_reading
 from app.store.models import CaseRow
 from app.store.scratch import Scratch

@@ -13,7 +13,7 @@ from app.services.plan_model import PlanFile, content_from_json
 from app.services.plans import PlanService
 from app.store import Store
 from app.store.errors import StoreDamaged
-from app.store.models import PlanRow
+from app.store.models import DocumentRow
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
 from vfix_engine.imaging.phantom.shipped import BONE_REPORT
 from vfix_engine.resources import assets_dir
@@ -43,7 +43,7 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
     if known is None or known.content_hash != content_hash or known.surfaces[0].report is None:
         cases.put(HEAD_PHANTOM, _NAME, _content(CaseFiles(store.files)), content_hash)
     with store.reading() as session:  # whether it is there: what is in it need not be readable to start
-        missing = session.get(PlanRow, SAMPLE_PLAN) is None
+        missing = session.get(DocumentRow, SAMPLE_PLAN) is None
     if missing and cases.get(HEAD_PHANTOM).deleted_at is None:
         sample = _sample_plan()
         plans.create(HEAD_PHANTOM, sample.name, sample.content, plan_id=SAMPLE_PLAN)

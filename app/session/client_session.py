@@ -21,7 +21,7 @@ from app.session.inbox import Inbox, Request
 from app.session.sections import SessionSections, StepSection
 from app.session.view_model import ViewModel
 from app.steps.base import Closable, Step
-from app.steps.registry import specs
+from app.steps.registry import load, specs
 from app.views.case_view import ShownSurface
 from app.views.layers import Layer, LayerStack
 from app.views.views import Views
@@ -35,7 +35,7 @@ _LOG = logging.getLogger(__name__)
 
 def make_shared(services: Services) -> dict[str, Closable | None]:
     """What the clients of each step share, by the step's name."""
-    return {spec.name: spec.load().make_shared(services) for spec in specs()}
+    return {spec.name: load(spec).make_shared(services) for spec in specs()}
 
 
 class ClientSession:
@@ -61,7 +61,7 @@ class ClientSession:
         self.steps: dict[str, Step] = {}
         self._step_of: dict[type[Command], Step] = {}
         for spec in specs():
-            step = self.steps[spec.name] = spec.load()(self.views, shared[spec.name])
+            step = self.steps[spec.name] = load(spec)(self.views, shared[spec.name])
             self._step_of |= dict.fromkeys(spec.commands, step)
         self.active = self.steps.get(FIRST_STEP) or next(iter(self.steps.values()))
         self.active.active = True

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 from app.steps.spec import StepSpec
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the scene is slow to load, and the address needs none of it
     from fastapi import APIRouter
+
+    from app.steps.base import Step
 
 STEPS: list[str] = [
     "app.steps.patient",
@@ -24,6 +26,12 @@ def specs() -> tuple[StepSpec, ...]:
     if len(set(names)) < len(names):
         raise ValueError(f"two steps have one name: {', '.join(names)}")
     return tuple(found)
+
+
+def load(spec: StepSpec) -> type[Step]:
+    """A step's class; the first call loads the scene's libraries."""
+    found: type[Step] = getattr(importlib.import_module(f"{spec.package}.step"), spec.step)
+    return found
 
 
 def routers() -> tuple[APIRouter, ...]:

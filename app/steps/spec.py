@@ -5,12 +5,8 @@ from __future__ import annotations
 import importlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from app.messages.fields import Command
-
-if TYPE_CHECKING:  # slow to load, with all of the scene; the address needs none of it
-    from app.steps.base import Step
 
 
 @dataclass(frozen=True)
@@ -20,7 +16,7 @@ class StepSpec:
     name: names the step in commands and addresses; lower-case letters and digits.
     label: on its tab. order: of the tabs, ascending.
     package: dotted name of its folder, which is its ``__name__``. step: the subclass of
-    :class:`~app.steps.base.Step` in its ``step.py``.
+    ``Step`` in its ``step.py``.
     commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
     has_routes: its ``routes.py`` has a ``router``, whose addresses must lie below ``/steps/NAME/``.
     """
@@ -40,8 +36,3 @@ class StepSpec:
         file = importlib.import_module(self.package).__file__
         assert file is not None
         return Path(file).parent
-
-    def load(self) -> type[Step]:
-        """The step's class; its first call loads the scene's libraries."""
-        found: type[Step] = getattr(importlib.import_module(f"{self.package}.step"), self.step)
-        return found

@@ -8,7 +8,6 @@ import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -137,11 +136,6 @@ class Store:
             self._snapshot.close()
         self.scratch.close()
         self.files.scratch.close()
-
-
-def utc_now() -> str:
-    """The time now, ISO 8601 in UTC."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def _keep_private(database: Path) -> None:

@@ -125,3 +125,6 @@ class ProjectAnswer(TypedDict):
     """Places on the canvas in parts of its size, None for a place behind the camera; None without a camera."""
 
     places: list[Annotated[list[float], Length(2)] | None] | None
+
+
+ANSWERS: dict[str, type] = {"project": ProjectAnswer}  # by the command that it answers; all others answer None

@@ -119,7 +119,7 @@ BUILDERS: dict[str, Callable[[], Arena | str]] = {
     "helix": lambda: _made(5, _bend(13.0, rise=35.0, turn=3.0)),
     "long helix": lambda: _made(30, _bend(14.0, 110.0, 8.0, 45.0, 70)),
     "waists": lambda: _made(5, _bend(_waisted(), 120.0)),
-    "narrow": lambda: _made(5, _bend(4.5, 150.0, 1.8)),  # cores of less than the bounds
+    "narrow": lambda: _made(5, _bend(4.5, 150.0, 1.8)),  # inscribed radii of less than the bounds
     "lobes": lambda: _made(5, _bend(_lobed())),
     "cavity": lambda: _made(5, body_cavity()),
     "hairpin": lambda: _made(5, _hairpin()),

@@ -24,7 +24,7 @@ from app.api.dependencies import ERRORS
 from app.error_shape import error_code
 from app.gateway.body_limit import MAX_BODY_BYTES, BodyLimit
 from app.gateway.error_answers import _STATUS, install_error_answers
-from app.services import Services, build_services, importing
+from app.services import Services, build_services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import PlanLocked
@@ -32,6 +32,7 @@ from app.services.plans import PlanService
 from app.settings import Settings
 from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
 from vfix_engine.errors import VfixError
+from vfix_engine.imaging import head_import
 
 SURFACE = b"v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 CASE, PLAN = f"/api/cases/{HEAD_PHANTOM}", f"/api/plans/{SAMPLE_PLAN}"
@@ -328,7 +329,7 @@ def test_an_upload_becomes_a_case(client: Client, phantom_services: Services) ->
 
 def test_the_planner_ends_at_once_and_keeps_no_upload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """HAZ-30: neither of the import that runs nor of the one that waits."""
-    monkeypatch.setattr(importing, "_read_surface", never_end)
+    monkeypatch.setattr(head_import, "_read_surface", never_end)
     services = build_services(Settings(home=tmp_path / "home", port=0))
     client = opened_client(services)
     jobs = [client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).json()["id"] for _ in range(2)]

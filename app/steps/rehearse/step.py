@@ -11,7 +11,6 @@ from app.scene.hand import GripDrag
 from app.services import Services
 from app.services.errors import PlanLocked
 from app.services.plans import Plan
-from app.services.surface_uncertainty import SurfaceUncertainty
 from app.steps.base import Step
 from app.steps.rehearse import SPEC
 from app.steps.rehearse import commands as c
@@ -26,6 +25,7 @@ from app.views.plan_items import Position, curve_layer, curve_section, entries, 
 from app.views.views import Views
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, VfixError
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.simulation.snapshot import Snapshot
 

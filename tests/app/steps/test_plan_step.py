@@ -8,16 +8,17 @@ from types import SimpleNamespace
 import pytest
 from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case
 
-from app.services import Services, plan_editor
+from app.services import Services
 from app.services.cases import Case
-from app.services.surface_uncertainty import SurfaceUncertainty
+from app.services.documents import DocumentKind
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.hints import plan_hint
 from app.store.errors import StorageError
-from app.store.models import PlanStateRow
+from app.store.models import DocumentStateRow
 from vfix_engine.errors import InputError, PlanError
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 
 
 def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,7 +157,7 @@ def test_the_list_of_plans_does_not_read_what_they_contain(
 ) -> None:
     step = open_sample(phantom_services)
     read: list[str] = []
-    monkeypatch.setattr(plan_editor, "content_from_json", lambda document: read.append("content"))
+    monkeypatch.setattr(DocumentKind, "content", lambda *_: read.append("content"))
     step._plans = list(phantom_services.plans.titles(HEAD))
     assert read == []
     assert SAMPLE in [title.id for title in step._plans]
@@ -169,9 +170,9 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
     step = open_sample(services)
     step.handle(c.PlanCommand(type="plan.open", plan_id=bad.id))
     with services.store.writing() as session:
-        state = session.get(PlanStateRow, (bad.id, 0))
+        state = session.get(DocumentStateRow, (bad.id, 0))
         assert state is not None
-        state.document = {**state.document, "settings": {"margin_mm": 99.0}}
+        state.content = {**state.content, "points": "none"}
     with pytest.raises(InputError, match="'Bad' cannot be read"):
         step.sections(fresh=True)
     step.sections(fresh=True)

@@ -19,7 +19,7 @@ from app.steps.rehearse.shared_drives import SharedDrives
 from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, PlanError
-from vfix_engine.simulation.events import Event
+from vfix_engine.runtime.events import Event
 
 
 class _Process:

@@ -10,9 +10,9 @@ import pytest
 from vfix_engine.errors import PathwayError
 from vfix_engine.lumen.anatomy.curve import Curve
 from vfix_engine.lumen.anatomy.transport import transported
-from vfix_engine.lumen.conform.conform_kernel import Body, Line, Task, judge, normal_matrix
+from vfix_engine.lumen.conform.conform_kernel import Body, Line, Task, normal_matrix, shape_cost
 from vfix_engine.lumen.conform.conform_solve import box_step
-from vfix_engine.lumen.conform.conformance import FASTEST, Conformed, Insertion, conform
+from vfix_engine.lumen.conform.conformance import FASTEST, Insertion, ShapeSolution, conform
 from vfix_engine.robots.snake import SnakeModel
 
 LINK = 28.0
@@ -45,7 +45,7 @@ def hairpin() -> Curve:
     return Curve.through(np.concatenate([straight, bend, bend[-1] + np.linspace(2.0, 150.0, 75)[:, None] * ahead]))
 
 
-def joint_centres(snake: SnakeModel, found: Conformed) -> np.ndarray:
+def joint_centres(snake: SnakeModel, found: ShapeSolution) -> np.ndarray:
     return snake.frames(found.q, found.base)[:, :3, 3]
 
 
@@ -220,10 +220,10 @@ def test_the_gradient_is_that_of_the_cost():
         )
 
     def cost(at: np.ndarray) -> float:
-        return judge(line, task, at, begin.copy(), body())
+        return shape_cost(line, task, at, begin.copy(), body())
 
     size, filled = len(state), body()
-    judge(line, task, state, begin.copy(), filled)
+    shape_cost(line, task, state, begin.copy(), filled)
     gradient, hessian = np.empty(size), np.empty((size, size))
     normal_matrix(line, task, filled, state, np.empty((size, 6)), np.empty(6), gradient, hessian)
     steps = 1e-6 * np.eye(size)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputError
 from .bending import DIRECTIONS, BendProblem, Direction
-from .bending_kernel import Family, Lumen, cost_of, judge
+from .bending_kernel import Family, Lumen, cost_of, excess_of
 from .bending_search import UTMOST, direction, search, survey
 
 Array = NDArray[np.float64]
@@ -147,7 +147,7 @@ def cost_map(problem: BendProblem, way: Direction, m: ArrayLike, q_c: ArrayLike)
         for j, value in enumerate(last):
             a, b = to_plane @ (slope, value)
             cost[i, j] = cost_of(lumen, side.family, a, b, scratch)
-            excess = judge(lumen, side.family, a, b, True, scratch)
+            excess = excess_of(lumen, side.family, a, b, True, scratch)
             within[i, j] = excess <= 0.0 and np.isfinite(cost[i, j])
     return CostMap(cost, within)
 

@@ -137,7 +137,7 @@ class Body(NamedTuple):
 
 
 @borrowing
-def judge(line: Line, task: Task, state: Array, places: Array, body: Body) -> float:
+def shape_cost(line: Line, task: Task, state: Array, places: Array, body: Body) -> float:
     """Cost of a state (2L + 1,), angles and feed, with each link's own load and mass in ``body``.
 
     places: (2L,) arc lengths of the middle and the far end of every link, where they were and where they are found.

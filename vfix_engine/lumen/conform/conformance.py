@@ -39,7 +39,7 @@ _DEFAULT_ROOM = 4.0  # [mm] around the curve where none is given
 
 
 @dataclass(frozen=True, eq=False)
-class Conformed:
+class ShapeSolution:
     """A snake along a curve.
 
     base: (4, 4) transform_base_to_patient. q: (2L,) rad. joint_s: (L + 1,) arc length in mm of base joint … tip, of the
@@ -146,14 +146,14 @@ class _Chain:
             total += float((np.maximum(np.abs(q) - self.snake.q_max, 0.0) ** 2).sum())
         return total
 
-    def on_curve(self, tip_s: float) -> Conformed | None:
+    def on_curve(self, tip_s: float) -> ShapeSolution | None:
         """All joint centres on the curve, or None where the limits do not allow it."""
         places, _, base, q, largest = self.exact(tip_s, self.roll)
         if largest > self.snake.q_max:
             return None
         return self._finished(base, q, places, tip_s, True)
 
-    def nearest(self, tip_s: float, near: Conformed | None, moved: float, most: float = math.inf) -> Conformed:
+    def nearest(self, tip_s: float, near: ShapeSolution | None, moved: float, most: float = math.inf) -> ShapeSolution:
         """The nearest chain within the limits; after another one no farther than its angles may go in ``moved`` mm.
 
         most: rad, how far they may go where it is another curve that has moved, and no insertion that sets the pace.
@@ -192,7 +192,7 @@ class _Chain:
             base[:, 3] += before[0] * base[:, 2]
         return self._finished(base, q, np.concatenate([state[-1] + before, state[-1:], places[1::2]]), tip_s, False)
 
-    def _finished(self, base: Array, q: Array, joint_s: Array, tip_s: float, exact: bool) -> Conformed:
+    def _finished(self, base: Array, q: Array, joint_s: Array, tip_s: float, exact: bool) -> ShapeSolution:
         whole = np.eye(4)
         whole[:3] = base
         joints = self.snake.frames(q, whole)[:, :3, 3]
@@ -200,9 +200,9 @@ class _Chain:
         at_limit = np.abs(q) >= self.snake.q_max - 1e-9
         for array in (whole, q, joint_s, offset, at_limit):
             array.setflags(write=False)
-        return Conformed(whole, q, joint_s, offset, at_limit, exact, tip_s, self.roll, self.curve)
+        return ShapeSolution(whole, q, joint_s, offset, at_limit, exact, tip_s, self.roll, self.curve)
 
-    def follow(self, tip_s: float, near: Conformed, moved: float) -> Conformed:
+    def follow(self, tip_s: float, near: ShapeSolution, moved: float) -> ShapeSolution:
         """The next after ``near``, with the tip ``moved`` mm, at most one step, farther."""
         found = self.on_curve(tip_s)
         if found is not None:
@@ -212,7 +212,7 @@ class _Chain:
         return self.nearest(tip_s, near, moved)
 
 
-def _straight_outside(near: Conformed, length: float) -> int:
+def _straight_outside(near: ShapeSolution, length: float) -> int:
     """How many links, from the base on, lie straight so far outside that the next step leaves them as they are.
 
     So the shape of what is inside does not depend on how many links are still to come.
@@ -250,12 +250,12 @@ def conform(
     snake: SnakeModel,
     curve: Curve,
     tip_s: float,
-    near: Conformed | None = None,
+    near: ShapeSolution | None = None,
     room: ArrayLike | None = None,
     roll: float | None = None,
     outside: bool = True,
     most: float = math.inf,
-) -> Conformed:
+) -> ShapeSolution:
     """The snake along a curve with its tip at ``tip_s`` mm, the joints that are not in yet straight before its start.
 
     Args:
@@ -285,7 +285,7 @@ def conform(
     return chain.nearest(tip_s, near, 0.0 if near is None else tip_s - near.tip_s, most)
 
 
-def _walked(chain: _Chain, state: Conformed, distance: float, tip_s: float) -> Conformed:
+def _walked(chain: _Chain, state: ShapeSolution, distance: float, tip_s: float) -> ShapeSolution:
     if distance == 0.0:
         return state
     steps = max(math.ceil(abs(distance) / _STEP - 1e-9), 1)
@@ -320,7 +320,7 @@ class Insertion:
         self._state = self._chain.nearest(self._tip_s, None, 0.0) if state is None else state
 
     @property
-    def state(self) -> Conformed:
+    def state(self) -> ShapeSolution:
         """Where the snake is."""
         return self._state
 
@@ -339,11 +339,11 @@ class Insertion:
         """How many links have their far end beyond the curve's start."""
         return self._state.links_inside
 
-    def correct(self, state: Conformed) -> None:
+    def correct(self, state: ShapeSolution) -> None:
         """Go on from another shape along the same curve."""
         self._state, self._tip_s = state, state.tip_s
 
-    def advance(self, ds: float) -> Conformed:
+    def advance(self, ds: float) -> ShapeSolution:
         """The snake with its tip ``ds`` mm farther in, or farther out where that is negative.
 
         Where all joints can be on the curve its angles are those of the curve; elsewhere none changes by more than

@@ -8,6 +8,7 @@ and one step of its joints would have to do.
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..control.ease import eased
 from ..control.tip_control import Place
 from ..pathway.packed import PackedPathway
 from ..query.query import Query
-from .conformance import Conformed, Insertion, conform
+from .conformance import Insertion, ShapeSolution, conform
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -44,9 +45,15 @@ class Waypoints:
         self._snake, self._room, self._still = snake, room, still
         self._insertion = Insertion(snake, curve, room, None, tip_s, snake.reach_mm())
         self._last = self.first = self._insertion.state
-        self._ahead: tuple[float, Conformed] | None = None
+        self._ahead: tuple[float, ShapeSolution] | None = None
 
-    def ahead(self, tip_s: float, sign: float) -> tuple[float, Conformed, bool]:
+    def copy(self) -> Waypoints:
+        """Waypoints that go on by themselves."""
+        other = copy(self)
+        other._insertion = copy(self._insertion)
+        return other
+
+    def ahead(self, tip_s: float, sign: float) -> tuple[float, ShapeSolution, bool]:
         """The next place, its shape and whether that is new, from ``tip_s`` on forwards or, with −1, backwards.
 
         Raises:
@@ -62,7 +69,7 @@ class Waypoints:
         self._ahead = (place, shape)
         return place, shape, True
 
-    def correct(self, shape: Conformed) -> None:
+    def correct(self, shape: ShapeSolution) -> None:
         """Take a better shape for the place ahead."""
         assert self._ahead is not None
         self._ahead = (self._ahead[0], shape)
@@ -75,20 +82,20 @@ class Waypoints:
         if self._ahead is not None:
             self._last, self._ahead = self._ahead[1], None
 
-    def restart(self, shape: Conformed) -> None:
+    def restart(self, shape: ShapeSolution) -> None:
         """Plan anew from another shape, what was ahead is let go."""
         self._last, self._ahead = shape, None
         if self._still:
             self._insertion.correct(shape)
 
-    def at(self, tip_s: float, near: Conformed, most: float = math.inf) -> Conformed:
+    def at(self, tip_s: float, near: ShapeSolution, most: float = math.inf) -> ShapeSolution:
         """The shape that conforms to the curve as it is now, no angle ``most`` rad from that of before."""
         return conform(self._snake, self.curve, tip_s, near, self._room, self._insertion.roll, most=most)
 
 
 def moved_off(
-    shape: Conformed, snake: SnakeModel, query: Query, packed: PackedPathway, windows: Index, bound: Array
-) -> Conformed | None:
+    shape: ShapeSolution, snake: SnakeModel, query: Query, packed: PackedPathway, windows: Index, bound: Array
+) -> ShapeSolution | None:
     """A shape that keeps its bounds (L,) mm, near one that does not or hardly; None where it does, or none is found.
 
     windows: (L, 2) segments that the links are measured against.

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...robots.snake import SnakeModel
-from ..conform.conformance import Conformed
+from ..conform.conformance import ShapeSolution
 from ..control.tip_control import Place, TipControl, outwards, stops
-from ..limits.limits import HardLimits, Pose
+from ..limits.limits import Configuration, HardLimits
 from ..pathway.packed import PackedPathway
 from ..query.query import Deviations, Query
 from .drive_state import Command, DriveSettings, Outcome
@@ -33,7 +33,7 @@ class DistalSteps:
     control: TipControl
     q: Array
     _first: int
-    _conformed: Conformed
+    _conformed: ShapeSolution
     _distal_limits: HardLimits
     _distal_query: Query
     _packed: PackedPathway
@@ -109,11 +109,12 @@ class DistalSteps:
             return Outcome("rest")
         within = min(1.0, 1.0 / fastest)
         place = self.place()
+        here = Configuration(place.base, q)
         for share in SHARES:
-            end = Pose(place.base, q + within * share * (target - q))
-            verdict = self._distal_limits.certify(self._packed, place.window, Pose(place.base, q), end, place.bound)
+            end = Configuration(place.base, q + within * share * (target - q))
+            verdict = self._distal_limits.certify(self._packed, place.window, here, end, place.bound)
             if verdict.taken:
-                self.q[2 * self._first :] = end.q
+                self.q = np.concatenate([self.q[: 2 * self._first], end.q])  # a copy: see SnakeDrive.copy
                 if by_joints:
                     self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
                 else:

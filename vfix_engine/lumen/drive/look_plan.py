@@ -21,7 +21,7 @@ from ...fixtures.rows import with_progress
 from ..control.ease import eased
 from ..control.tip_control import Place, stops
 from ..control.wall_rows import wall_rows
-from ..limits.limits import HardLimits, Pose
+from ..limits.limits import Configuration, HardLimits
 
 Array = NDArray[np.float64]
 
@@ -165,7 +165,7 @@ class LookPlanner:
     def _taken(self, q: Array, after: Array) -> bool:
         """Whether the hard limits let the robot go from one place of a way to another."""
         place = self.place
-        poses = Pose(place.base, q), Pose(place.base, after)
+        poses = Configuration(place.base, q), Configuration(place.base, after)
         return self._limits.certify(place.packed, place.window, *poses, place.bound).taken
 
     def _wanted(self, q: Array, side: int, certified: bool) -> Array | None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...robots.snake import SnakeModel
-from ..limits.limits import Pose, Verdict
+from ..limits.limits import Configuration, Verdict
 from ..query.query import Query
 from .drive_state import Outcome
 
@@ -21,7 +21,7 @@ class Refusal:
     """A verdict on links (L,) with bounds (L,) mm that were to go to a pose."""
 
     verdict: Verdict
-    end: Pose
+    end: Configuration
     bound: Array
     snake: SnakeModel
     query: Query

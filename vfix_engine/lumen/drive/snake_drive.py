@@ -7,9 +7,10 @@ but for a pathway that moves, which the robot's shape follows.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from time import perf_counter
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +19,14 @@ from ...errors import InputError
 from ...given import positive
 from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
-from ..conform.conformance import Conformed
+from ..conform.conformance import ShapeSolution
 from ..conform.conforming import blended, driven_curve
 from ..conform.waypoints import Waypoints, moved_off
 from ..control.ease import eased
 from ..control.tip_control import Place
 from ..haptics.hand_forces import HandForces
 from ..haptics.haptics import Forces
-from ..limits.limits import HardLimits, Pose
+from ..limits.limits import Configuration, HardLimits
 from ..pathway.live_pathway import LivePathway
 from ..pathway.pathway import Pathway
 from ..query.query import Deviations, Query
@@ -96,7 +97,7 @@ class SnakeDrive(DistalSteps):
         self._live = LivePathway(pathway, self.settings.tissue_s)
         self.t, self.refused_commands, self._steps = 0.0, 0, 0
         self._settled, self._by_joints, self._query_s = False, False, 0.0  # by commands to its joints it may be bent
-        self._goal: Conformed | None = None  # the shape that the tissue's motion asks for, while it is not reached
+        self._goal: ShapeSolution | None = None  # the shape that the tissue's motion asks for, while it is not reached
         self._refused: Refusal | None = None
         self._trail = Trail()
         self._packed = pathway.packed(0.0)
@@ -113,7 +114,9 @@ class SnakeDrive(DistalSteps):
         self._measure()
         if not beyond_allowed:
             refuse_beyond(self._deviation.depth, self.bound)
-        self._eased(self._conformed, Pose(self._conformed.base, self.q), self.settings.step_s)  # loads its kernels
+        self._eased(
+            self._conformed, Configuration(self._conformed.base, self.q), self.settings.step_s
+        )  # loads its kernels
         self.state = self._state("inserting", Outcome("rest"), self.hand.forces, 0.0)
 
     @property
@@ -194,6 +197,17 @@ class SnakeDrive(DistalSteps):
         self.state = self._state("looking" if looking else "inserting", outcome, forces, perf_counter() - began)
         return self.state
 
+    def copy(self) -> Self:
+        """A drive that goes on from here by itself: steps of one leave the other as it is.
+
+        What a step replaces and never writes into, which is every array, is shared; and so are the scratch arrays of
+        queries, so two copies do not step at the same time.
+        """
+        other = copy(self)
+        other.control, other.hand = copy(self.control), copy(self.hand)
+        other._live, other._way, other._trail = copy(self._live), self._way.copy(), self._trail.copy()
+        return other
+
     # What a step may do
 
     def _left(self, dt: float) -> float:
@@ -244,7 +258,7 @@ class SnakeDrive(DistalSteps):
                 return done if share == 1.0 else self._stopped("shrunk")
         return self._stopped("held")
 
-    def _waypoint(self, sign: float) -> tuple[float, Conformed]:
+    def _waypoint(self, sign: float) -> tuple[float, ShapeSolution]:
         """Where the insertion goes next, moved off the wall where that is needed.
 
         Raises:
@@ -253,6 +267,9 @@ class SnakeDrive(DistalSteps):
         place, shape, new = self._way.ahead(self.tip_s, sign)
         if not new:
             return place, shape
+        if not _in_order(shape.joint_s):
+            self._way.restart(self._conformed)
+            raise LookupError("no shape conforms to the path there")
         known = self._windows, self._measured
         self._look(shape.joint_s)
         better = moved_off(shape, self.snake, self.query, self._packed, self._windows, self._bounds())
@@ -301,24 +318,27 @@ class SnakeDrive(DistalSteps):
         self._way.restart(self._conformed)
         return self._stopped("held")
 
-    def _bent(self, conformed: Conformed) -> Array:
+    def _bent(self, conformed: ShapeSolution) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""
         bend = self.q - self._conformed.q
         bend[: 2 * self._first] = 0.0
         return self.snake.clamp(conformed.q + bend)
 
-    def _fastest(self, wanted: Conformed, dt: float) -> float:
+    def _fastest(self, wanted: ShapeSolution, dt: float) -> float:
         """Speed of the fastest joint on the way there, of what joints may do; a bend at a joint's end is no help."""
         return float(np.abs(wanted.q - self._conformed.q).max()) / (self.settings.speed_max * dt)
 
-    def _certified(self, wanted: Conformed, dt: float) -> bool:
+    def _certified(self, wanted: ShapeSolution, dt: float) -> bool:
         """Go to another conforming shape if the hard limits let it, as far as the joints' speed allows."""
         ratio = self._fastest(wanted, dt)
         if ratio > 1.0:
             wanted = blended(self._conformed, wanted, 1.0 / ratio)
+        if not _in_order(wanted.joint_s):
+            self._refused = None
+            return False
         windows, measured = self._windows, self._measured
         self._look(wanted.joint_s)
-        start, end = Pose(self._conformed.base, self.q), Pose(wanted.base, self._bent(wanted))
+        start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
         known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if not verdict.taken and np.isfinite(verdict.deviation.depth).all():
@@ -334,20 +354,20 @@ class SnakeDrive(DistalSteps):
 
     def _retreat(self, dt: float) -> None:
         """Back towards the bounds that the tissue's motion has left links beyond, as fast as joints may."""
-        here = Pose(self._conformed.base, self.q)
+        here = Configuration(self._conformed.base, self.q)
         wanted, end = self._eased(self._conformed, here, dt)
         verdict = self._limits.certify(self._packed, self._windows, here, end, self._bounds(), self._deviation.depth)
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
             self._keep(verdict.deviation)
 
-    def _eased(self, wanted: Conformed, end: Pose, dt: float) -> tuple[Conformed, Pose]:
+    def _eased(self, wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
         """The nearest shape that keeps the bounds, if there is one; the operator's bend stays as it is."""
         place = Place(self.snake, self.query, end.base, end.q, self._packed, self._windows, self._bounds())
         q = eased(place, self.q, self.settings.speed_max * dt)
         if q is None:
             return wanted, end
-        return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Pose(end.base, q)
+        return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Configuration(end.base, q)
 
     # What is known of the robot
 
@@ -355,7 +375,7 @@ class SnakeDrive(DistalSteps):
         """Windows of the links for joints at these arc lengths, and which links are inside."""
         low, high = joint_s[:-1] - WINDOW_MM, joint_s[1:] + WINDOW_MM
         low[self._first :], high[self._first :] = low[self._first], high[-1]
-        self._windows = np.array([self.pathway.window(*pair) for pair in zip(low, high, strict=True)], dtype=np.int64)
+        self._windows = self.pathway.windows(low, high)
         self._measured = joint_s[:-1] >= self._entrance
 
     def _bounds(self) -> Array:
@@ -386,3 +406,8 @@ class SnakeDrive(DistalSteps):
             self._conformed.joint_s, self.control.steering, self._packed, self._windows, self._measured,
             self._deviation, forces, *outcome, self._query_s, spent,
         )  # fmt: skip
+
+
+def _in_order(joint_s: Array) -> bool:
+    """Whether joints lie one after the other along the curve: a shape in which they do not has no windows."""
+    return bool((joint_s[1:] >= joint_s[:-1]).all() and np.isfinite(joint_s).all())

@@ -26,7 +26,7 @@ WAY_TOLERANCE_MM = 0.05  # [mm] so much beyond its bound a link may be between t
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class Configuration:
     """Where a snake is: base (4, 4) transform_base_to_patient, q (2L,) rad; both are copied and read-only.
 
     Raises:
@@ -96,8 +96,8 @@ class HardLimits:
         self,
         packed: PackedPathway,
         windows: Index,
-        before: Pose,
-        after: Pose,
+        before: Configuration,
+        after: Configuration,
         bound: Array | None = None,
         known: Array | None = None,
     ) -> Verdict:
@@ -137,7 +137,7 @@ class HardLimits:
         return Verdict(False, part, found, poses, self._reason(found, limit))
 
     def _checked(
-        self, packed: PackedPathway, windows: Index, before: Pose, after: Pose, bound: Array
+        self, packed: PackedPathway, windows: Index, before: Configuration, after: Configuration, bound: Array
     ) -> tuple[Index, Array]:
         """Windows and bounds as the kernel reads them, which looks at no shape and no number of a row."""
         links = self.snake.links

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...geometry.compiled import compiled
 from ...robots.snake_kernel import snake_frames
-from ..pathway.packed import CORE, SLOPE, PackedPathway
+from ..pathway.packed import INSCRIBED_RADIUS, LIPSCHITZ, PackedPathway
 from ..query.query_blocks import VertexBlocks
 from ..query.query_fast import Deviations, link_deviations
 from ..query.query_lanes import WORK
@@ -25,7 +25,7 @@ Index = NDArray[np.int64]
 LENGTH, REACH, TOLERANCE, LOW, HIGH = 0, 1, 2, 3, 6
 SHAPE_SIZE = 9
 LEAST_PART = 1.0 / 4096.0  # of a motion; one that has to be parted further is refused
-DEEPEST = 0.9  # of the narrowest core of a window: so deep a slope of the deviation is proven
+DEEPEST = 0.9  # of a window's least inscribed radius: the Lipschitz constant is proven for deviations up to that
 
 
 @compiled
@@ -161,7 +161,7 @@ def _way_is_kept(
         )
         if whole and ends:
             continue
-        if ends and level[link] == limit[link]:  # a core is wide enough for the limit: parting costs less
+        if ends and level[link] == limit[link]:  # inscribed radii are wide enough for the limit: halving costs less
             return False
         most = limit[link] + tolerance
         if not (
@@ -177,20 +177,20 @@ def _way_is_kept(
 
 @compiled
 def _slopes(rows: Array, first: int, last: int, limit: float, tolerance: float) -> tuple[float, float]:
-    """Of a window: a depth in mm, and the slope Λ up to that depth and the tolerance.
+    """Of a window: a depth in mm, and the Lipschitz constant Λ up to that depth and the tolerance.
 
-    The depth is the limit; where that and the tolerance are more than ``DEEPEST`` of the narrowest core, it is less:
-    the two are that. A point that deviates by δ has h ≥ core - δ from the axis of the segment that it has it from, and
-    Λ = √(1 + (K / h)²); see ``clearance.slope``.
+    The depth is the limit; where that and the tolerance are more than ``DEEPEST`` of the least inscribed radius c, it
+    is less: the two are that. A point that deviates by δ has h ≥ c - δ from the axis of the segment it is measured
+    to, and Λ = √(1 + (K / h)²); see ``clearance.lipschitz_constant``.
     """
     narrowest = np.inf
     for j in range(first, last):
-        narrowest = min(narrowest, rows[j, CORE])
+        narrowest = min(narrowest, rows[j, INSCRIBED_RADIUS])
     level, steep = min(limit, DEEPEST * narrowest - tolerance), 1.0
     for j in range(first, last):
-        core = rows[j, CORE]
-        height = core - level - tolerance
-        turned = 0.25 * (rows[j, SLOPE] * rows[j, SLOPE] - 1.0) * core * core
+        inscribed = rows[j, INSCRIBED_RADIUS]
+        height = inscribed - level - tolerance
+        turned = 0.25 * (rows[j, LIPSCHITZ] * rows[j, LIPSCHITZ] - 1.0) * inscribed * inscribed
         steep = max(steep, sqrt(1.0 + turned / (height * height)))
     return level, steep
 

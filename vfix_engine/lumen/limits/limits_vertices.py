@@ -1,6 +1,6 @@
 """Compiled certificate of the way of one link, vertex by vertex: where the bound about the whole link proves nothing.
 
-That is where cores are narrow against the bound, and near the ends of a link's window. The proof is lemma 7 of
+That is where inscribed radii are small against the bound, and near the ends of a link's window. The proof is lemma 7 of
 docs/safety.md, "The snake in its pathway".
 """
 
@@ -12,7 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry.compiled import compiled
-from ..pathway.packed import AXIS, CORE, END, END_RADIUS, END_TANGENT, SLOPE, START, START_RADIUS, START_TANGENT
+from ..pathway.packed import (
+    AXIS,
+    END,
+    END_RADIUS,
+    END_TANGENT,
+    INSCRIBED_RADIUS,
+    LIPSCHITZ,
+    START,
+    START_RADIUS,
+    START_TANGENT,
+)
 from ..query.section import section_distance
 
 Array = NDArray[np.float64]
@@ -63,7 +73,7 @@ def vertices_are_kept(
             deep.
         here, there: (3, 4) frames; lanes: of ``vertex_blocks``, the link's are ``block`` to ``end`` - 1.
         low_high: (6,) its vertices' box; way: mm, no vertex is ever farther than that from where it is in either frame.
-        shallow, rate: the slope Λ wherever a deviation is at most so deep.
+        shallow, rate: the Lipschitz constant Λ wherever a deviation is at most so deep.
     """
     while first < last and not (
         far_from_disc(rows, first, False, here, low_high, way)
@@ -120,5 +130,5 @@ def _growth(
     height = sqrt(max(square - along * along, 0.0)) - way
     if not height > 0.0:
         return least, np.inf
-    turned = 0.5 * rows[j, CORE] * sqrt(max(rows[j, SLOPE] * rows[j, SLOPE] - 1.0, 0.0)) / height
+    turned = 0.5 * rows[j, INSCRIBED_RADIUS] * sqrt(max(rows[j, LIPSCHITZ] * rows[j, LIPSCHITZ] - 1.0, 0.0)) / height
     return least, sqrt(1.0 + turned * turned)

@@ -8,7 +8,7 @@ import zlib
 import pytest
 
 from vfix_engine.errors import ControlError
-from vfix_engine.simulation.mailbox import Mailbox
+from vfix_engine.runtime.mailbox import Mailbox
 
 
 def test_newest_wins_and_nothing_is_read_twice() -> None:

@@ -2,7 +2,7 @@
 
 import itertools
 
-from vfix_engine.simulation.clock import FixedRateClock
+from vfix_engine.runtime.clock import FixedRateClock
 
 
 class FakeTime:

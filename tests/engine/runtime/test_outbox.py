@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from vfix_engine.simulation.outbox import MOST, Outbox
+from vfix_engine.runtime.outbox import MOST, Outbox
 
 
 def test_a_reader_that_sleeps_holds_nobody_up_and_gets_everything_in_order() -> None:

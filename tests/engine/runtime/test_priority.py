@@ -9,8 +9,8 @@ import threading
 
 import pytest
 
-from vfix_engine.simulation import priority
-from vfix_engine.simulation.priority import RealTimePriority
+from vfix_engine.runtime import priority
+from vfix_engine.runtime.priority import RealTimePriority
 
 
 def refusing(real_time: bool) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vfix_engine.simulation.handle import Handle, Hold
+from vfix_engine.runtime.handle import Handle, Hold
 
 TOOL = np.zeros(3)
 SPRING = {"stiffness": 0.25, "cap": 5.0}
