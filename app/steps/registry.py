@@ -35,5 +35,14 @@ def load(spec: StepSpec) -> type[Step]:
 
 
 def routers() -> tuple[APIRouter, ...]:
-    """The steps' own addresses."""
-    return tuple(importlib.import_module(f"{spec.package}.routes").router for spec in specs() if spec.has_routes)
+    """The steps' own addresses. Raises ValueError for one outside of its step's."""
+    found = []
+    for spec in specs():
+        if spec.has_routes:
+            router = importlib.import_module(f"{spec.package}.routes").router
+            paths = [str(getattr(route, "path", "")) for route in router.routes]
+            outside = [path for path in paths if not path.startswith(f"/api/steps/{spec.name}/")]
+            if outside:
+                raise ValueError(f"{', '.join(outside)}: routes of this step begin with /api/steps/{spec.name}/.")
+            found.append(router)
+    return tuple(found)

@@ -18,7 +18,7 @@ class StepSpec:
     package: dotted name of its folder, which is its ``__name__``. step: the subclass of
     ``Step`` in its ``step.py``.
     commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
-    has_routes: its ``routes.py`` has a ``router``, whose addresses must lie below ``/steps/NAME/``.
+    has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/steps/NAME/``.
     """
 
     name: str

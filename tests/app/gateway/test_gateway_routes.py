@@ -6,16 +6,9 @@ from knocking import METHODS, Planner, http_paths, websocket_paths
 
 
 def test_the_enumeration_sees_the_planner(whole_planner: Planner) -> None:
-    assert {
-        "/",
-        "/docs",
-        "/openapi.json",
-        "/scene/",
-        "/static",
-        "/steps/name/module",
-        "/api/cases",
-        "/api/plans",
-    } <= set(http_paths(whole_planner))
+    paths = http_paths(whole_planner)
+    assert {"/", "/docs", "/openapi.json", "/scene/", "/static", "/api/cases", "/api/plans"} <= set(paths)
+    assert any(path.startswith("/steps/") for path in paths)
     assert {"/scene/ws", "/session"} <= set(websocket_paths(whole_planner))
     described = {path.replace("{", "").replace("}", "") for path in whole_planner.app.openapi()["paths"]}
     assert len(described) <= len(http_paths(whole_planner))
@@ -71,11 +64,6 @@ def test_a_step_s_folder_gives_its_scripts_and_nothing_else(whole_planner: Plann
         assert (answer.status, answer.headers["Cache-Control"]) == (200, "no-cache"), name
         assert answer.headers["Content-Type"].startswith("text/javascript")
         assert "script-src 'self'" in answer.headers["Content-Security-Policy"]
-    for path in (
-        "plan/step.py",
-        "plan/__init__.py",
-        "plan/..%2fplan%2fpanel.js",
-        "plan/%2e%2e/registry.py",
-        "nose/panel.js",
-    ):
+    beside = ("plan/step.py", "plan/__init__.py", "plan/..%2fplan%2fpanel.js", "plan/%2e%2e/registry.py")
+    for path in (*beside, "nose/panel.js"):
         assert status(path) == 404, path
