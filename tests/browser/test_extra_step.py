@@ -34,7 +34,8 @@ def test_a_fourth_step_is_one_folder_and_one_line(browser: Browser, planner: Pla
     assert page.locator("#steps button").all_inner_texts() == ["Patient", "Plan", "Rehearse", "Marker"]
     page.click("[data-step=marker]")
     station.wait_for("the panel", lambda: page.locator("#marker-words").is_visible())
-    station.wait_for("the hint", lambda: "marker is laid" in page.locator("#hint").inner_text())
+    hint = "the hint, once the planner is warm"
+    station.wait_for(hint, lambda: "marker is laid" in page.locator("#hint").inner_text(), patience_s=180.0)
     assert station.state("marker") is None
     assert not any(b"/marker/ball" in frame for frame in received)
     page.click("#lay-marker")
