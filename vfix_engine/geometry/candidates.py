@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 
-from .candidate_groups import block_shells, list_groups
 from .candidate_kernels import NUMBERS, Candidates, cut_list, list_parts, pairs_into, segment_least
 from .capsules import Segments
 from .compiled import borrowing, compiled
@@ -50,19 +47,9 @@ class CandidateList:
             built.start, built.end, built.radius, segments.start, segments.end, segments.radius, self.reach - threshold
         )
 
-    def pairs_within(
-        self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
-    ) -> Pairs:
-        """All pairs whose distance is at most ``threshold`` mm, segment by segment; grouped as in ``Proximity``."""
-        store, tool, size = self._store, segments.packed, self._size
-        if group_flat is None:
-            return pairs_from_made(*list_pairs(store, tool, threshold, size))
-        return pairs_from_made(*list_groups(store, self._shells, tool, threshold, group_flat, exact_within, size))
-
-    @cached_property
-    def _shells(self) -> Single:
-        """Boxes of the blocks along their own axes: only grouped pairs need them."""
-        return block_shells(self.arrays.corners, self.arrays.label, self.arrays.frame)
+    def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
+        """All pairs whose distance is at most ``threshold`` mm, segment by segment."""
+        return pairs_from_made(*list_pairs(self._store, segments.packed, threshold, self._size))
 
     def min_distance_per_segment(self, segments: Segments) -> Array:
         """Smallest distance (S,) from each segment's surface to the anatomy; infinity where nothing is in reach."""

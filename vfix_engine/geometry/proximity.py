@@ -1,7 +1,6 @@
 """Proximity between tool and anatomy: one protocol, two structures that give the same answers.
 
 Distances are from the surface of the tool's capsules to the triangles, in mm; they are exact.
-Only grouped pairs lie on the boxes of flat patches: nearer than the bone, they may add rows but never judge.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from .pairs import Pair, Pairs, cut_made, pair_from_row, pairs_from_made, reduce
 from .points import checked_points
 from .wide_build import build_wide
 from .wide_nearest import wide_clearance, wide_closest, wide_points
-from .wide_pairs import wide_groups, wide_pairs
+from .wide_pairs import wide_pairs
 
 __all__ = [
     "CandidateList", "CovarianceTree", "Pair", "Pairs", "Proximity", "ProximityTree", "reduce_pairs",
@@ -41,14 +40,8 @@ class Proximity(Protocol):
         """The anatomy; triangles without area count as the segment or point that they are."""
         ...
 
-    def pairs_within(
-        self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
-    ) -> Pairs:
-        """All pairs of a segment and a triangle whose distance is at most ``threshold`` mm.
-
-        With ``group_flat``, a patch whose box is no thicker than that (mm), is not entered by the segment and lies
-        farther than ``exact_within`` (mm) gives one pair on its box instead of one per triangle.
-        """
+    def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
+        """All pairs of a segment and a triangle whose distance is at most ``threshold`` mm."""
         ...
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
@@ -111,15 +104,10 @@ class ProximityTree:
         """Memory of the tree itself in bytes."""
         return self._store.nbytes
 
-    def pairs_within(
-        self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
-    ) -> Pairs:
+    def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
         """See ``Proximity.pairs_within``."""
         room = self._room
-        if group_flat is None:
-            made, found = wide_pairs(self._store, segments.packed, threshold, room)
-        else:
-            made, found = wide_groups(self._store, segments.packed, threshold, group_flat, exact_within, room)
+        made, found = wide_pairs(self._store, segments.packed, threshold, room)
         if 5 * found > 4 * room:  # the next query is likely to find as many; too little room is only slower
             self._room = 2 * found
         return pairs_from_made(made, found)

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES
-from .box_lanes import FACETS, FARTHEST, HEADER, NODE, SHELL, Words, unpacked
+from .box_lanes import FACETS, FARTHEST, HEADER, NODE, Words, unpacked
 from .candidate_kernels import box_of_block, empty_boxes, put_box
 from .compiled import borrowing, compiled, inlined
-from .shell_kernels import axes_of, extents, moments, put_shell
 from .wide_search import HEAD, cut
 
 Array = NDArray[np.float64]
@@ -32,7 +31,6 @@ class Wide(NamedTuple):
     corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
     label: (16 B,) face of the mesh in each lane, −1 where there is none.
     facets: (56 B,) int32, the triangles once more, rounded, see ``box_lanes``.
-    shells: (240 N,) float32, boxes along the principal axes of what lies in each lane of each node.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
     level: (L + 1,) blocks are numbered from 0, nodes behind them: those of level l from level[l] to level[l + 1] − 1.
     """
@@ -42,7 +40,6 @@ class Wide(NamedTuple):
     corners: Array
     label: Index
     facets: Words
-    shells: Single
     frame: Array
     level: Index
 
@@ -192,29 +189,6 @@ def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
 
 
 @compiled
-def fill_shells(corners: Array, frame: Array, level: Index, shells: Single) -> None:
-    """Boxes along their principal axes of all blocks and nodes, each in its parent's lane."""
-    count, blocks = level[len(level) - 1], level[1]
-    sums, spread = np.zeros((count, 10)), np.empty((3, 3))
-    axes, slab = np.empty((4, 3)), np.empty((2, 3))
-    for b in range(blocks):
-        moments(corners[CORNERS * b : CORNERS * (b + 1)], frame, sums[b])
-    shells[:] = np.float32(0.0)
-    width = 1  # blocks under an entry
-    for deep in range(len(level) - 2):
-        for i in range(level[deep + 1] - level[deep]):
-            here, parent = level[deep] + i, level[deep + 1] + i // LANES
-            for k in range(10):
-                sums[parent, k] += sums[here, k]
-            axes_of(sums[here], frame, spread, axes)
-            last = min(width * (i + 1), blocks)
-            extents(corners[CORNERS * width * i : CORNERS * last], axes, slab)
-            shell = shells[SHELL * (parent - blocks) : SHELL * (parent - blocks + 1)]
-            put_shell(axes, slab, frame, i % LANES, shell)
-        width *= LANES
-
-
-@compiled
 def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
     """Each triangle as ``facet_gaps`` wants it."""
     ways, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
@@ -281,13 +255,12 @@ def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wid
         order = sort_triangles(centres)
     level = levels_of(len(faces))
     blocks, nodes = int(level[1]), int(level[-1] - level[1])
-    store = np.zeros(HEAD + (CORNERS + (FACETS + LANES) // 2) * blocks + (NODE + SHELL) // 2 * nodes)
+    store = np.zeros(HEAD + (CORNERS + (FACETS + LANES) // 2) * blocks + NODE // 2 * nodes)
     store[:4] = frame
     head = store[4:HEAD].view(np.int32)
     head[0], head[1 : 1 + len(level)] = len(level), level
-    frame, level, corners, facets, boxes, shells, label = cut(store)
+    frame, level, corners, facets, boxes, label = cut(store)
     fill_blocks(vertices, faces, order, corners, label)
     fill_boxes(corners, frame, level, boxes)
-    fill_shells(corners, frame, level, shells)
     fill_facets(corners, frame, facets)
-    return Wide(store, boxes, corners, label, facets, shells, frame, level)
+    return Wide(store, boxes, corners, label, facets, frame, level)

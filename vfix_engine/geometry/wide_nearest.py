@@ -134,7 +134,7 @@ def _push(first: int, last: int, gaps: Single, most: np.float32, waiting: Index,
 @borrowing
 def _clearance(store: Array, tool: Array, upper: float, room: Array) -> tuple[float, int, int]:
     """Smallest distance of the tool's surface, its segment and place; (upper, −1, −1) when none is nearer."""
-    frame, level, corners, facets, boxes, _, label = parts(store)
+    frame, level, corners, facets, boxes, label = parts(store)
     start, end, radius = tool_of(tool)
     numbers, singles, places, _ = room_for(room)
     least, segment, where = upper, -1, -1
@@ -171,7 +171,7 @@ def wide_closest(store: Array, tool: Array) -> tuple[Array, float, int, int]:
 
 @borrowing
 def _closest(store: Array, tool: Array, made: Array, room: Array) -> tuple[int, int]:
-    frame, _, corners, _, _, _, label = parts(store)
+    frame, _, corners, _, _, label = parts(store)
     start, end, radius = tool_of(tool)
     numbers, singles, places, lanes = room_for(room)
     _, s, place = _clearance(store, tool, np.inf, room)
@@ -226,7 +226,7 @@ def wide_points(store: Array, points: Array) -> tuple[Array, Array, Index]:
 
 @borrowing
 def _points(store: Array, points: Array, distance: Array, closest: Array, triangle: Index, room: Array) -> None:
-    frame, level, corners, facets, boxes, _, label = parts(store)
+    frame, level, corners, facets, boxes, label = parts(store)
     numbers, singles, places, _ = room_for(room)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     block = -1  # the one before is a good guess when the points follow each other

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
-from .box_lanes import FACETS, NODE, PROBE, SHELL, Words, describe_single, facet_gaps
+from .box_lanes import FACETS, NODE, PROBE, Words, describe_single, facet_gaps
 from .compiled import borrowing, inlined
 
 Array = NDArray[np.float64]
@@ -34,21 +34,20 @@ HEAD = 16  # numbers before the blocks: the frame, then as int32 how many number
 _PICKED_OVER = 6  # of 16 triangles too far away: fewer, and the block is measured as it lies
 
 
-def cut(store: Array) -> tuple[Array, Index, Array, Words, Single, Single, Index]:
-    """The arrays of a tree in its one piece of memory: frame, level, corners, facets, boxes, shells, label.
+def cut(store: Array) -> tuple[Array, Index, Array, Words, Single, Index]:
+    """The arrays of a tree in its one piece of memory: frame, level, corners, facets, boxes, label.
 
-    One array is handed over sooner than seven: that took as long as a third of a query.
+    One array is handed over sooner than six: that took as long as a third of a query.
     """
     head = store[4:HEAD].view(np.int32)
     level = head[1 : 1 + head[0]]
     blocks, nodes = int(level[1]), int(level[len(level) - 1] - level[1])
     facets = HEAD + CORNERS * blocks
     boxes = facets + FACETS // 2 * blocks
-    shells = boxes + NODE // 2 * nodes
-    label = shells + SHELL // 2 * nodes
+    label = boxes + NODE // 2 * nodes
     return (
         store[:4], level, store[HEAD:facets], store[facets:boxes].view(np.int32),
-        store[boxes:shells].view(np.float32), store[shells:label].view(np.float32), store[label:].view(np.int32),
+        store[boxes:label].view(np.float32), store[label:].view(np.int32),
     )  # fmt: skip
 
 
