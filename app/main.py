@@ -35,7 +35,7 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
 
 def _load_scene() -> None:
     """What every tab needs and the address does not."""
-    importlib.import_module("app.session.workspace")
+    importlib.import_module("app.session.client_session")
 
 
 def _preparing() -> str:

@@ -131,8 +131,9 @@ def _look(settings: Settings, plan: str, acknowledged: dict[int, str], before: i
             found = database.execute(f"pragma {check}").fetchall()
             if found != good:
                 tally.failed_checks.append(f"{check}: {found[0][0]}")
-        rows = database.execute("select position, document from plan_states where plan_id = ?", (plan,)).fetchall()
-        (cursor,) = database.execute("select cursor from plans where id = ?", (plan,)).fetchone()
+        query = "select position, content from document_states where document_id = ?"
+        rows = database.execute(query, (plan,)).fetchall()
+        (cursor,) = database.execute("select cursor from documents where id = ?", (plan,)).fetchone()
     states = {position: _digest(json.loads(document)) for position, document in rows}
     tally.edits_lost += sum(
         number > cursor or number not in states or digest not in (_ANY, states[number])
@@ -176,14 +177,14 @@ def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, earl
     try:
         editor = PlanService(Store(settings)).editor(plan)
         with closing(sqlite3.connect(settings.database_path)) as database:
-            (number,) = database.execute("select cursor from plans where id = ?", (plan,)).fetchone()
+            (number,) = database.execute("select cursor from documents where id = ?", (plan,)).fetchone()
         for _ in range(_MOST_EDITS):
             number += 1
             if early:
                 os.write(pipe, f"{number} {_ANY}\n".encode())
             content = _edited(editor, chance)
             if not early:
-                os.write(pipe, f"{number} {_digest(content_to_json(content))}\n".encode())
+                os.write(pipe, f"{number} {_digest(_state(content))}\n".encode())
         time.sleep(60.0)  # its end is on the way
     finally:
         os._exit(1)
@@ -200,6 +201,11 @@ def _edited(editor: PlanEditor, chance: random.Random) -> PlanContent:
         kinds = [*change, lambda: editor.delete_point(one)] if len(points) > _MOST_POINTS else [*kinds, *change]
     content: PlanContent = chance.choice(kinds)().content
     return content
+
+
+def _state(content: PlanContent) -> dict[str, Any]:
+    """What a state of the history holds: all but the settings."""
+    return {name: value for name, value in content_to_json(content).items() if name != "settings"}
 
 
 def _digest(document: dict[str, Any]) -> str:

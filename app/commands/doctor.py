@@ -18,7 +18,7 @@ from vfix_engine.errors import VfixError
 from vfix_engine.geometry import kernel_cache
 from vfix_engine.imaging import confinement
 from vfix_engine.imaging.isolated import run_isolated
-from vfix_engine.simulation.priority import why_not
+from vfix_engine.runtime.priority import why_not
 
 PACKAGES = ("daqp", "embreex", "numba", "numpy", "pin", "pydicom", "qpsolvers", "scipy", "simpleitk", "trimesh")
 APP_PACKAGES = ("fastapi", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets")

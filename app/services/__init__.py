@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from app.services.cases import CaseService
+    from app.services.documents import Documents
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
     from app.services.jobs import Jobs
     from app.services.planning import Planning
     from app.services.plans import PlanService
+    from app.services.registration import RegistrationContent
     from app.settings import Settings
     from app.store import Store
 
@@ -29,6 +31,7 @@ class Services:
     store: Store
     cases: CaseService
     plans: PlanService
+    registrations: Documents[RegistrationContent]
     planning: Planning
     importing: ImportService
     jobs: Jobs
@@ -49,16 +52,19 @@ class Services:
 def build_services(settings: Settings) -> Services:
     """Open the store of a home folder, migrated, with the embedded case in it."""
     from app.services.cases import CaseService
+    from app.services.documents import Documents
     from app.services.embedded import ensure_head_phantom
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
     from app.services.jobs import Jobs
     from app.services.planning import Planning
     from app.services.plans import PlanService
+    from app.services.registration import REGISTRATION
     from app.store import Store
 
     store = Store(settings)
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
     planning, importing, jobs = Planning(cases, plans), ImportService(cases), Jobs()
-    return Services(settings, store, cases, plans, planning, importing, jobs, ImportJobs(jobs, importing))
+    registrations, import_jobs = Documents(store, REGISTRATION), ImportJobs(jobs, importing)
+    return Services(settings, store, cases, plans, registrations, planning, importing, jobs, import_jobs)

@@ -14,7 +14,6 @@ from typing import Any
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.orm import Session
 
-from app.clock import utc_now as utc_now
 from app.settings import Settings
 from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, told
 from app.store.files import FileStore

@@ -15,12 +15,12 @@ import numpy as np
 
 from ..control import ControlSettings
 from ..errors import VfixError
-from .clock import SPIN_S, FixedRateClock
-from .events import Event
-from .handle import Handle
-from .mailbox import Mailbox
-from .outbox import Outbox
-from .priority import RealTimePriority
+from ..runtime.clock import SPIN_S, FixedRateClock
+from ..runtime.events import Event
+from ..runtime.handle import Handle
+from ..runtime.mailbox import Mailbox
+from ..runtime.outbox import Outbox
+from ..runtime.priority import RealTimePriority
 from .rehearsal import Command, Rehearsal
 from .snapshot import Snapshot
 from .wire import HandInput, snapshot_to_bytes

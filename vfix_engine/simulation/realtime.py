@@ -24,12 +24,12 @@ from ..geometry.path import SplinePath
 from ..geometry.places import FARTHEST_MM
 from ..geometry.proximity import ProximityTree
 from ..robots import RobotModel, Tool
+from ..runtime.events import Event
+from ..runtime.mailbox import Mailbox
+from ..runtime.outbox import Outbox
+from ..runtime.priority import RealTimePriority
 from .control_loop import ControlLoop
-from .events import Event
-from .mailbox import Mailbox
-from .outbox import Outbox
 from .preparation import warm_up
-from .priority import RealTimePriority
 from .rehearsal import Rehearsal
 from .scene import Scene
 from .snapshot import Snapshot

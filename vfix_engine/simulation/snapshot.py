@@ -7,24 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..runtime.snapshot import Timing
+
+__all__ = ["Snapshot", "Timing"]
+
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Timing:
-    """How the real-time loop keeps its period: rate in Hz, step times and lateness in µs, late ticks counted.
-
-    real_time: the loop has a real-time priority; without_why: why it drives without one, '' where it has one or rests.
-    """
-
-    loop_hz: float = 0.0
-    step_us: float = 0.0
-    step_us_p99: float = 0.0
-    lateness_us_p50: float = 0.0
-    lateness_us_p99: float = 0.0
-    overruns: int = 0
-    real_time: bool = False
-    without_why: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,7 +54,7 @@ class Snapshot:
     rows: int
     steps: int
     running: bool = False
-    timing: Timing = Timing()
+    timing: Timing = field(default_factory=Timing)
     emergencies: int = 0
     teleoperated: bool = False
     reflection: Array = field(default_factory=lambda: np.zeros(3))

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from .handle import NOBODY, Hold
+from ..runtime.handle import NOBODY, Hold
 from .snapshot import Snapshot
 
 SNAPSHOT_BYTES = 16_384

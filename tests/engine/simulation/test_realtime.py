@@ -20,8 +20,8 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.events import Event
-from vfix_engine.simulation.mailbox import Mailbox
+from vfix_engine.runtime.events import Event
+from vfix_engine.runtime.mailbox import Mailbox
 from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 from vfix_engine.simulation.snapshot import Snapshot
 

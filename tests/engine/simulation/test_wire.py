@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from vfix_engine.simulation.handle import Hold
+from vfix_engine.runtime.handle import Hold
 from vfix_engine.simulation.snapshot import Snapshot, Timing
 from vfix_engine.simulation.wire import (
     INPUT_BYTES,
