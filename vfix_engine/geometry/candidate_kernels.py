@@ -238,20 +238,6 @@ def pairs_into(
 
 
 @compiled
-def segment_rows(
-    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
-    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
-) -> tuple[int, float]:  # fmt: skip
-    """As ``segment_pairs``, but the least distance is that to all candidates, also beyond the threshold."""
-    found, least = segment_pairs(
-        boxes, corners, label, frame, first, last, p, d, radius, threshold, segment, rows, labels, found
-    )
-    if least == np.inf:
-        least = segment_least(boxes, corners, label, frame, first, last, p, d, np.inf) - radius
-    return found, least
-
-
-@compiled
 def segment_least(
     boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
     p: Array, d: Array, bound: float,
