@@ -6,7 +6,7 @@ and two of its corners from there, x, y and z in one number each. The eight are 
 of the corners, how far a rounded corner is off at most, how far it is from its middle at most, and one not used.
 What a corner is off widens the bounds.
 The direction from the segment's nearest point to the centre separates the two at least as far as the support of the
-box or triangle along it leaves room; what rounding may have added is taken off again.
+box or triangle along it allows; what rounding may have added is taken off again.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
 # Of the largest coordinate: more than all roundings of the bound together (about 40 of 2⁻²⁴ each).
 _ROUNDING = 1e-5
-_TURNED = np.float32(0.125)  # of that slack: more than the roundings of the way from the axis to a middle
+_TURNED = np.float32(0.125)  # of that slack: more than the roundings of the vector from the axis to a middle
 _HALF = np.float32(1.5)
 _TEN = np.int32(0x7FE000)  # the upper ten bits behind the point of a float32
 _FROM_ONE = np.int32(0x3F800000)  # the bits of 1
@@ -84,7 +84,7 @@ def unpacked(word: int) -> tuple[np.float32, np.float32, np.float32]:
 def facet_gaps(facets: Words, probe: Single, limit: np.float32, gaps: Single) -> int:
     """Lower bounds (16,) of the distances from the axis to 16 triangles; how many are over ``limit``.
 
-    The way from the axis to a triangle's middle is across the axis but for its rounding, which turns it the more the
+    The vector from the axis to a triangle's middle is across the axis but for its rounding, which turns it the more the
     shorter it is: that is what is taken off for the farthest corner.
     """
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]

@@ -9,7 +9,7 @@ from .candidate_kernels import NUMBERS, Candidates, cut_list, list_parts, pairs_
 from .capsules import Segments
 from .compiled import borrowing, compiled
 from .pairs import Pairs, pairs_from_made
-from .wide_search import ROOM, room_for, rows_of, tool_of
+from .wide_search import WORKSPACE, rows_of, tool_of, workspace_of
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -79,15 +79,15 @@ def still_valid(
 def list_pairs(store: Array, tool: Array, threshold: float, size: int) -> tuple[Array, int]:
     """As ``wide_pairs``, of a candidate list of ``size`` triangles."""
     made = np.empty(11 * size)
-    return made, _pairs_into(store, tool, threshold, made, np.empty(ROOM))
+    return made, _pairs_into(store, tool, threshold, made, np.empty(WORKSPACE))
 
 
 @borrowing
-def _pairs_into(store: Array, tool: Array, threshold: float, made: Array, room: Array) -> int:
+def _pairs_into(store: Array, tool: Array, threshold: float, made: Array, workspace: Array) -> int:
     start, end, radius = tool_of(tool)
     boxes, corners, label, frame, offset = list_parts(store, len(radius))
     rows, labels = rows_of(made)
-    numbers, singles, _, lanes = room_for(room)
+    numbers, singles, _, lanes = workspace_of(workspace)
     along = numbers[NUMBERS : NUMBERS + 3]
     found = 0
     for s in range(len(radius)):

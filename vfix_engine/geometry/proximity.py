@@ -29,7 +29,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-_ROOM = 256  # pairs that a first query has room for
+_FIRST_CAPACITY = 256  # pairs that a first query can return without a second pass
 
 
 class Proximity(Protocol):
@@ -81,7 +81,7 @@ class ProximityTree:
     def _place(self, mesh: TriangleMesh, order: Index | None) -> None:
         self.mesh = mesh
         self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
-        self._room = _ROOM
+        self._capacity = _FIRST_CAPACITY
         self._store = wide.store
 
     def moved(self, mesh: TriangleMesh) -> ProximityTree:
@@ -106,10 +106,10 @@ class ProximityTree:
 
     def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
         """See ``Proximity.pairs_within``."""
-        room = self._room
-        made, found = wide_pairs(self._store, segments.packed, threshold, room)
-        if 5 * found > 4 * room:  # the next query is likely to find as many; too little room is only slower
-            self._room = 2 * found
+        capacity = self._capacity
+        made, found = wide_pairs(self._store, segments.packed, threshold, capacity)
+        if 5 * found > 4 * capacity:  # the next query is likely to find as many; too little is only slower
+            self._capacity = 2 * found
         return pairs_from_made(made, found)
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
@@ -126,7 +126,7 @@ class ProximityTree:
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        made, found = wide_pairs(self._store, segments.packed, reach, 2 * self._room)
+        made, found = wide_pairs(self._store, segments.packed, reach, 2 * self._capacity)
         labels = cut_made(made, found)[1]
         store = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), self.arrays.frame)
         return CandidateList(segments, reach, store, found)

@@ -191,7 +191,7 @@ def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
 @compiled
 def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
     """Each triangle as ``facet_gaps`` wants it."""
-    ways, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
+    offsets, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
     for b in range(len(facets) // FACETS):
         block, here = corners[CORNERS * b : CORNERS * (b + 1)], facets[FACETS * b : FACETS * (b + 1)]
         head = here[:HEADER].view(np.float32)
@@ -201,19 +201,19 @@ def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
                 one, two = block[LANES * k + j] - frame[k], block[LANES * (3 + k) + j] - frame[k]
                 three = block[LANES * (6 + k) + j] - frame[k]
                 middle = (one + two + three) / 3.0
-                ways[0, k, j], ways[1, k, j], ways[2, k, j] = middle, one - middle, two - middle
+                offsets[0, k, j], offsets[1, k, j], offsets[2, k, j] = middle, one - middle, two - middle
                 least[k], most[k] = min(least[k], middle), max(most[k], middle)
                 widest = max(widest, max(abs(one - middle), abs(two - middle)))
             span = max(span, most[k] - least[k])
         head[3], head[4] = span * (1024.0 / 1023.0 * 1.000001), widest * (1024.0 / 511.0 * 1.000001)
         for k in range(3):
             head[k] = least[k] - np.float64(head[3])
-        _pack_facets(ways, head, here[HEADER:])
+        _pack_facets(offsets, head, here[HEADER:])
         _measure_facets(block, frame, here)
 
 
 @borrowing
-def _pack_facets(ways: Array, head: Single, words: Words) -> None:
+def _pack_facets(offsets: Array, head: Single, words: Words) -> None:
     """The middles and corners (3, 3, 16) in ten bits."""
     for i in range(3):
         span = np.float64(head[3 if i == 0 else 4])
@@ -222,7 +222,7 @@ def _pack_facets(ways: Array, head: Single, words: Words) -> None:
             word = 0
             for k in range(3):
                 from_one = np.float64(head[k]) + span if i == 0 else -0.5 * span
-                step = np.rint((ways[i, k, j] - from_one) * share)
+                step = np.rint((offsets[i, k, j] - from_one) * share)
                 word |= int(min(max(step, 0.0), 1023.0)) << (12 if k == 0 else 2 if k == 1 else 22)
             words[LANES * i + j] = np.int32(word)
 

@@ -14,17 +14,17 @@ from .wide_search import (
     NUMBERS,
     PICKED,
     PLACES,
-    ROOM,
     STACK,
+    WORKSPACE,
     children,
     in_reach,
     keep_near,
     parts,
     pick,
-    room_for,
     rows_of,
     set_out,
     tool_of,
+    workspace_of,
 )
 
 Array = NDArray[np.float64]
@@ -34,22 +34,25 @@ Lanes = NDArray[np.uint64]
 
 
 @compiled
-def wide_pairs(store: Array, tool: Array, threshold: float, room: int) -> tuple[Array, int]:
-    """All pairs with distance − radius ≤ threshold (see ``pairs_from_made``) and how many; ``room`` are expected."""
+def wide_pairs(store: Array, tool: Array, threshold: float, capacity: int) -> tuple[Array, int]:
+    """All pairs with distance − radius ≤ threshold (see ``pairs_from_made``) and how many.
+
+    ``capacity``: how many are expected; more take a second pass.
+    """
     while True:
-        made = np.empty(11 * room)
-        found = _pairs(store, tool, threshold, made, np.empty(ROOM))
-        if found <= room:
+        made = np.empty(11 * capacity)
+        found = _pairs(store, tool, threshold, made, np.empty(WORKSPACE))
+        if found <= capacity:
             return made, found
-        room = found
+        capacity = found
 
 
 @borrowing
-def _pairs(store: Array, tool: Array, threshold: float, made: Array, room: Array) -> int:
+def _pairs(store: Array, tool: Array, threshold: float, made: Array, workspace: Array) -> int:
     frame, level, corners, facets, boxes, label = parts(store)
     start, end, radius = tool_of(tool)
     rows, labels = rows_of(made)
-    numbers, singles, places, lanes = room_for(room)
+    numbers, singles, places, lanes = workspace_of(workspace)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
     waiting, near, picked = places[:STACK], places[STACK : STACK + LANES], places[PICKED:PLACES]
