@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...errors import ControlError
 from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
-from ..conform.conformance import Conformed
+from ..conform.conformance import ShapeSolution
 from ..conform.conforming import blended
 from ..control.parameterised import ParameterisedControl
 from ..control.tip_control import Place
@@ -52,12 +52,12 @@ class PlannedWay:
     curve: what they conform to; first: the shape at the start.
     """
 
-    def __init__(self, first: Conformed, curve: Curve, spacing_mm: float) -> None:
+    def __init__(self, first: ShapeSolution, curve: Curve, spacing_mm: float) -> None:
         self.curve, self.first, self.spacing_mm = curve, first, spacing_mm
-        self._last, self._sign, self._ahead = first, 0, tuple[Conformed, ...]()
+        self._last, self._sign, self._ahead = first, 0, tuple[ShapeSolution, ...]()
 
     @property
-    def end(self) -> Conformed:
+    def end(self) -> ShapeSolution:
         """The last shape that is known."""
         return self._ahead[-1] if self._ahead else self._last
 
@@ -71,11 +71,11 @@ class PlannedWay:
             return "the end of the path" if tip_s >= self.curve.length else None
         return "the robot is out" if tip_s <= 0.0 else None
 
-    def next(self) -> Conformed:
+    def next(self) -> ShapeSolution:
         """The next shape, where ``left`` says that there is one."""
         return self._ahead[0]
 
-    def extend(self, near: Shape, sign: int, ahead: tuple[Shape, ...], here: Conformed) -> None:
+    def extend(self, near: Shape, sign: int, ahead: tuple[Shape, ...], here: ShapeSolution) -> None:
         """Take planned shapes that begin at one of those known; in another direction only from where the robot is."""
         new = tuple(shape.on(self.curve) for shape in ahead)
         if self._sign == sign and near.same(self.end):
@@ -87,7 +87,7 @@ class PlannedWay:
         """The next shape has been taken."""
         self._last, self._ahead = self._ahead[0], self._ahead[1:]
 
-    def restart(self, shape: Conformed, sign: int = 0, ahead: tuple[Conformed, ...] = ()) -> None:
+    def restart(self, shape: ShapeSolution, sign: int = 0, ahead: tuple[ShapeSolution, ...] = ()) -> None:
         """Go on from another shape."""
         self._last, self._sign, self._ahead = shape, sign, ahead
 
@@ -196,7 +196,7 @@ class PlannedDrive(SnakeDrive):
             return Outcome("held", "the shapes ahead are being planned", "planning")
         return super()._insert(wanted_mm, dt)
 
-    def _waypoint(self, sign: float) -> tuple[float, Conformed]:
+    def _waypoint(self, sign: float) -> tuple[float, ShapeSolution]:
         shape = self._way.next()
         return shape.tip_s, shape
 
@@ -303,7 +303,7 @@ class PlannedDrive(SnakeDrive):
         self._settled = True
 
 
-def _from_here(shapes: list[Conformed], tip_s: float) -> list[Conformed]:
+def _from_here(shapes: list[ShapeSolution], tip_s: float) -> list[ShapeSolution]:
     """Planned shapes, one after the other, with the first where the tip is by now; none where it is at none of them."""
     if math.isclose(shapes[0].tip_s, tip_s, rel_tol=0.0, abs_tol=1e-9):
         return shapes

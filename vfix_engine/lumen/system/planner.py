@@ -11,7 +11,7 @@ from ...errors import PathwayError
 from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
 from ..bending.optimise import Bend
-from ..conform.conformance import Conformed, conform
+from ..conform.conformance import ShapeSolution, conform
 from ..conform.waypoints import moved_off
 from ..control.parameterised import found_bends
 from ..control.tip_control import Place
@@ -95,7 +95,7 @@ class Planner:
             rim = rim_travel(self._pathway.packed(before), packed) / (t - before)
         return Seen(t, packed, curve, Shape.of(goal), rim)
 
-    def _ahead(self, wanted: PlanInputs, near: Conformed, curve: Curve, packed: PackedPathway) -> tuple[Shape, ...]:
+    def _ahead(self, wanted: PlanInputs, near: ShapeSolution, curve: Curve, packed: PackedPathway) -> tuple[Shape, ...]:
         """The next shapes of an insertion, each moved off the wall before the one after it is found."""
         room = self._room if self._pathway.motion is None else None
         found: list[Shape] = []
@@ -108,7 +108,7 @@ class Planner:
             found.append(Shape.of(near))
         return tuple(found)
 
-    def _inside(self, shape: Conformed, packed: PackedPathway, bound: Array) -> Conformed:
+    def _inside(self, shape: ShapeSolution, packed: PackedPathway, bound: Array) -> ShapeSolution:
         windows = link_windows(self._pathway, shape.joint_s, self._first)
         kept = np.where(shape.joint_s[:-1] >= self._entrance, bound, math.inf)
         return moved_off(shape, self._snake, self._query, packed, windows, kept) or shape

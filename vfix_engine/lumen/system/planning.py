@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..anatomy.curve import Curve
 from ..bending.optimise import Bend
-from ..conform.conformance import Conformed
+from ..conform.conformance import ShapeSolution
 from ..pathway.packed import PackedPathway
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ Index = NDArray[np.int64]
 
 
 class Shape(NamedTuple):
-    """A ``Conformed`` without its curve, which stays where it is."""
+    """A ``ShapeSolution`` without its curve, which stays where it is."""
 
     base: Array
     q: Array
@@ -30,17 +30,17 @@ class Shape(NamedTuple):
     roll: float
 
     @classmethod
-    def of(cls, found: Conformed) -> Shape:
+    def of(cls, found: ShapeSolution) -> Shape:
         """The shape alone."""
         return cls(
             found.base, found.q, found.joint_s, found.offset_mm, found.at_limit, found.exact, found.tip_s, found.roll
         )
 
-    def on(self, curve: Curve) -> Conformed:
+    def on(self, curve: Curve) -> ShapeSolution:
         """The shape along a curve."""
-        return Conformed(*self, curve)
+        return ShapeSolution(*self, curve)
 
-    def same(self, other: Conformed) -> bool:
+    def same(self, other: ShapeSolution) -> bool:
         """Whether it is the shape of ``other``, bit by bit."""
         return self.tip_s == other.tip_s and np.array_equal(self.q, other.q)
 
