@@ -39,7 +39,8 @@ def _load_scene() -> None:
 
 
 def _preparing() -> str:
-    return f"Preparing the geometry engine, on the first start only: {100 * preparation.progress():.0f} %"
+    share = f"{100 * preparation.progress():.0f} %"
+    return f"Preparing the geometry engine, on the first start only, for up to a minute: {share}"
 
 
 def _read_head(services: Services) -> None:

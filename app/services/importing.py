@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from app.services.case_model import BONE, Case, CaseFrame
+from app.services.case_model import Case, CaseFrame
 from app.services.cases import CaseService
 from app.services.names import MAX_NAME, check_name
+from app.services.structures import BONE
 from app.store.errors import StorageError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.head_import import (

@@ -14,6 +14,7 @@ from app.services.cache import Cache
 from app.services.cases import CaseService
 from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
+from app.services.placing import stored_placing
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position
 from app.services.plans import PlanService
 from vfix_engine.control import ControlSettings
@@ -169,11 +170,12 @@ class Planning:
         settings = ControlSettings.from_dict(dict(plan.settings))
         robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
         tree = self._cases.tree(plan.case_id)
-        if plan.robot.get("base") is None:
+        stored = stored_placing(plan.robot)
+        if stored is None:
             placing = place_robot(tree, robot, tool, path, settings, go_on=self._go_on)
             base, q_start, run = placing.base, placing.q_start, placing.run
         else:
-            base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
+            base, q_start = stored
             run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings, self._go_on)
         s = _stations(path)
         return PlanEvaluation(

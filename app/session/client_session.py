@@ -6,12 +6,13 @@ import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, cast, get_args
 
 import numpy as np
 import viser
 
 from app.messages.fields import Command, Position
+from app.messages.sections import ProjectAnswer, SessionSections, StepName, StepSection
 from app.scene.camera import Lens
 from app.scene.hand import GripDrag
 from app.scene.plan import DragEvent
@@ -47,7 +48,7 @@ class ClientSession:
         self.board = ViewModel()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
-        self._step: str = "plan"
+        self._step: StepName = "plan"
         self._link: SceneLink | None = None
         self._lens: Lens | None = None
         self._viewed: Head | None = None  # the head that the camera was turned to
@@ -190,8 +191,8 @@ class ClientSession:
         self._open_plan(wanted.get("plan"))
         if self.head.case_id is None:
             self._set_step("patient")
-        elif wanted.get("step") in ("patient", "plan", "rehearse"):
-            self._set_step(wanted["step"])
+        elif (step := wanted.get("step")) in get_args(StepName):
+            self._set_step(cast(StepName, step))
 
     def _open_plan(self, plan_id: str | None) -> None:
         self.rehearsal.leave()
@@ -247,7 +248,7 @@ class ClientSession:
         if words:
             self.note(words, False)
 
-    def _set_step(self, name: str) -> None:
+    def _set_step(self, name: StepName) -> None:
         if name == self._step:
             return
         if self._step == "rehearse":
@@ -316,7 +317,7 @@ class ClientSession:
     def _camera_moved(self, lens: Lens) -> None:
         self._lens = lens
 
-    def _project(self, points: list[Position]) -> dict[str, Any]:
+    def _project(self, points: list[Position]) -> ProjectAnswer:
         """Places on the canvas in parts of its size; null behind the camera."""
         lens = self._link.view.lens() if self._link else None
         if lens is None:
@@ -340,7 +341,7 @@ class ClientSession:
 
     def _publish_rehearsal(self) -> None:
         self.rehearsal.publish(self.board, self._driven())
-        self.board.publish("step", self._step_section())
+        self._show({"step": self._step_section()})
         if self._link is None:
             return
         showing = self._step == "rehearse"
@@ -354,7 +355,7 @@ class ClientSession:
         """Bring the still part of the scene up to date, and say whether there is one."""
         ready = self._link is not None and self.head.head is not None
         words = "" if ready else self.head.loading or "Preparing the scene …"
-        self.board.publish("scene", {"ready": ready, "words": words})
+        self._show({"scene": {"ready": ready, "words": words}})
         if self._link is None:
             return
         self._link.draw(self._picture())
@@ -384,10 +385,13 @@ class ClientSession:
     def _publish_camera(self) -> None:
         lens = self._lens
         height = None if lens is None or lens.height <= 0 else round(lens.mm_per_pixel * lens.height, 2)
-        self.board.publish("camera", {"view_height_mm": height})
+        self._show({"camera": {"view_height_mm": height}})
 
-    def _step_section(self) -> dict[str, Any]:
-        available = ["patient"]
+    def _show(self, sections: SessionSections) -> None:
+        self.board.publish(sections)
+
+    def _step_section(self) -> StepSection:
+        available: list[StepName] = ["patient"]
         if self.head.case_id is not None:
             available.append("plan")
         if self.planning.plan_id is not None:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, TypeAdapter
 
 from app.messages.fields import Command
+from app.messages.sections import StepName
 from app.steps.patient import commands as patient
 from app.steps.plan import commands as plan
 from app.steps.rehearse import commands as rehearse
@@ -17,7 +18,7 @@ from app.views import commands as views
 
 class SetStep(Command):
     type: Literal["step.set"]
-    name: Literal["patient", "plan", "rehearse"]
+    name: StepName
 
 
 COMMANDS: tuple[type[Command], ...] = (

@@ -6,9 +6,6 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-Section = Mapping[str, Any]
-
-
 _NONE: tuple[int, object] = (0, object())  # what is not there yet differs from everything, None included
 
 
@@ -17,14 +14,17 @@ class ViewModel:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._sections: dict[str, tuple[int, Section | None]] = {}
-        self._staged: dict[str, Section | None] = {}
+        self._sections: dict[str, tuple[int, object]] = {}
+        self._staged: dict[str, object] = {}
         self._revision = 0
         self._listeners: list[Callable[[], None]] = []
 
-    def publish(self, name: str, section: Section | None) -> None:
-        """Lay a section out; it is shown with the next :meth:`commit`. Called on one thread only."""
-        self._staged[name] = section
+    def publish(self, sections: Mapping[str, object]) -> None:
+        """Lay sections out by name; they are shown with the next :meth:`commit`. Called on one thread only.
+
+        Each section is a mapping or None; app/messages/sections.py has the types.
+        """
+        self._staged |= sections
 
     def commit(self) -> None:
         """Show everything laid out at once, so that no reader sees half of a change; what is the same is no news."""
@@ -39,13 +39,13 @@ class ViewModel:
         for listener in listeners:
             listener()
 
-    def changed_since(self, revision: int) -> tuple[int, dict[str, Section | None]]:
+    def changed_since(self, revision: int) -> tuple[int, dict[str, object]]:
         """The newest revision and every section that changed after ``revision``."""
         with self._lock:
             changed = {name: value for name, (at, value) in self._sections.items() if at > revision}
             return self._revision, changed
 
-    def read(self, name: str) -> Section | None:
+    def read(self, name: str) -> Any:
         with self._lock:
             known = self._sections.get(name)
             return None if known is None else known[1]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.messages.sections import CaseEntry, CaseSection, HeadSections
 from app.scene.anatomy import LETTER_GAP_MM, Look, SlicePicture
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
@@ -46,7 +47,7 @@ class CaseView:
         self._picker: BonePicker | None = None
         self._ticket = 0
         self._pending_cross: Floats | None = None
-        self._cases: list[Any] = []
+        self._cases: list[Case] = []
         self._opened_up = False
 
     # -- opening
@@ -205,19 +206,22 @@ class CaseView:
         """Publish the sections; ``fresh`` reads the list of cases anew, which other tabs may have changed."""
         if fresh or not self._cases:
             self._cases = list(self._services.cases.list(include_deleted=True))
-        items = [
+        items: list[CaseEntry] = [
             {"id": case.id, "name": case.name, "created": str(case.created), "deleted": case.deleted_at is not None}
             for case in self._cases
         ]
-        self._board.publish("cases", {"items": items})
         case = next((case for case in self._cases if case.id == self.case_id), None)
-        self._board.publish("case", None if case is None else case_section(case, self.loading))
-        self._board.publish("slices", None if self._slices is None else self._slices.view())
         look = self._look
-        self._board.publish("view", {"opacity": look.opacity, "cut": look.cut, "slices": look.slices})
+        sections: HeadSections = {
+            "cases": {"items": items},
+            "case": None if case is None else case_section(case, self.loading),
+            "slices": None if self._slices is None else self._slices.view(),
+            "view": {"opacity": look.opacity, "cut": look.cut, "slices": look.slices},
+        }
+        self._board.publish(sections)
 
 
-def case_section(case: Case, loading: str) -> dict[str, Any]:
+def case_section(case: Case, loading: str) -> CaseSection:
     """The page's section of the open case."""
     return {
         "id": case.id,

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from app.messages.sections import SliceGrid, SlicePlane, SlicesSection
 from app.scene.anatomy import SlicePicture
 from app.scene.picking import Plane
 from vfix_engine.imaging.volume import Axis, Volume
@@ -36,7 +37,7 @@ class SliceView:
         self._bounds = np.asarray(volume.bounds)
         self.greys = Greys()
         self.cross = np.clip(cross, self._bounds[0], self._bounds[1])
-        self._view: tuple[Any, dict[str, Any]] = (None, {})
+        self._view: tuple[Any, SlicesSection] | None = None
 
     def move(self, axis: Axis, position_mm: float) -> None:
         normal = NORMALS[axis]
@@ -50,14 +51,14 @@ class SliceView:
         """Changes with everything the slices show."""
         return (*(round(float(value), 3) for value in self.cross), self.greys)
 
-    def view(self) -> dict[str, Any]:
+    def view(self) -> SlicesSection:
         """The page's section: each plane with the place of its pixels (centres), LPS mm."""
-        if self._view[0] != self.key():
+        if self._view is None or self._view[0] != self.key():
             self._view = (self.key(), self._describe())
         return self._view[1]
 
-    def _describe(self) -> dict[str, Any]:
-        planes = {}
+    def _describe(self) -> SlicesSection:
+        planes: dict[Axis, SlicePlane] = {}
         for axis, normal in NORMALS.items():
             position = float(self.cross[normal])
             grid = self._grid(self._volume, axis, position)
@@ -80,7 +81,7 @@ class SliceView:
             "planes": planes,
         }
 
-    def _grid(self, volume: Volume, axis: Axis, position: float) -> dict[str, Any]:
+    def _grid(self, volume: Volume, axis: Axis, position: float) -> SliceGrid:
         """Size of a slice's picture, and the place of its pixel centres."""
         image, affine = volume.slice_image(axis, position, self.greys.window, self.greys.level)
         return {

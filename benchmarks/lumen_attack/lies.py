@@ -39,7 +39,7 @@ def control(drive: SnakeDrive, random: Random) -> None:
 def conformance(drive: SnakeDrive, random: Random) -> None:
     """The shape that is to conform lies anywhere."""
     part: Any = drive
-    ahead, anew = part._waypoint, part._way.at
+    ahead, anew = part._waypoint, part._waypoints.at
 
     def wrong(found: ShapeSolution) -> ShapeSolution:
         base = found.base.copy()
@@ -52,22 +52,23 @@ def conformance(drive: SnakeDrive, random: Random) -> None:
         return place, wrong(shape)
 
     part._waypoint = lying_ahead
-    part._way.at = lambda tip_s, near, *most: wrong(anew(tip_s, near, *most))
+    part._waypoints.at = lambda tip_s, near, *most: wrong(anew(tip_s, near, *most))
 
 
 def easing(drive: SnakeDrive, random: Random) -> None:
     """The program that is to find a way back within the bounds finds something else."""
     part: Any = drive
-    honest = part._eased
+    honest = part._projected
 
     def lying(wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
-        eased, pose = honest(wanted, end, dt)
+        shape, pose = honest(wanted, end, dt)
         change = random.normal(size=len(pose.q)) * 10.0 ** random.uniform(-5.0, -1.0)
         most = drive.settings.speed_max * dt  # the joints' speed is kept by the program's box, not by the certificate
         q = drive.snake.clamp(np.clip(pose.q + change, drive.q - most, drive.q + most))
-        return replace(eased, q=drive.snake.clamp(eased.q + (q - pose.q)), exact=False), Configuration(pose.base, q)
+        shape = replace(shape, q=drive.snake.clamp(shape.q + (q - pose.q)), exact=False)
+        return shape, Configuration(pose.base, q)
 
-    part._eased = lying
+    part._projected = lying
 
 
 LIES: dict[str, Callable[[SnakeDrive, Random], None]] = {

@@ -32,7 +32,7 @@ class Arena:
     """One lumen with a snake.
 
     tips: mm, between which the tip may stand when an episode begins. bounds: mm, of which b_i is chosen.
-    curve, room: what the snake conforms to where it is not the pathway's own.
+    curve, slack: what the snake conforms to where it is not the pathway's own.
     """
 
     links: int
@@ -40,7 +40,7 @@ class Arena:
     tips: tuple[float, float]
     bounds: tuple[float, ...] = (2.0, 5.0, 8.0)
     curve: Curve | None = None
-    room: Array | None = None
+    slack: Array | None = None
 
     @property
     def moves(self) -> bool:
@@ -108,7 +108,7 @@ def _colon(links: int, tissue: TissueMotion | None = None) -> Arena | str:
     )
     if tissue is not None:
         return Arena(links, lumen.pathway.moved(tissue), tips, (5.0, 8.0))
-    return Arena(links, lumen.pathway, tips, (5.0, 8.0), lumen.curve, lumen.room)
+    return Arena(links, lumen.pathway, tips, (5.0, 8.0), lumen.curve, lumen.slack)
 
 
 _breath = partial(breathing, BODY, falloff_s=100.0)

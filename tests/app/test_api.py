@@ -21,9 +21,10 @@ from fastapi import FastAPI
 from app.api import cases as case_routes
 from app.api import router
 from app.api.dependencies import ERRORS
+from app.api.error_statuses import ERROR_STATUSES
 from app.error_shape import error_code
 from app.gateway.body_limit import MAX_BODY_BYTES, BodyLimit
-from app.gateway.error_answers import _STATUS, install_error_answers
+from app.gateway.error_answers import install_error_answers
 from app.services import Services, build_services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
@@ -85,6 +86,9 @@ def opened_client(services: Services) -> Client:
 def test_cases_are_listed_shown_renamed_and_taken_off(client: Client) -> None:
     (case,) = [c for c in client.get("/api/cases").json() if c["id"] == HEAD_PHANTOM]
     assert case["frame"] == {"name": "LPS", "assumed": False}
+    (bone,) = case["structures"]
+    assert (case["kind"], bone["id"], bone["role"], bone["deviation_mm"]) == ("head", "bone", "bone", 0.375)
+    assert bone["provenance"] == {"origin": "shipped", "threshold_hu": None}
     assert client.get(CASE).json() == case
     name = "<script>alert(1)</script>"
     assert client.patch(CASE, json={"name": name}).json()["name"] == name
@@ -166,7 +170,7 @@ def test_a_copy_asks_for_the_revision_of_its_source(client: Client) -> None:
 
 
 def test_the_description_of_the_routes_names_every_status_of_an_error() -> None:
-    assert {*_STATUS.values(), 400, 401, 403, 412} == set(ERRORS)
+    assert {line.status for line in ERROR_STATUSES} == set(ERRORS)
 
 
 @pytest.mark.parametrize("tag", ["7", 'W/"7"', '"7", "8"', '"seven"', '"' + "7" * 40 + '"', ""])

@@ -107,19 +107,19 @@ def test_the_board_tells_what_changed_and_only_that() -> None:
     """HAZ-31: a reader that comes late gets the newest value of each section, once."""
     board, calls = ViewModel(), []
     unsubscribe = board.subscribe(lambda: calls.append(1))
-    board.publish("plan", {"n": 1})
-    board.publish("case", None)
+    board.publish({"plan": {"n": 1}})
+    board.publish({"case": None})
     assert board.changed_since(0) == (0, {}), "nothing is shown before it is committed"
     board.commit()
     first, sections = board.changed_since(0)
     assert sections == {"plan": {"n": 1}, "case": None}
     for n in (1, 2, 3, 3):
-        board.publish("plan", {"n": n})
+        board.publish({"plan": {"n": n}})
         board.commit()
     assert board.changed_since(first)[1] == {"plan": {"n": 3}}
     assert len(calls) == 3
     unsubscribe()
-    board.publish("plan", {"n": 4})
+    board.publish({"plan": {"n": 4}})
     board.commit()
     assert len(calls) == 3
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from app.messages.sections import CorridorSection, CorridorStatus, ScaleView, SoftTissueView
 from app.scene import palette
 from app.services import Services
 from app.services.planning import PlanEvaluation
@@ -29,7 +30,7 @@ class Corridor:
     status: 'none', 'computing', 'done' or 'failed'. warning: what the margin does not cover; '' where it covers all.
     """
 
-    status: str = "none"
+    status: CorridorStatus = "none"
     words: str = ""
     caution: bool = False
     completed: bool | None = None
@@ -41,10 +42,13 @@ class Corridor:
         """Places (n, 3) along the path and the bone clearance (n,) of the whole tool there, as an export has them."""
         return None if self.evaluation is None else (self.evaluation.positions, self.evaluation.clearance)
 
-    def view(self) -> dict[str, Any]:
+    def view(self) -> CorridorSection:
         """The page's section."""
-        least = None if self.evaluation is None else round(self.evaluation.min_clearance_mm, 3)
-        scale = None
+        least, tissue = None, None
+        if self.evaluation is not None:
+            least, passed = round(self.evaluation.min_clearance_mm, 3), self.evaluation.soft_tissue
+            tissue = SoftTissueView(length_mm=passed.length_mm, at_mm=passed.at_mm, complete=passed.complete)
+        scale: ScaleView | None = None
         if self.status in ("computing", "done"):
             scale = {
                 "lo": palette.CLEARANCE_LOW_MM,
@@ -58,7 +62,7 @@ class Corridor:
             "caution": self.caution,
             "completed": self.completed,
             "min_clearance_mm": least,
-            "soft_tissue": None if self.evaluation is None else asdict(self.evaluation.soft_tissue),
+            "soft_tissue": tissue,
             "warning": self.warning,
             "scale": scale,
         }

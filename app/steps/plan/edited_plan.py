@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from app.messages.sections import AddKind, CurveSection, ItemKind, ItemsSection, PlanSection
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.services.plans import Plan
@@ -18,9 +19,7 @@ from vfix_engine.geometry.path import SplinePath
 
 Floats = npt.NDArray[np.float64]
 Position = tuple[float, float, float]
-Kind = Literal["point", "target"]
 T = TypeVar("T")
-AddMode = Literal["point", "target", "none"]
 
 CURVE_SAMPLES = 160
 MOVED_WORTH_SAYING_MM = 0.05
@@ -30,7 +29,7 @@ MOVED_WORTH_SAYING_MM = 0.05
 class Ghost:
     """Where a click would add: the snapped place, how far it moved, and what it lies in where that is no air inside."""
 
-    kind: Kind
+    kind: ItemKind
     position: Position
     moved_mm: float
     words: str
@@ -46,7 +45,7 @@ class EditedPlan:
         self._dragged: dict[str, Position] = {}
         self.refresh()
         self.selected: str | None = None
-        self.add_mode: AddMode = "point"
+        self.add_mode: AddKind = "point"
         self.insert_after: str | None = None
         self.ghost: Ghost | None = None
         self._path: tuple[tuple[Position, ...], SplinePath | None] | None = None
@@ -94,7 +93,7 @@ class EditedPlan:
             self._path = (points, _spline(points))
         return self._path[1]
 
-    def view(self) -> dict[str, Any]:
+    def view(self) -> PlanSection:
         """The page's section."""
         plan, items, path = self.plan, self.items(), self.path()
         return {
@@ -119,7 +118,7 @@ class EditedPlan:
             },
         }
 
-    def kind_of(self, item_id: str) -> Kind:
+    def kind_of(self, item_id: str) -> ItemKind:
         """Raises PlanError when there is no such point or target."""
         for item in self.items():
             if item.id == item_id:
@@ -247,7 +246,7 @@ def curve_points(path: SplinePath | None) -> Floats | None:
     return np.asarray(path.position(np.linspace(0.0, path.length, CURVE_SAMPLES)))
 
 
-def curve_section(places: Floats | None) -> dict[str, Any]:
+def curve_section(places: Floats | None) -> CurveSection:
     """The page's section of a curve (n, 3)."""
     return {"points": [] if places is None else np.round(places[::2], 2).tolist()}
 
@@ -261,12 +260,13 @@ def plan_items(plan: Plan) -> list[PlanItem]:
     ]
 
 
-def entries(items: Iterable[PlanItem]) -> dict[str, list[dict[str, Any]]]:
+def entries(items: Iterable[PlanItem]) -> ItemsSection:
     """Points and targets as the page's sections have them."""
-    found: dict[str, list[dict[str, Any]]] = {"points": [], "targets": []}
+    found: ItemsSection = {"points": [], "targets": []}
     for item in items:
         position = [round(value, 4) for value in item.position]
-        found[f"{item.kind}s"].append({"id": item.id, "label": item.label, "position": position})
+        listed = found["points"] if item.kind == "point" else found["targets"]
+        listed.append({"id": item.id, "label": item.label, "position": position})
     return found
 
 

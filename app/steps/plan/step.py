@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.messages.fields import Command
+from app.messages.sections import PlanEntry, PlanningSections
 from app.scene.picking import hit_items
 from app.scene.plan import DragEvent, PlanItem
 from app.scene.view import ClickRay
@@ -293,14 +294,17 @@ class PlanStep:
                 self._corridor.clear()
                 raise
         self._refresh_corridor()
-        items = [
+        items: list[PlanEntry] = [
             {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
             for plan in self._plans
         ]
-        self._board.publish("plans", {"items": items})
-        self._board.publish("plan", None if self._desk is None else self._desk.view())
-        self._board.publish("curve", curve_section(self.curve()[0]))
-        self._board.publish("corridor", self._shown_corridor().view())
+        sections: PlanningSections = {
+            "plans": {"items": items},
+            "plan": None if self._desk is None else self._desk.view(),
+            "curve": curve_section(self.curve()[0]),
+            "corridor": self._shown_corridor().view(),
+        }
+        self._board.publish(sections)
 
     def _refresh_corridor(self) -> None:
         """Ask for a dry run when the stored path or what it depends on is another one."""

@@ -6,6 +6,7 @@ import logging
 from concurrent.futures import Executor
 from typing import Any
 
+from app.messages.sections import RehearsalSections, RehearsalState, ToolSection
 from app.services import Services
 from app.services.errors import PlanLocked
 from app.session.view_model import ViewModel
@@ -66,8 +67,8 @@ class RehearseStep:
         return None if self.room is None else self.room.robot
 
     @property
-    def state(self) -> str:
-        """'absent', 'starting', 'ready', 'running', 'paused', 'silent' or 'failed'."""
+    def state(self) -> RehearsalState:
+        """What the page shows: the room's state, and in it whether the robot runs."""
         if self.room is None:
             return "absent"
         state = self.room.state
@@ -258,19 +259,22 @@ class RehearseStep:
         if room is not None and room.hand_lost(self._tab) and "holding" in section:
             section["holding"] = _HAND_LOST
         section["target_id"] = room.target_id if room is not None and section.get("mode") == "inspect" else None
-        board.publish("rehearsal", section)
-        board.publish("driven", None if driven is None else entries(driven.items))
-        if driven is not None:
-            board.publish("curve", curve_section(driven.curve))
-        board.publish("details", details_section(self.snapshot))
         settings, answered, refusal = ControlSettings(), 0, ""
         if room is not None:
             settings, answered, refusal = room.settings, room.settings_answered, room.settings_refusal
         warning = "" if self._uncertainty is None else self._uncertainty.warning(settings.margin_mm)
-        board.publish("settings", settings_section(settings, answered, refusal, warning))
-        board.publish("tool", self._tool())
+        sections: RehearsalSections = {
+            "rehearsal": section,
+            "driven": None if driven is None else entries(driven.items),
+            "details": details_section(self.snapshot),
+            "settings": settings_section(settings, answered, refusal, warning),
+            "tool": self._tool(),
+        }
+        if driven is not None:
+            sections["curve"] = curve_section(driven.curve)
+        board.publish(sections)
 
-    def _tool(self) -> dict[str, Any]:
+    def _tool(self) -> ToolSection:
         if self.snapshot is None:
             return {"segments": []}
         pairs = zip(self.snapshot.segments_start, self.snapshot.segments_end, strict=True)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from app.messages.sections import DetailsSection, MotionView, RehearsalSection, RehearsalState, SettingsSection
 from vfix_engine.control import ControlSettings
 from vfix_engine.simulation.snapshot import Snapshot, Timing
 
@@ -31,10 +32,15 @@ _STANDS = "The pull points where the tool does not go in this mode"
 
 
 def rehearsal_section(
-    snapshot: Snapshot | None, state: str, words: str, mine: bool, holder: bool, before: Snapshot | None = None
-) -> dict[str, Any]:
+    snapshot: Snapshot | None,
+    state: RehearsalState,
+    words: str,
+    mine: bool,
+    holder: bool,
+    before: Snapshot | None = None,
+) -> RehearsalSection:
     """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
-    base: dict[str, Any] = {
+    base: RehearsalSection = {
         "state": state,
         "words": words,
         "mine": mine,
@@ -43,7 +49,7 @@ def rehearsal_section(
     }
     if snapshot is None or state not in ("ready", "running", "paused"):
         return base
-    return base | {
+    motion: MotionView = {
         "mode": snapshot.mode,
         "phase": snapshot.phase,
         "held": snapshot.held,
@@ -62,6 +68,7 @@ def rehearsal_section(
         "grip": _place(snapshot.grip),
         "virtual_point": _place(snapshot.virtual_point),
     }
+    return {**base, **motion}
 
 
 def holding_words(snapshot: Snapshot, before: Snapshot | None) -> str:
@@ -75,7 +82,7 @@ def holding_words(snapshot: Snapshot, before: Snapshot | None) -> str:
     return "Nothing, the tool is free to move"
 
 
-def details_section(snapshot: Snapshot | None) -> dict[str, Any]:
+def details_section(snapshot: Snapshot | None) -> DetailsSection:
     """How the control loop is doing."""
     if snapshot is None:
         return {}
@@ -100,7 +107,7 @@ def _priority(timing: Timing) -> str:
     return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
 
 
-def settings_section(settings: ControlSettings, answered: int, refusal: str = "", warning: str = "") -> dict[str, Any]:
+def settings_section(settings: ControlSettings, answered: int, refusal: str = "", warning: str = "") -> SettingsSection:
     """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
 
     refusal: why the newest change was not taken. warning: what the margin in force does not cover; '' where it covers

@@ -9,7 +9,7 @@ import pytest
 from lumen_shapes import arc, straight
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.limits.limits import WAY_TOLERANCE_MM, Configuration, HardLimits
+from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits
 from vfix_engine.lumen.limits.limits_kernel import _bows, _slopes, _turn_between
 from vfix_engine.lumen.limits.limits_vertices import _growth
 from vfix_engine.lumen.pathway.packed import INSCRIBED_RADIUS, PackedPathway
@@ -104,7 +104,7 @@ def test_no_motion_that_is_taken_leaves_the_bounds(shape) -> None:
             replayed += 1
             for share in np.linspace(0.0, 1.0, 8)[1:-1]:
                 on_the_way = judged(packed, between(pose, wanted, share))
-                assert (on_the_way <= BOUND + WAY_TOLERANCE_MM).all()
+                assert (on_the_way <= BOUND + MOTION_TOLERANCE_MM).all()
         deepest = max(deepest, float((depth - BOUND).max()))
         pose, taken = wanted, taken + 1
     assert taken > 60
@@ -116,7 +116,7 @@ def test_no_motion_that_is_taken_leaves_the_bounds(shape) -> None:
 def test_the_slope_is_that_of_the_depth_that_is_asked_for() -> None:
     """Up to the limit and the tolerance where inscribed radii are large enough, else up to nine tenths of the least."""
     packed = arc(120.0, 1.6, contours=12, angles=28).packed()
-    inscribed, tolerance = packed.rows[2:9, INSCRIBED_RADIUS].min(), WAY_TOLERANCE_MM
+    inscribed, tolerance = packed.rows[2:9, INSCRIBED_RADIUS].min(), MOTION_TOLERANCE_MM
     near = (0.5 * inscribed, 0.9 * inscribed - tolerance, 0.9 * inscribed, inscribed, 3.0 * inscribed)
     for limit in (0.0, 1.0, *near, np.inf):
         level, steep = _slopes(packed.rows, 2, 9, limit, tolerance)

@@ -22,16 +22,17 @@ from ..anatomy.curve import Curve
 from ..conform.conformance import ShapeSolution
 from ..conform.conforming import blended, driven_curve
 from ..conform.waypoints import Waypoints, moved_off
-from ..control.ease import eased
-from ..control.tip_control import Place
+from ..control.projection import projected_to_limits
+from ..control.tip_control import DistalContext
 from ..haptics.hand_forces import HandForces
 from ..haptics.haptics import Forces
+from ..limits.backtracking import largest_share
 from ..limits.limits import Configuration, HardLimits
 from ..pathway.live_pathway import LivePathway
 from ..pathway.pathway import Pathway
 from ..query.query import Deviations, Query
-from .distal_steps import SAME, SHARES, DistalSteps
-from .drive_start import checked_room, checked_tip, make_control, refuse_beyond
+from .distal_steps import SAME, DistalSteps
+from .drive_start import checked_slack, checked_tip, make_control, refuse_beyond
 from .drive_state import Command, DriveSettings, DriveState, Outcome, both
 from .link_windows import entrance, link_windows
 from .refusal import Refusal
@@ -54,13 +55,13 @@ class SnakeDrive(DistalSteps):
         snake: the whole robot.
         pathway: what its links are measured against, still or moving.
         curve: what it is to conform to, None: the pathway's own; with a moving pathway always the pathway's own.
-        room: (N,) mm at the curve's points, how far the robot may leave the curve there.
+        slack: (N,) mm at the curve's points, how far the robot may leave the curve there.
         tip_s: how far in it starts, mm; at 0 it lies straight before the entrance.
         beyond_allowed: it may start with links beyond their bounds, which then go no deeper than they are.
         longer_allowed: it may have more links than it takes to the path's end, some of which never come in.
 
     Raises:
-        InputError: a link that starts beyond its bound; a robot longer than the path; a room without a curve or of
+        InputError: a link that starts beyond its bound; a robot longer than the path; slack without a curve or of
             another shape; a pathway with closed ends, which has no entrance.
     """
 
@@ -73,7 +74,7 @@ class SnakeDrive(DistalSteps):
         pathway: Pathway,
         settings: DriveSettings | None = None,
         curve: Curve | None = None,
-        room: Array | None = None,
+        slack: Array | None = None,
         tip_s: float = 0.0,
         *,
         beyond_allowed: bool = False,
@@ -96,7 +97,7 @@ class SnakeDrive(DistalSteps):
         self.control = make_control(self.settings)
         self.hand = HandForces(self.distal)
         line = driven_curve(pathway, curve)
-        room, tip_s = checked_room(room, curve), checked_tip(snake, line.length, tip_s, longer_allowed)
+        slack, tip_s = checked_slack(slack, curve), checked_tip(snake, line.length, tip_s, longer_allowed)
         self._live = LivePathway(pathway, self.settings.tissue_s)
         self.t, self.refused_commands, self._steps = 0.0, 0, 0
         self._settled, self._by_joints, self._query_s = False, False, 0.0  # by commands to its joints it may be bent
@@ -109,15 +110,15 @@ class SnakeDrive(DistalSteps):
         self._windows: Index
         self._measured: NDArray[np.bool_]
         self._deviation: Deviations
-        self._way = Waypoints(snake, line, room if still else None, tip_s, still, self.settings.waypoint_mm)
-        self._conformed, self.tip_s = self._way.first, tip_s
+        self._waypoints = Waypoints(snake, line, slack if still else None, tip_s, still, self.settings.waypoint_mm)
+        self._conformed, self.tip_s = self._waypoints.first, tip_s
         self.q = np.array(self._conformed.q)
         self._began = self.q.copy()
         self._look(self._conformed.joint_s)
         self._measure()
         if not beyond_allowed:
             refuse_beyond(self._deviation.depth, self.bound)
-        self._eased(
+        self._projected(
             self._conformed, Configuration(self._conformed.base, self.q), self.settings.step_s
         )  # loads its kernels
         self.state = self._state("inserting", Outcome("rest"), self.hand.forces, 0.0)
@@ -125,7 +126,7 @@ class SnakeDrive(DistalSteps):
     @property
     def length_mm(self) -> float:
         """Of the curve that the robot conforms to."""
-        return self._way.curve.length
+        return self._waypoints.curve.length
 
     @property
     def can_look(self) -> bool:
@@ -208,7 +209,7 @@ class SnakeDrive(DistalSteps):
         """
         other = copy(self)
         other.control, other.hand = copy(self.control), copy(self.hand)
-        other._live, other._way, other._trail = copy(self._live), self._way.copy(), self._trail.copy()
+        other._live, other._waypoints, other._trail = copy(self._live), self._waypoints.copy(), self._trail.copy()
         return other
 
     # What a step may do
@@ -238,28 +239,30 @@ class SnakeDrive(DistalSteps):
             ahead_s, ahead = self._waypoint(1.0 if wanted_mm > 0.0 else -1.0)
         except LookupError as end:
             return Outcome("held", str(end), "end")
-        way, most = ahead_s - self.tip_s, self.settings.insertion_step_mm
+        remaining, most = ahead_s - self.tip_s, self.settings.insertion_step_mm
         ratio = self._fastest(ahead, dt)
-        part_of_way = min(abs(wanted_mm), most) / abs(way)
-        within = min(1.0, part_of_way, 1.0 / ratio if ratio > 0.0 else 1.0)
+        part = min(abs(wanted_mm), most) / abs(remaining)
+        within = min(1.0, part, 1.0 / ratio if ratio > 0.0 else 1.0)
         done = Outcome("moved")
-        if within < min(1.0, part_of_way):
+        if within < min(1.0, part):
             done = self._fast()
-        elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(way)) and 0.0 < ahead_s < self.length_mm:
+        elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(remaining)) and 0.0 < ahead_s < self.length_mm:
             done = Outcome("shrunk", f"a step goes {most:g} mm at most, and to the next planned shape", "step")
-        for share in SHARES:
+
+        def is_admissible(share: float) -> bool:
             part = share * within
-            if self.tip_s + part * way == self.tip_s:  # eased, the robot would move without coming any nearer
-                return self._stopped("held")
-            if self._certified(blended(self._conformed, ahead, part), dt):
-                self.tip_s = self._conformed.tip_s
-                if self._goal is not None:  # what the tissue asks for goes in with the robot
-                    self._goal = blended(self._goal, ahead, part)
-                if part >= 1.0:
-                    self._way.passed()
-                self._settled = False
-                return done if share == 1.0 else self._stopped("shrunk")
-        return self._stopped("held")
+            advances = self.tip_s + part * remaining != self.tip_s  # else joints would move and the tip would not
+            return advances and self._certified(blended(self._conformed, ahead, part), dt)
+
+        share = largest_share(is_admissible)
+        if share > 0.0:
+            self.tip_s = self._conformed.tip_s
+            if self._goal is not None:  # what the tissue asks for goes in with the robot
+                self._goal = blended(self._goal, ahead, share * within)
+            if share * within >= 1.0:
+                self._waypoints.passed()
+            self._settled = False
+        return done if share == 1.0 else self._backtracked(share)
 
     def _waypoint(self, sign: float) -> tuple[float, ShapeSolution]:
         """Where the insertion goes next, moved off the wall where that is needed.
@@ -267,24 +270,24 @@ class SnakeDrive(DistalSteps):
         Raises:
             LookupError: there is nowhere to go.
         """
-        place, shape, new = self._way.ahead(self.tip_s, sign)
+        place, shape, new = self._waypoints.ahead(self.tip_s, sign)
         if not new:
             return place, shape
         if not _in_order(shape.joint_s):
-            self._way.restart(self._conformed)
+            self._waypoints.restart(self._conformed)
             raise LookupError("no shape conforms to the path there")
         known = self._windows, self._measured
         self._look(shape.joint_s)
         better = moved_off(shape, self.snake, self.query, self._packed, self._windows, self._bounds())
         self._windows, self._measured = known
         if better is not None:
-            self._way.correct(better)
+            self._waypoints.correct(better)
         return place, better or shape
 
     def plan_anew(self, waypoint_mm: float) -> None:
         """Forget what was planned ahead; from here on in shapes ``waypoint_mm`` apart."""
-        self._way.spacing_mm = waypoint_mm
-        self._way.restart(self._conformed)
+        self._waypoints.spacing_mm = waypoint_mm
+        self._waypoints.restart(self._conformed)
 
     def _follow_tissue(self, dt: float) -> Outcome:
         """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
@@ -296,18 +299,18 @@ class SnakeDrive(DistalSteps):
         if left >= _LEAST * dt and (self._deviation.depth > self._retreat_beyond()).any():
             self._retreat(left)
         if self._settled and (outcome.name != "rest" or self._conformed is not was):
-            self.control.move_to(self.place())
+            self.control.move_to(self.distal_context())
         return outcome
 
     def _see(self, dt: float) -> None:
         """Look at the tissue, if it is time to: the pathway of now, and the shape that conforms to it as the goal."""
         now = self._live.look(self.t)
         if now is not None:
-            self._packed, self._way.curve = now
-            self.tip_s = min(self.tip_s, self._way.curve.length)
+            self._packed, self._waypoints.curve = now
+            self.tip_s = min(self.tip_s, self._waypoints.curve.length)
             most = TISSUE_SHARE * self.settings.speed_max * max(self.settings.tissue_s, dt)
-            self._goal = self._way.at(self.tip_s, self._conformed, most)
-            self._way.restart(self._goal)
+            self._goal = self._waypoints.at(self.tip_s, self._conformed, most)
+            self._waypoints.restart(self._goal)
             self._measure()
 
     def _to_goal(self, dt: float) -> Outcome:
@@ -316,14 +319,12 @@ class SnakeDrive(DistalSteps):
         if goal is None:
             return Outcome("rest")
         due = self._live.share(self.t, dt)
-        for share in SHARES:
-            whole = share * due == 1.0 and self._fastest(goal, dt) <= 1.0
-            if self._certified(blended(self._conformed, goal, share * due), dt):
-                self._goal = None if whole else goal
-                return Outcome("moved") if share == 1.0 else self._stopped("shrunk")
-        self._goal = None  # until the tissue has moved on
-        self._way.restart(self._conformed)
-        return self._stopped("held")
+        whole = due == 1.0 and self._fastest(goal, dt) <= 1.0
+        share = largest_share(lambda share: self._certified(blended(self._conformed, goal, share * due), dt))
+        self._goal = None if share == 0.0 or (whole and share == 1.0) else goal
+        if share == 0.0:  # nothing is followed until the tissue has moved on
+            self._waypoints.restart(self._conformed)
+        return self._backtracked(share)
 
     def _bent(self, conformed: ShapeSolution) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""
@@ -349,7 +350,7 @@ class SnakeDrive(DistalSteps):
         known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if self.eases and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
-            wanted, end = self._eased(wanted, end, dt)
+            wanted, end = self._projected(wanted, end, dt)
             verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
@@ -362,16 +363,16 @@ class SnakeDrive(DistalSteps):
     def _retreat(self, dt: float) -> None:
         """Back towards the bounds that the tissue's motion has left links beyond, as fast as joints may."""
         here = Configuration(self._conformed.base, self.q)
-        wanted, end = self._eased(self._conformed, here, dt)
+        wanted, end = self._projected(self._conformed, here, dt)
         verdict = self._limits.certify(self._packed, self._windows, here, end, self._bounds(), self._deviation.depth)
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
             self._keep(verdict.deviation)
 
-    def _eased(self, wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
+    def _projected(self, wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
         """The nearest shape that keeps the bounds, if there is one; the operator's bend stays as it is."""
-        place = Place(self.snake, self.query, end.base, end.q, self._packed, self._windows, self._bounds())
-        q = eased(place, self.q, self.settings.speed_max * dt)
+        context = DistalContext(self.snake, self.query, end.base, end.q, self._packed, self._windows, self._bounds())
+        q = projected_to_limits(context, self.q, self.settings.speed_max * dt)
         if q is None:
             return wanted, end
         return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Configuration(end.base, q)

@@ -1,4 +1,4 @@
-"""Compiled certificate of one motion of a snake: the way is measured, and halved where the bound is coarse.
+"""Compiled certificate of one motion of a snake: the motion is measured, and halved where the bound is coarse.
 
 The proof is in docs/safety.md, "The snake in its pathway".
 """
@@ -149,15 +149,15 @@ def _way_is_kept(
     for link in range(len(before)):
         if limit[link] == np.inf:
             continue
-        way = _chord(here[link], there[link], shape) + 0.25 * bow[link] * part * part
+        travel = _chord(here[link], there[link], shape) + 0.25 * bow[link] * part * part
         summed, first, last = before[link] + after[link], window[link, 0], window[link, 1]
         whole = max(before[link], after[link]) <= level[link]
-        whole = whole and 0.5 * (summed + steep[link] * way) <= level[link] + tolerance
+        whole = whole and 0.5 * (summed + steep[link] * travel) <= level[link] + tolerance
         ends = (
-            far_from_disc(rows, first, False, here[link], low_high, way)
-            and far_from_disc(rows, first, False, there[link], low_high, way)
-            and far_from_disc(rows, last - 1, True, here[link], low_high, way)
-            and far_from_disc(rows, last - 1, True, there[link], low_high, way)
+            far_from_disc(rows, first, False, here[link], low_high, travel)
+            and far_from_disc(rows, first, False, there[link], low_high, travel)
+            and far_from_disc(rows, last - 1, True, here[link], low_high, travel)
+            and far_from_disc(rows, last - 1, True, there[link], low_high, travel)
         )
         if whole and ends:
             continue
@@ -165,10 +165,10 @@ def _way_is_kept(
             return False
         most = limit[link] + tolerance
         if not (
-            0.5 * (summed + way) <= most
+            0.5 * (summed + travel) <= most
             and vertices_are_kept(
-                rows, polar, first, last, here[link], there[link], lanes, start[link], start[link + 1], low_high, way,
-                level[link] + tolerance, steep[link], most,
+                rows, polar, first, last, here[link], there[link], lanes, start[link], start[link + 1], low_high,
+                travel, level[link] + tolerance, steep[link], most,
             )
         ):  # fmt: skip
             return False
@@ -197,7 +197,7 @@ def _slopes(rows: Array, first: int, last: int, limit: float, tolerance: float) 
 
 @compiled
 def _chord(here: Array, there: Array, shape: Array) -> float:
-    """The longest way in mm, as the crow flies, of a link's vertices: of the corners of their box, being convex."""
+    """The longest displacement in mm of a link's vertices: of the corners of their box, being convex."""
     longest = 0.0
     for corner in range(8):
         x = shape[LOW] if corner & 1 else shape[HIGH]
@@ -208,8 +208,8 @@ def _chord(here: Array, there: Array, shape: Array) -> float:
             a = there[row, 0] - here[row, 0]
             b = there[row, 1] - here[row, 1]
             c = there[row, 2] - here[row, 2]
-            way = a * x + b * y + c * z + there[row, 3] - here[row, 3]
-            square += way * way
+            travel = a * x + b * y + c * z + there[row, 3] - here[row, 3]
+            square += travel * travel
         longest = max(longest, square)
     return sqrt(longest)
 
@@ -251,7 +251,7 @@ def _turn_between(base: Array, base_end: Array, turn: Array) -> None:
 def _place(
     base: Array, base_end: Array, turn: Array, q: Array, q_end: Array, to: float, pose: Array, joints: Array
 ) -> None:
-    """The pose at ``to`` of the way; at 1 it is the end, bit by bit."""
+    """The pose at ``to`` of the motion; at 1 it is the end, bit by bit."""
     angle = to * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
     x, y, z = turn[0], turn[1], turn[2]
     if angle > 0.0:

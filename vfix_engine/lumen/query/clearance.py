@@ -1,4 +1,4 @@
-"""How much room a snake's vertices have in their pathway, where it grows less, and how fast it can: for a QP's rows.
+"""How much clearance a snake's vertices have in their pathway, where it falls, and how fast it can: for a QP's rows.
 
 The signed clearance of a vertex is δ of eq. 8 (Kwok 2013) outside of the window, and inside minus the least distance
 to the walls v2 v3 of the window's sections.

@@ -14,7 +14,7 @@ from ..anatomy.curve import Curve
 from ..conform.conformance import ShapeSolution
 from ..conform.conforming import blended
 from ..control.parameterised import ParameterisedControl
-from ..control.tip_control import Place
+from ..control.tip_control import DistalContext
 from ..drive.drive_state import Command, DriveSettings, DriveState, Outcome
 from ..drive.snake_drive import TISSUE_SHARE, SnakeDrive
 from ..limits.limits import told_beyond
@@ -112,7 +112,7 @@ class PlannedDrive(SnakeDrive):
         pathway: Pathway,
         settings: DriveSettings,
         curve: Curve | None = None,
-        room: Array | None = None,
+        slack: Array | None = None,
         tip_s: float = 0.0,
         *,
         beyond_allowed: bool = False,
@@ -122,12 +122,10 @@ class PlannedDrive(SnakeDrive):
         self._rim = np.zeros(len(pathway.packed(0.0).rows) + 1)
         self._inserting, self._toward = False, 1  # by the last command; the direction of the last insertion
         super().__init__(
-            snake, pathway, settings, curve, room, tip_s, beyond_allowed=beyond_allowed, longer_allowed=longer_allowed
+            snake, pathway, settings, curve, slack, tip_s, beyond_allowed=beyond_allowed, longer_allowed=longer_allowed
         )
         self._live: AdoptedLook = AdoptedLook()  # type: ignore[assignment]
-        self._way: PlannedWay = PlannedWay(  # type: ignore[assignment]
-            self._conformed, self._way.curve, self.settings.waypoint_mm
-        )
+        self._waypoints: PlannedWay = PlannedWay(self._conformed, self._waypoints.curve, self.settings.waypoint_mm)  # type: ignore[assignment]
 
     @property
     def moves(self) -> bool:
@@ -189,15 +187,15 @@ class PlannedDrive(SnakeDrive):
 
     def _insert(self, wanted_mm: float, dt: float) -> Outcome:
         sign = 1.0 if wanted_mm > 0.0 else -1.0
-        end = self._way.at_end(self.tip_s, sign)
+        end = self._waypoints.at_end(self.tip_s, sign)
         if end is not None:
             return Outcome("held", end, "end")
-        if not self._way.left(sign):
+        if not self._waypoints.left(sign):
             return Outcome("held", "the shapes ahead are being planned", "planning")
         return super()._insert(wanted_mm, dt)
 
     def _waypoint(self, sign: float) -> tuple[float, ShapeSolution]:
-        shape = self._way.next()
+        shape = self._waypoints.next()
         return shape.tip_s, shape
 
     def _bend(self, command: Command, dt: float, left: float) -> Outcome:
@@ -245,9 +243,9 @@ class PlannedDrive(SnakeDrive):
         sign, near, bends = self._toward, self._conformed, self._bends_wanted()
         if look is not None:
             near = self._goal or self._conformed
-        elif self._way.left(sign):
-            near = self._way.end
-        if look is None and (self._way.left(sign) > 1 or self._way.at_end(near.tip_s, sign)):
+        elif self._waypoints.left(sign):
+            near = self._waypoints.end
+        if look is None and (self._waypoints.left(sign) > 1 or self._waypoints.at_end(near.tip_s, sign)):
             sign = 0
         if look is None and not sign and bends is None:
             return None
@@ -255,13 +253,13 @@ class PlannedDrive(SnakeDrive):
         bound = self.bound
         if self.moves:  # until the plan after this one is adopted, as it seems
             bound = np.maximum(bound - self._reserve(self.tissue_age_s + self.settings.tissue_s), 0.0)
-        return PlanInputs(look, Shape.of(near), near.tip_s, most, sign, self._way.spacing_mm, bound, bends)
+        return PlanInputs(look, Shape.of(near), near.tip_s, most, sign, self._waypoints.spacing_mm, bound, bends)
 
     def _bends_wanted(self) -> BendsWanted | None:
         """Where control bends are missing and may soon be needed: all links inside, and no insertion going on."""
         if self._settled or self._by_joints or self._inserting or not (self._needs_bends and self.can_look):
             return None
-        place = self.place()
+        place = self.distal_context()
         return BendsWanted(self.seen_t, place.base, place.rest, place.window, place.bound, self.tip_s)
 
     def adopt(self, plan: Plan, age_s: float) -> None:
@@ -271,7 +269,7 @@ class PlannedDrive(SnakeDrive):
         if plan.seen is not None:
             self._adopt_look(plan, plan.seen, age_s)
         elif plan.ahead:
-            self._way.extend(plan.near, plan.sign, plan.ahead, self._conformed)
+            self._waypoints.extend(plan.near, plan.sign, plan.ahead, self._conformed)
         if plan.bends and plan.wanted is not None:
             self._adopt_bends(plan, plan.wanted)
 
@@ -279,14 +277,14 @@ class PlannedDrive(SnakeDrive):
         if seen.t <= self.seen_t:
             return
         packed = PackedPathway(_fixed(seen.packed.rows), _fixed(seen.packed.polar))
-        self.seen_t, self._packed, self._way.curve = seen.t, packed, seen.curve
+        self.seen_t, self._packed, self._waypoints.curve = seen.t, packed, seen.curve
         self._rim = np.append(seen.rim_mm_per_s, 0.0)
         self._live.due = self.t + max(self.settings.tissue_s, age_s)
         self.tip_s = min(self.tip_s, seen.curve.length)
         found = _from_here([seen.goal.on(seen.curve), *(shape.on(seen.curve) for shape in plan.ahead)], self.tip_s)
         if found:
             self._goal = found[0]
-            self._way.restart(self._goal, plan.sign, tuple(found[1:]))
+            self._waypoints.restart(self._goal, plan.sign, tuple(found[1:]))
         self._measure()
 
     def _adopt_bends(self, plan: Plan, wanted: BendsWanted) -> None:
@@ -296,8 +294,10 @@ class PlannedDrive(SnakeDrive):
             or not isinstance(self.control, ParameterisedControl)
         ):
             return
-        here = self.place()
-        then = Place(self.distal, self._distal_query, wanted.base, wanted.rest, self._packed, here.window, wanted.bound)
+        here = self.distal_context()
+        then = DistalContext(
+            self.distal, self._distal_query, wanted.base, wanted.rest, self._packed, here.window, wanted.bound
+        )
         self.control.take(plan.bends, then)
         self.control.move_to(here)
         self._settled = True

@@ -14,7 +14,7 @@ from ..bending.optimise import Bend
 from ..conform.conformance import ShapeSolution, conform
 from ..conform.waypoints import moved_off
 from ..control.parameterised import found_bends
-from ..control.tip_control import Place
+from ..control.tip_control import DistalContext
 from ..drive.drive_state import DriveSettings
 from ..drive.link_windows import entrance, link_windows
 from ..pathway.packed import (
@@ -41,13 +41,13 @@ class Planner:
 
     Args:
         snake: the whole robot; pathway: still or moving; curve: what it conforms to while the tissue is still, with
-            ``room`` (N,) mm about its points; settings: of the drive.
+            ``slack`` (N,) mm about its points; settings: of the drive.
     """
 
     def __init__(
-        self, snake: SnakeModel, pathway: Pathway, curve: Curve, room: Array | None, settings: DriveSettings
+        self, snake: SnakeModel, pathway: Pathway, curve: Curve, slack: Array | None, settings: DriveSettings
     ) -> None:
-        self._snake, self._pathway, self._curve, self._room, self._settings = snake, pathway, curve, room, settings
+        self._snake, self._pathway, self._curve, self._slack, self._settings = snake, pathway, curve, slack, settings
         each = settings.vertices_per_link
         self._distal = snake.distal(min(settings.manipulated, snake.links))
         self._first = snake.links - self._distal.links
@@ -97,14 +97,14 @@ class Planner:
 
     def _ahead(self, wanted: PlanInputs, near: ShapeSolution, curve: Curve, packed: PackedPathway) -> tuple[Shape, ...]:
         """The next shapes of an insertion, each moved off the wall before the one after it is found."""
-        room = self._room if self._pathway.motion is None else None
+        slack = self._slack if self._pathway.motion is None else None
         found: list[Shape] = []
         for _ in range(SHAPES_AHEAD):
             place = near.tip_s + wanted.sign * wanted.spacing_mm
             place = min(place, curve.length) if wanted.sign > 0 else max(place, 0.0)
             if (place - near.tip_s) * wanted.sign <= 0.0:
                 break
-            near = self._inside(conform(self._snake, curve, place, near, room, near.roll), packed, wanted.bound)
+            near = self._inside(conform(self._snake, curve, place, near, slack, near.roll), packed, wanted.bound)
             found.append(Shape.of(near))
         return tuple(found)
 
@@ -118,7 +118,9 @@ class Planner:
         t, packed = self._seen
         if t != wanted.t:
             packed = self._pathway.packed(wanted.t)
-        place = Place(self._distal, self._distal_query, wanted.base, wanted.rest, packed, wanted.window, wanted.bound)
+        place = DistalContext(
+            self._distal, self._distal_query, wanted.base, wanted.rest, packed, wanted.window, wanted.bound
+        )
         return found_bends(place, self._settings.bends)
 
 

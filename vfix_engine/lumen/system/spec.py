@@ -45,7 +45,7 @@ class LumenContours:
     """A lumen as the control contours of its pathway; see ``Pathway`` for centre, radius, count, knots.
 
     curve_points, curve_step_mm: what the robot conforms to while the tissue is still, None: the pathway's own centres;
-    room: (N,) mm at its points, how far a joint may leave it.
+    slack: (N,) mm at its points, how far a joint may leave it.
     """
 
     centre: Array
@@ -54,7 +54,7 @@ class LumenContours:
     knots: Array | None = None
     curve_points: Array | None = None
     curve_step_mm: float = 0.0
-    room: Array | None = None
+    slack: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class SnakeSystemSpec:
         mesh = TriangleMesh(surface.vertices, surface.faces)
         made = lumen_between(mesh, surface.start, surface.end, self.snake, self.drive)
         way, curve = made.pathway, made.curve
-        contours = LumenContours(way.centre, way.radius, way.count, way.knots, curve.points, curve.step_mm, made.room)
+        contours = LumenContours(way.centre, way.radius, way.count, way.knots, curve.points, curve.step_mm, made.slack)
         return SnakeSystemSpec(contours, self.snake, self.settings, self.drive, self.tissue, self.tip_s)
 
     def build(self) -> SnakeSystem:
@@ -109,10 +109,10 @@ class SnakeSystemSpec:
             PathwayError: no pathway can be made of the lumen.
             InputError: a robot, settings or start that do not fit it.
         """
-        pathway, curve, room = self._parts()
+        pathway, curve, slack = self._parts()
         settings = self.settings.of_drive(self.drive)
-        first = PlannedDrive(self.snake, pathway, settings, curve, room, self.tip_s)
-        return SnakeSystem(first, self.settings, Planner(self.snake, pathway, curve, room, settings))
+        first = PlannedDrive(self.snake, pathway, settings, curve, slack, self.tip_s)
+        return SnakeSystem(first, self.settings, Planner(self.snake, pathway, curve, slack, settings))
 
     def worker(self) -> Planner:
         """What plans, in the worker process; it has made one plan of each kind, so its kernels are loaded."""
@@ -126,7 +126,7 @@ class SnakeSystemSpec:
         pathway = Pathway(found.centre, found.radius, found.count, motion=self.tissue, knots=found.knots)
         given = None if found.curve_points is None else Curve(found.curve_points, found.curve_step_mm)
         curve = driven_curve(pathway, given)
-        return pathway, curve, found.room if given is not None and curve is given else None
+        return pathway, curve, found.slack if given is not None and curve is given else None
 
     def to_parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Plain values for JSON, and arrays by name.
@@ -158,7 +158,7 @@ class SnakeSystemSpec:
             else:
                 lumen = LumenContours(
                     arrays["centre"], arrays["radius"], values["count"], arrays.get("knots"),
-                    arrays.get("curve_points"), values["curve_step_mm"], arrays.get("room"),
+                    arrays.get("curve_points"), values["curve_step_mm"], arrays.get("slack"),
                 )  # fmt: skip
             return cls(
                 lumen, SnakeModel(**values["snake"]), SnakeSettings.from_dict(values["settings"]),
@@ -171,7 +171,7 @@ class SnakeSystemSpec:
 def _arrays_of(lumen: LumenContours | LumenSurface) -> tuple[str, ...]:
     if isinstance(lumen, LumenSurface):
         return "vertices", "faces", "start", "end"
-    return "centre", "radius", "knots", "curve_points", "room"
+    return "centre", "radius", "knots", "curve_points", "slack"
 
 
 def _motion_values(motion: TissueMotion | None) -> Any:

@@ -175,7 +175,7 @@ class SnakeSystem:
         camera = frames[-1].copy()
         camera[:3, 3] += snake.camera_offset_mm * camera[:3, 2]
         radius = np.full((snake.links, 1), snake.radius_mm)
-        rest = drive.place().rest
+        rest = drive.distal_context().rest
         return SnakeSnapshot(
             t=now.t,
             q=now.q,
