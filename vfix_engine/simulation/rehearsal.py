@@ -7,18 +7,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..control import Controller, ControlSettings, StepReport, Task, ToolState
+from ..control import Controller, ControlSettings, HandCommand, StepReport, Task, ToolState
 from ..control.admittance import saturate
-from ..control.controller import SLOWED_SHARE
 from ..control.qp import DUAL
-from ..control.tasks import (
-    approach_path,
-    approach_target,
-    follow_path,
-    inspect_target,
-    move_freely,
-    view_point,
-)
+from ..control.relaxations import SLOWED_SHARE
+from ..control.tasks import ApproachPath, ApproachTarget, FollowPath, InspectTarget, MoveFreely, PathPoint, view_point
 from ..errors import ControlError, InputError
 from ..fixtures import Zone
 from ..geometry.proximity import Proximity
@@ -53,15 +46,6 @@ class Command:
     drive: float = 0
     twist: float = 0
     master: Master | None = None
-
-
-@dataclass(frozen=True)
-class PathPoint:
-    """The path's point closest to the tip: arc length s in mm, position (3,), unit tangent (3,)."""
-
-    s: float
-    position: Array
-    tangent: Array
 
 
 @dataclass(frozen=True)
@@ -161,7 +145,7 @@ class Rehearsal:
         lever = state.tool.tip.position
         torque = self._torque(state, command, force if command.master is None else np.zeros(3), lever)
         reach = self._reach(state, command)
-        report = self.controller.step(state.tool, move_freely(state.tool, force, torque, self.settings, reach))
+        report = self.controller.step(state.tool, MoveFreely(), HandCommand(force, torque, reach))
         moved = report.state.tip.position - state.tool.tip.position
         return self._finish(replace(state, tool=report.state), report, command, force, torque, moved)
 
@@ -179,12 +163,8 @@ class Rehearsal:
         reach = self._reach(state, command)
         limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
         phase = "follow" if float(np.linalg.norm(offset)) <= limit else "approach"
-        if phase == "approach":
-            task = approach_path(state.tool, force, offset, self.settings, reach)
-        else:
-            room = (near.s, path.length - near.s)
-            task = follow_path(state.tool, force, near.tangent, offset, room, self.settings, reach)
-        report = self.controller.step(state.tool, task)
+        task: Task = ApproachPath(path, near) if phase == "approach" else FollowPath(path, near)
+        report = self.controller.step(state.tool, task, HandCommand(force, reach=reach))
         moved = report.state.tip.position - state.tool.tip.position
         state = replace(state, tool=report.state, phase=phase)
         after = self._nearest(state)
@@ -216,14 +196,14 @@ class Rehearsal:
         if phase == "inspect_hold":
             torque = self._torque(state, command, force, centre)
             lever = float(np.linalg.norm(self._grip(state.tool) - centre))
-            task = inspect_target(state.tool, tool, torque, target, self.settings, reach / lever)
+            task, hand = InspectTarget(target), HandCommand(force, torque, reach / lever)
         else:
             pull = force
             if command.drive > 0:
                 cap = self.settings.force_cap_n
                 pull = saturate(force + command.drive * cap * _unit(target - centre), cap)
-            task = approach_target(state.tool, tool, pull, target, self.settings, reach)
-        report = self.controller.step(state.tool, task)
+            task, hand = ApproachTarget(target), HandCommand(pull, reach=reach)
+        report = self.controller.step(state.tool, task, hand)
         if phase == "inspect_hold":  # the master holds the grip there, and the virtual point before
             moved = self._grip(report.state) - self._grip(state.tool)
         else:
@@ -282,8 +262,8 @@ class Rehearsal:
         if state.mode == "inspect":
             target_error = float(np.linalg.norm(centre - scene.targets[state.target]))
         held = report is not None and report.held
-        acting = () if report is None else report.acting()
-        less = report is not None and (held or report.share * report.begun < SLOWED_SHARE)
+        acting = () if report is None else report.active_constraints()
+        less = report is not None and (held or report.share * report.ramp_fraction < SLOWED_SHARE)
         why = acting if less else ()
         return Snapshot(
             t=state.steps * settings.dt_s,
