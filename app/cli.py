@@ -16,6 +16,7 @@ from typing import NoReturn, Protocol, cast
 
 from app import __version__
 from app.error_shape import error_body, error_code
+from app.extras import has_app, need_app
 from vfix_engine.errors import VfixError
 
 _PIPE_CLOSED = 141  # as a shell has it: 128 and the number of SIGPIPE
@@ -24,18 +25,19 @@ NOTICE = "Not for clinical use."
 
 @dataclass(frozen=True)
 class Verb:
-    """A word of the command line and the module behind it."""
+    """A word of the command line and the module behind it; needs_app: not without the extra `app`."""
 
     name: str
     module: str
     summary: str
+    needs_app: bool = False
 
 
 VERBS = (
-    Verb("serve", "app.commands.serve", "start the planner and open its page"),
-    Verb("import", "app.commands.import_", "make a new case of a CT or a surface"),
-    Verb("case", "app.commands.case", "list, rename, delete and restore cases"),
-    Verb("plan", "app.commands.plan", "list, import and export plans"),
+    Verb("serve", "app.commands.serve", "start the planner and open its page", needs_app=True),
+    Verb("import", "app.commands.import_", "make a new case of a CT or a surface", needs_app=True),
+    Verb("case", "app.commands.case", "list, rename, delete and restore cases", needs_app=True),
+    Verb("plan", "app.commands.plan", "list, import and export plans", needs_app=True),
     Verb("rehearse", "app.commands.rehearse", "run a rehearsal without a page"),
     Verb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),
     Verb("bench", "app.commands.bench", "measure the engine on this machine"),
@@ -86,9 +88,8 @@ def _run(argv: Sequence[str] | None) -> int:
     chosen = next((word for word in arguments if not word.startswith("-")), None)
     try:
         parser, command = _build_parser(chosen)
-    except VfixError as error:  # of an engine that cannot be loaded
-        print(f"vfix: {error}", file=sys.stderr)
-        return 2
+    except VfixError as error:  # of an engine that cannot be loaded, or a page that is not installed
+        return _refused(error, "--json" in arguments)
     try:
         args = parser.parse_args(arguments)
     except _UsageError as wrong:
@@ -101,12 +102,16 @@ def _run(argv: Sequence[str] | None) -> int:
     try:
         return command.run(args) or 0
     except VfixError as error:
-        if getattr(args, "json", False):
-            print(json.dumps(error_body(error_code(error), str(error))))
-        print(f"vfix: {error}", file=sys.stderr)
-        return 2
+        return _refused(error, getattr(args, "json", False))
     except KeyboardInterrupt:
         return 130
+
+
+def _refused(error: VfixError, as_json: bool) -> int:
+    if as_json:
+        print(json.dumps(error_body(error_code(error), str(error))))
+    print(f"vfix: {error}", file=sys.stderr)
+    return 2
 
 
 def _reader_is_gone() -> bool:
@@ -139,6 +144,8 @@ def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, Command 
     command: Command | None = None
     for verb in VERBS:
         if verb.name == chosen:
+            if verb.needs_app and not has_app():
+                raise need_app(f"vfix {verb.name}")
             command = cast(Command, importlib.import_module(verb.module))
             command.add_parser(subparsers)
         else:

@@ -18,18 +18,19 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from app.services.cases import CaseFrame, CaseService
-from app.services.plan_editor import PlanEditor
+from app.extras import has_app, need_app
 from app.services.plan_model import PlanContent, content_to_json
-from app.services.plans import PlanService
 from app.settings import Settings
-from app.store import Store
 from benchmarks import report
 from vfix_engine.geometry.mesh import TriangleMesh
+
+if TYPE_CHECKING:
+    from app.services.plan_editor import PlanEditor
+    from app.store import Store
 
 SUMMARY = "kill -9 a planner that writes: edits acknowledged, edits lost, and the database's own check"
 MAX_KILLS = 100_000
@@ -52,7 +53,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
     Raises:
         BenchmarkRefused: the system has no SIGKILL and fork, or the number makes no sense.
+        AppMissing: the store is not installed.
     """
+    if not has_app():
+        raise need_app("vfix bench durability")
     if not 1 <= args.kills <= MAX_KILLS:
         raise report.BenchmarkRefused(f"--kills {args.kills} is not between 1 and {MAX_KILLS:,}")
     if not hasattr(os, "fork"):
@@ -87,6 +91,9 @@ class _Tally:
 
 
 def _fight(settings: Settings, kills: int, seed: int, early: bool) -> dict[str, Any]:
+    from app.services.cases import CaseFrame, CaseService
+    from app.services.plans import PlanService
+
     chance = random.Random(seed)
     begin = time.perf_counter()
     with _opened(settings) as store:
@@ -124,8 +131,9 @@ def _look(settings: Settings, plan: str, acknowledged: dict[int, str], before: i
             found = database.execute(f"pragma {check}").fetchall()
             if found != good:
                 tally.failed_checks.append(f"{check}: {found[0][0]}")
-        rows = database.execute("select position, document from plan_states where plan_id = ?", (plan,)).fetchall()
-        (cursor,) = database.execute("select cursor from plans where id = ?", (plan,)).fetchone()
+        query = "select position, content from document_states where document_id = ?"
+        rows = database.execute(query, (plan,)).fetchall()
+        (cursor,) = database.execute("select cursor from documents where id = ?", (plan,)).fetchone()
     states = {position: _digest(json.loads(document)) for position, document in rows}
     tally.edits_lost += sum(
         number > cursor or number not in states or digest not in (_ANY, states[number])
@@ -163,17 +171,20 @@ def _writer_that_is_killed(
 
 def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, early: bool) -> NoReturn:
     """Edit a plan, and say after each edit which state it made."""
+    from app.services.plans import PlanService
+    from app.store import Store
+
     try:
         editor = PlanService(Store(settings)).editor(plan)
         with closing(sqlite3.connect(settings.database_path)) as database:
-            (number,) = database.execute("select cursor from plans where id = ?", (plan,)).fetchone()
+            (number,) = database.execute("select cursor from documents where id = ?", (plan,)).fetchone()
         for _ in range(_MOST_EDITS):
             number += 1
             if early:
                 os.write(pipe, f"{number} {_ANY}\n".encode())
             content = _edited(editor, chance)
             if not early:
-                os.write(pipe, f"{number} {_digest(content_to_json(content))}\n".encode())
+                os.write(pipe, f"{number} {_digest(_state(content))}\n".encode())
         time.sleep(60.0)  # its end is on the way
     finally:
         os._exit(1)
@@ -192,12 +203,19 @@ def _edited(editor: PlanEditor, chance: random.Random) -> PlanContent:
     return content
 
 
+def _state(content: PlanContent) -> dict[str, Any]:
+    """What a state of the history holds: all but the settings."""
+    return {name: value for name, value in content_to_json(content).items() if name != "settings"}
+
+
 def _digest(document: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
 
 
 @contextmanager
 def _opened(settings: Settings) -> Iterator[Store]:
+    from app.store import Store
+
     store = Store(settings)
     try:
         yield store

@@ -15,10 +15,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from app.extras import has_app, need_app
 from benchmarks import report
 
 SUMMARY = "the first start, which compiles the kernels, and later ones"
-FIRST_S, LATER_S = 30.0, 2.0  # what they may take
+FIRST_S, FIRST_MOST_S, LATER_S = 30.0, 60.0, 2.0  # aimed at, allowed while the page is there already, allowed
 GIVE_UP_S = 600.0
 LOOK_S = 0.05
 WARM_S = 3.0
@@ -32,7 +33,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Seconds from the command to its address, to an answer there, and to the last kernel, with folders of its own."""
+    """Seconds from the command to its address, to an answer there, and to the last kernel, with folders of its own.
+
+    Raises:
+        BenchmarkRefused: the planner does not start here, or the number makes no sense.
+        AppMissing: the page and the server are not installed.
+    """
+    if not has_app():
+        raise need_app("vfix bench start")
     if not 1 <= args.starts <= 100:
         raise report.BenchmarkRefused(f"--starts {args.starts} is not between 1 and 100")
     machine = report.machine().to_dict()
@@ -54,7 +62,11 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             "answer_s": statistics.median([one["answer_s"] for one in later]),
         },
         "correct": len(kept) > 0 and not compiled_again,
-        "meets": {"first_within_30_s": first["compiled_s"] <= FIRST_S, "later_within_2_s": slowest <= LATER_S},
+        "meets": {
+            "first_within_30_s": first["compiled_s"] <= FIRST_S,
+            "first_within_60_s": first["compiled_s"] <= FIRST_MOST_S,
+            "later_within_2_s": slowest <= LATER_S,
+        },
     }
 
 

@@ -26,8 +26,8 @@ def compile_lock(name: str, *options: str) -> None:
 
 def main() -> int:
     """Write both lock files."""
-    compile_lock("requirements.lock")
-    compile_lock("requirements-test.lock", "--extra", "test", "--constraint", "requirements.lock")
+    compile_lock("requirements.lock", "--extra", "app")
+    compile_lock("requirements-test.lock", "--extra", "app", "--extra", "test", "--constraint", "requirements.lock")
     return 0
 
 

@@ -2,6 +2,7 @@
 
 import ast
 import importlib.metadata
+import json
 import re
 import sys
 import tomllib
@@ -9,9 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from app import extras
+
 ROOT = Path(__file__).resolve().parent.parent
 LOCKS = ("requirements.lock", "requirements-test.lock")
 PAGE = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
+PAGE_TOOLS = json.loads((ROOT / "package.json").read_text(encoding="utf-8"))["devDependencies"]
+PERMISSIVE = {"Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "BlueOak-1.0.0", "ISC", "MIT"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 # Import names that differ from the package's.
 PACKAGE_OF = {
@@ -28,13 +33,21 @@ def name_of(requirement: str) -> str:
     return re.split(r"[<>=!~;\[ ]", requirement)[0]
 
 
+EXTRAS = PROJECT["optional-dependencies"]
+
+
+def installed() -> list[str]:
+    """What both commands of the README install: the engine's dependencies and those of the page."""
+    return [name_of(text) for text in [*PROJECT["dependencies"], *EXTRAS["app"]]]
+
+
 def declared() -> list[str]:
-    return [name_of(text) for text in [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]]
+    return [*installed(), *(name_of(text) for text in EXTRAS["test"])]
 
 
 def of_a_gpu() -> list[str]:
     """What the extra for a GPU declares; it is not locked, since it needs a driver that pip does not bring."""
-    return [name_of(text) for text in PROJECT["optional-dependencies"]["gpu"]]
+    return [name_of(text) for text in EXTRAS["gpu"]]
 
 
 def locked(lock: str) -> dict[str, str]:
@@ -43,21 +56,23 @@ def locked(lock: str) -> dict[str, str]:
 
 
 def test_every_dependency_has_its_licence_and_reason() -> None:
-    rows = dict(re.findall(r"^\| ([a-z][a-z0-9-]*) \| (.+) \| .+ \|$", PAGE, re.MULTILINE))
-    assert set(declared()) | set(of_a_gpu()) | {"hatchling", "editables"} == set(rows)
+    rows = dict(re.findall(r"^\| (@?[a-z][a-z0-9/-]*) \| (.+) \| .+ \|$", PAGE, re.MULTILINE))
+    assert set(declared()) | set(of_a_gpu()) | set(PAGE_TOOLS) | {"hatchling", "editables"} == set(rows)
     assert not [name for name, licence in rows.items() if is_gpl(licence)]
 
 
 def test_dependencies_are_sorted_and_stated_once() -> None:
-    assert set(PROJECT["optional-dependencies"]) == {"gpu", "test"}
-    for group in (PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()):
+    assert set(EXTRAS) == {"app", "gpu", "test"}
+    for group in (PROJECT["dependencies"], *EXTRAS.values()):
         names = [name_of(text) for text in group]
         assert names == sorted(set(names))
 
 
-def test_every_import_is_declared() -> None:
+@pytest.mark.parametrize(("package", "brought_by"), [("vfix_engine", ()), ("app", ("app",))])
+def test_every_import_is_declared(package: str, brought_by: tuple[str, ...]) -> None:
+    """Those of the engine without the extra: an installation of the engine alone has all that it imports."""
     imported = set()
-    for file in [*(ROOT / "app").rglob("*.py"), *(ROOT / "vfix_engine").rglob("*.py")]:
+    for file in (ROOT / package).rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
                 imported |= {alias.name.split(".")[0] for alias in node.names}
@@ -65,7 +80,12 @@ def test_every_import_is_declared() -> None:
                 imported.add((node.module or "").split(".")[0])
     own = {"app", "benchmarks", "vfix_engine"}
     foreign = {PACKAGE_OF.get(name, name) for name in imported - sys.stdlib_module_names - own}
-    assert foreign <= {name_of(text) for text in PROJECT["dependencies"]}
+    allowed = [*PROJECT["dependencies"], *(text for extra in brought_by for text in EXTRAS[extra])]
+    assert foreign <= {name_of(text) for text in allowed}
+
+
+def test_the_extra_of_the_page_is_what_the_command_line_looks_for() -> None:
+    assert [name_of(text) for text in EXTRAS["app"]] == [name.replace("_", "-") for name in extras.APP_MODULES]
 
 
 @pytest.mark.parametrize("lock", LOCKS)
@@ -80,7 +100,7 @@ def test_the_lock_is_exact_and_names_no_registry(lock: str) -> None:
 
 def test_the_locks_hold_what_is_declared_and_agree() -> None:
     run, test = locked(LOCKS[0]), locked(LOCKS[1])
-    assert {name_of(text) for text in PROJECT["dependencies"]} | {"hatchling", "editables"} <= set(run)
+    assert set(installed()) | {"hatchling", "editables"} <= set(run)
     assert set(declared()) <= set(test)
     assert run.items() <= test.items()
     assert not set(of_a_gpu()) & set(test)
@@ -98,6 +118,31 @@ def test_the_lock_installs_nothing_under_the_gpl() -> None:
         stated = metadata.get("License-Expression") or (metadata.get("License") or "").split("\n")[0]
         assert not is_gpl(" ".join([stated, *classifiers])), (name, stated, classifiers)
     assert looked_at > 60
+
+
+def test_the_page_s_tools_are_locked_by_hash_and_name_no_registry() -> None:
+    text = (ROOT / "package-lock.json").read_text(encoding="utf-8")
+    packages = json.loads(text)["packages"]
+    assert packages.pop("")["devDependencies"] == PAGE_TOOLS
+    assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in PAGE_TOOLS.values()), "pinned exactly"
+    assert '"resolved"' not in text
+    for name, package in packages.items():
+        assert package["integrity"].startswith("sha512-"), name
+        assert package["license"] in PERMISSIVE, name
+        assert package["dev"] is True, name
+    for name, version in PAGE_TOOLS.items():
+        assert packages[f"node_modules/{name}"]["version"] == version
+
+
+def test_the_page_itself_loads_nothing_from_the_tools() -> None:
+    """There is no build step for the user: every module of the page imports its neighbours only."""
+    modules = [*(ROOT / "app").rglob("*.js")]
+    assert len(modules) > 10
+    for module in modules:
+        found = re.findall(
+            r'^(?:import|export) [^"]*? from "([^"]+)";', module.read_text(encoding="utf-8"), re.MULTILINE
+        )
+        assert all(name.startswith(("./", "../", "/static/")) for name in found), module
 
 
 def is_gpl(licence: str) -> bool:

@@ -48,9 +48,8 @@ async def import_case(request: Request, services: ServicesDep) -> JobPublic:
     The file is kept meanwhile: `POST /api/jobs/{job_id}/answer` imports it without another upload.
     """
     upload = await receive(request, services.store.scratch, MAX_CASE_BYTES, ("name", "frame", "units"))
-    wanted = ImportRequest(
-        upload.path, upload.fields.get("name"), upload.fields.get("frame"), upload.fields.get("units")
-    )
+    told = upload.fields
+    wanted = ImportRequest(upload.path, name=told.get("name"), frame=told.get("frame"), unit=told.get("units"))
     return JobPublic.of(services.import_jobs.start(wanted, upload.remove))
 
 

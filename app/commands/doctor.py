@@ -12,37 +12,25 @@ from pathlib import Path
 
 from app import __version__
 from app.browsers import find_browser
+from app.extras import has_app
 from app.settings import Settings
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry import kernel_cache
 from vfix_engine.imaging import confinement
 from vfix_engine.imaging.isolated import run_isolated
-from vfix_engine.simulation.priority import why_not
+from vfix_engine.runtime.priority import why_not
 
-PACKAGES = (
-    "daqp",
-    "embreex",
-    "fastapi",
-    "numba",
-    "numpy",
-    "pin",
-    "pydicom",
-    "qpsolvers",
-    "scipy",
-    "simpleitk",
-    "sqlalchemy",
-    "starlette",
-    "trimesh",
-    "uvicorn",
-    "viser",
-    "websockets",
-)
+PACKAGES = ("daqp", "embreex", "numba", "numpy", "pin", "pydicom", "qpsolvers", "scipy", "simpleitk", "trimesh")
+APP_PACKAGES = ("fastapi", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets")
+_REMEDY = "run scripts/start.py again, or pip install 'vfix[app]'"
 
 
 @dataclass(frozen=True)
 class Health:
     """What was found; `problems` holds a sentence for everything that stands in the way.
 
+    app_installed: whether the page, the store and the server are there; `packages` has null for each of theirs that is
+        not. An installation of the engine alone has none of them, and that is no problem.
     kernel_cache: folder of the compiled kernels, null where none can be kept; compiled_kernels: how many are in it.
     worker_is_kept_from: what the process that reads a file from outside is kept from here, found by trying.
     real_time_priority: whether a rehearsal gets one; without_priority_because: why not, '' where it does.
@@ -53,6 +41,7 @@ class Health:
     platform: str
     cores: int
     packages: dict[str, str | None]
+    app_installed: bool
     browser: str | None
     home: str
     home_writable: bool
@@ -83,10 +72,10 @@ def run(args: argparse.Namespace) -> int:
 
 def examine(settings: Settings) -> Health:
     """Look at this machine without changing it."""
-    packages = {name: _version(name) for name in PACKAGES}
+    packages = {name: _version(name) for name in sorted((*PACKAGES, *APP_PACKAGES))}
     home_writable = _is_writable(settings.home)
     kernels, without = _kernel_folder(), why_not()
-    problems = [f"The package {name} is missing: run scripts/start.py again." for name, v in packages.items() if not v]
+    problems = [f"The package {name} is missing: {_REMEDY}." for name in _missing(packages)]
     if not home_writable:
         problems.append(f"The data folder {settings.home} cannot be written: set VFIX_HOME to one that can.")
     return Health(
@@ -95,6 +84,7 @@ def examine(settings: Settings) -> Health:
         platform=platform.platform(),
         cores=os.cpu_count() or 1,
         packages=packages,
+        app_installed=has_app(),
         browser=find_browser(),
         home=str(settings.home),
         home_writable=home_writable,
@@ -105,6 +95,12 @@ def examine(settings: Settings) -> Health:
         worker_is_kept_from=_worker(),
         problems=tuple(problems),
     )
+
+
+def _missing(packages: dict[str, str | None]) -> list[str]:
+    """Packages that ought to be there: those of the engine, and those of the page where it is installed in part."""
+    absent = [name for name, version in packages.items() if version is None]
+    return [name for name in absent if name in PACKAGES or not set(APP_PACKAGES) <= set(absent)]
 
 
 def _worker() -> dict[str, bool]:
@@ -143,6 +139,8 @@ def _is_writable(folder: Path) -> bool:
 
 def _print_for_people(health: Health) -> None:
     print(f"vfix {health.vfix} on Python {health.python}, {health.platform}, {health.cores} cores")
+    if not health.app_installed:
+        print("page, store and server: not installed; pip install 'vfix[app]' brings them")
     print(f"browser: {health.browser or 'none found; the page opens in any browser you start yourself'}")
     print(f"data folder: {health.home} ({'writable' if health.home_writable else 'NOT writable'})")
     if health.kernel_cache is None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.services import build_services
 from app.services.case_model import Case
 from app.services.importing import ImportRequest
@@ -29,28 +29,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     return parser
 
 
-def add_file_options(parser: argparse.ArgumentParser) -> None:
-    """What a user may say of a head's file, whichever command reads it."""
-    parser.add_argument("--frame", choices=("LPS", "RAS"), help="frame of a file that does not name one (else LPS)")
-    parser.add_argument("--units", choices=("mm", "m"), help="unit of a file that does not name one (else mm)")
-    parser.add_argument("--series", type=int, metavar="N", help="which of several DICOM series, as the refusal lists")
-
-
-def requested(args: argparse.Namespace, path: Path, name: str | None = None) -> ImportRequest:
-    """The file with what the user says of it; where nobody says, LPS mm is assumed, and noted."""
-    return ImportRequest(path, name, frame=args.frame, unit=args.units, assume=True, series=args.series)
-
-
-def say_notes(notes: Sequence[str]) -> None:
-    """What is doubtful, on stderr."""
-    for note in notes:
-        print(f"vfix: {note}", file=sys.stderr)
-
-
 def run(args: argparse.Namespace) -> int:
     """Import, and say what came of it. Raises VfixError, which becomes exit status 2."""
     services = build_services(Settings.from_environment())
-    case = services.importing.run(requested(args, args.path, args.name), _show)
+    case = services.importing.run(ImportRequest(args.path, name=args.name, **told_of_file(args)), _show)
     say_notes(case.notes)
     if words := case.uncertainty.words():
         say_notes([f"{words}; the margin has to cover that."])

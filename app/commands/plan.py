@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any, get_args
 
-from app.commands.import_ import say_notes
+from app.commands.head_options import say_notes
 from app.services import Services, build_services
 from app.services.exchange import FORMATS, PointsAs, export_text, format_of, read_plan, to_native_json, write_export
 from app.services.plans import Plan

@@ -14,9 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from app.commands.import_ import add_file_options, requested, say_notes
-from app.services import Services, build_services
-from app.services.plans import Plan
+from app.commands.head_options import add_file_options, say_notes, told_of_file
+from app.extras import has_app
+from app.services import build_services
+from app.services.placing import stored_placing
+from app.services.plan_model import Plan
 from app.services.resolve import (
     ResolvedCase,
     outside_notes,
@@ -30,6 +32,7 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.imaging.head_import import HeadRequest
 from vfix_engine.imaging.soft_tissue import tissue_passed
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation import preparation
@@ -88,12 +91,12 @@ def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the job was done, 1 when the tool did not get there."""
     if args.free and (args.operator != "pushing" or args.task != "path"):
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
-    services = build_services(Settings.from_environment())
-    case = resolve_case(services, args.case, requested(args, Path(args.case)))
+    services = build_services(Settings.from_environment()) if has_app() else None
+    case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     plan = resolve_plan(services, case, args.plan)
     notes = (*case.notes, *outside_notes(plan.points, case.mesh.bounds))
     say_notes(notes)
-    scene, settings, obstacle = build_scene(services, case, plan, args)
+    scene, settings, obstacle = build_scene(case, plan, args)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if scene.robot.notes:
@@ -140,9 +143,7 @@ def prepare_engine() -> None:
             preparation.prepare()
 
 
-def build_scene(
-    services: Services, case: ResolvedCase, plan: Plan, args: argparse.Namespace
-) -> tuple[Scene, ControlSettings, str]:
+def build_scene(case: ResolvedCase, plan: Plan, args: argparse.Namespace) -> tuple[Scene, ControlSettings, str]:
     """Scene and settings of a plan; a plan without a robot placing gets one, and in words why it does not arrive."""
     settings = ControlSettings.from_dict(dict(plan.settings))
     if args.margin is not None:
@@ -162,8 +163,9 @@ def build_scene(
     prepare_engine()  # everything that was given has been read
     # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones)
-    if plan.robot.get("base") is not None and all(other is None for other in others):
-        base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
+    stored = stored_placing(plan.robot)
+    if stored is not None and all(other is None for other in others):
+        base, q_start = stored
         obstacle = ""
     else:
         placing = place_robot(case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones)

@@ -18,7 +18,7 @@ from websockets.http11 import Request
 from websockets.typing import Subprotocol
 
 from app.gateway.inner_lock import locked_servers
-from app.session.hub import MAX_PAGES
+from app.session.client_sessions import MAX_PAGES
 
 SUBPROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 MAX_MESSAGE_BYTES = 64 * 2**20

@@ -4,7 +4,7 @@ from vfix_engine.errors import InputError, PlanError, VfixError
 
 
 class NotFound(InputError):
-    """No case, plan, point or job has this name."""
+    """No case, document, point, run or job has this name."""
 
 
 class TooLarge(InputError):
@@ -17,16 +17,31 @@ class PointsUnclear(PlanError):
     missing = ("points_as",)
 
 
-class PlanConflict(PlanError):
+class DocumentConflict(InputError):
+    """The document was changed by somebody else since it was read."""
+
+
+class DocumentLocked(InputError):
+    """The document is locked."""
+
+
+class PlanConflict(PlanError, DocumentConflict):
     """The plan was changed by somebody else since it was read."""
 
 
-class PlanLocked(PlanError):
+class PlanLocked(PlanError, DocumentLocked):
     """The plan is locked."""
 
 
 class OtherCase(PlanError):
     """The plan was made for another head; whoever knows that says so."""
+
+
+class JobCancelled(VfixError):
+    """Somebody cancelled the job."""
+
+    def __init__(self) -> None:
+        super().__init__("The work was cancelled.")
 
 
 class PlannerEnds(VfixError):

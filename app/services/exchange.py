@@ -23,7 +23,6 @@ from app.services.plan_model import (
     content_from_json,
     content_to_json,
 )
-from app.store import write_atomically
 from vfix_engine.errors import FrameError, PlanError
 
 __all__ = [
@@ -96,6 +95,8 @@ def export_text(plan: Plan, form: Format, curve: Sequence[CurveSample] = (), rem
 
 def write_export(path: Path, text: str) -> None:
     """Write an export whole or not at all. Raises StorageError."""
+    from app.store import write_atomically  # reading a plan does without the store
+
     write_atomically(path, text.encode("utf-8"))
 
 

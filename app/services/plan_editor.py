@@ -1,56 +1,34 @@
-"""Edits of one plan: checked, stored before they return, and undone and redone across restarts."""
+"""Edits of one plan: each an edit of its document."""
 
 from __future__ import annotations
 
-import json
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import delete, func, select, update
-from sqlalchemy.orm import Session
-
-from app.services.errors import NotFound, PlanConflict, PlanLocked
+from app.services.documents import DocumentEditor
+from app.services.errors import NotFound
 from app.services.names import check_label
-from app.services.plan_model import (
-    Plan,
-    PlanContent,
-    PlanPoint,
-    PlanTitle,
-    check_content,
-    check_position,
-    check_stored,
-    content_from_json,
-    content_to_json,
-    new_point_id,
-)
-from app.store import Store
-from app.store.database import utc_now
-from app.store.models import PlanRow, PlanStateRow
-from vfix_engine.errors import InputError, PlanError
-
-MAX_STATES = 500  # states of a plan's history that are kept
+from app.services.plan_kind import plan_of
+from app.services.plan_model import Plan, PlanContent, PlanPoint, check_position, new_point_id
+from vfix_engine.errors import PlanError
 
 
 class PlanEditor:
     """The one way to change a plan, for the page and every other client; may be called from any thread.
 
-    Each edit is one durable transaction (HAZ-24) and returns the plan that it made, or the id of what it added.
+    Each edit is one of the plan's document and returns the plan that it made, or the id of what it added.
     `expected_revision` is the revision the caller saw: where the plan has moved on, PlanConflict is raised and nothing
     changes. A locked plan refuses every edit with PlanLocked.
     """
 
-    def __init__(self, store: Store, plan_id: str) -> None:
-        self._store = store
-        self._plan_id = plan_id
-        self._lock = threading.RLock()
+    def __init__(self, document: DocumentEditor[PlanContent]) -> None:
+        self._document = document
 
     @property
     def plan(self) -> Plan:
         """The plan as stored now."""
-        with self._store.reading() as session:
-            return read_plan(session, self._plan_id)
+        return plan_of(self._document.document)
 
     @property
     def revision(self) -> int:
@@ -70,10 +48,7 @@ class PlanEditor:
 
     def history(self) -> tuple[bool, bool]:
         """Whether there is something to undo, and something to redo; neither on a locked plan."""
-        with self._store.reading() as session:
-            row = find_row(session, self._plan_id)
-            low, high = _span(session, self._plan_id)
-            return not row.locked and low < row.cursor, not row.locked and row.cursor < high
+        return self._document.history()
 
     def add_point(
         self,
@@ -182,15 +157,8 @@ class PlanEditor:
         return self._edit(change, expected_revision)
 
     def set_settings(self, settings: Mapping[str, float], *, expected_revision: int | None = None) -> Plan:
-        """Set some of the controller's settings; the others stay. Not a step of the history: every state gets them."""
-        with self._lock, self._store.writing() as session:
-            row = self._open(session, expected_revision)
-            content = _content(session, row)
-            kept = check_stored(replace(content, settings={**content.settings, **settings})).settings
-            document = func.json_set(PlanStateRow.document, "$.settings", func.json(json.dumps(dict(kept))))
-            session.execute(update(PlanStateRow).where(PlanStateRow.plan_id == self._plan_id).values(document=document))
-            touch(row)
-            return read_plan(session, self._plan_id)
+        """Set some of the controller's settings; the others stay. Not a step of the history: undo leaves them."""
+        return plan_of(self._document.set_settings(settings, expected_revision=expected_revision))
 
     def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
         """Keep a placing of the robot with the plan."""
@@ -198,132 +166,18 @@ class PlanEditor:
 
     def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> Plan:
         """Lock the plan against edits, or unlock it; not a step of the history."""
-        with self._lock, self._store.writing() as session:
-            row = self._open(session, expected_revision, even_locked=True)
-            if row.locked != locked:
-                row.locked = locked
-                touch(row)
-            return list_plan(session, row)
+        return plan_of(self._document.set_locked(locked, expected_revision=expected_revision))
 
     def undo(self, *, expected_revision: int | None = None) -> Plan:
         """Go back to the state before the newest edit. Raises PlanError when there is none."""
-        return self._move(-1, expected_revision)
+        return plan_of(self._document.undo(expected_revision=expected_revision))
 
     def redo(self, *, expected_revision: int | None = None) -> Plan:
         """Take an undo back. Raises PlanError when there is none to take back."""
-        return self._move(+1, expected_revision)
-
-    def _move(self, by: int, expected_revision: int | None) -> Plan:
-        with self._lock, self._store.writing() as session:
-            row = self._open(session, expected_revision)
-            low, high = _span(session, self._plan_id)
-            if not low <= row.cursor + by <= high:
-                raise PlanError("there is nothing to undo." if by < 0 else "there is nothing to redo.")
-            row.cursor += by
-            touch(row)
-            return list_plan(session, row)
+        return plan_of(self._document.redo(expected_revision=expected_revision))
 
     def _edit(self, change: Callable[[PlanContent], PlanContent], expected_revision: int | None) -> Plan:
-        """Apply a change as the newest state of the history; what had been undone is gone."""
-        with self._lock, self._store.writing() as session:
-            row = self._open(session, expected_revision)
-            content = check_content(change(_content(session, row)))
-            later = PlanStateRow.plan_id == self._plan_id, PlanStateRow.position > row.cursor
-            session.execute(delete(PlanStateRow).where(*later))
-            row.cursor += 1
-            session.add(PlanStateRow(plan_id=self._plan_id, position=row.cursor, document=content_to_json(content)))
-            oldest = PlanStateRow.plan_id == self._plan_id, PlanStateRow.position <= row.cursor - MAX_STATES
-            session.execute(delete(PlanStateRow).where(*oldest))
-            touch(row)
-            return read_plan(session, self._plan_id)
-
-    def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> PlanRow:
-        row = find_row(session, self._plan_id)
-        if row.deleted_at is not None:
-            raise PlanError("the plan is deleted; restore it first.")
-        check_revision(row, expected_revision)
-        if row.locked and not even_locked:
-            raise PlanLocked("the plan is locked; unlock it to change it.")
-        return row
-
-
-def read_plan(session: Session, plan_id: str) -> Plan:
-    """The plan of that id, deleted or not. Raises NotFound, and PlanError when its content cannot be read."""
-    row = find_row(session, plan_id)
-    return _plan(row, _content(session, row))
-
-
-def list_plan(session: Session, row: PlanRow) -> Plan:
-    """The plan of a row for a list: one whose content cannot be read says why and spoils nothing else."""
-    try:
-        return _plan(row, _content(session, row))
-    except InputError as error:
-        return _plan(row, PlanContent(), unreadable=str(error))
-
-
-def title_of(row: PlanRow) -> PlanTitle:
-    """What a list shows of a plan."""
-    return PlanTitle(row.id, row.name, row.case_id, row.modified, row.locked, row.deleted_at)
-
-
-def _plan(row: PlanRow, content: PlanContent, unreadable: str = "") -> Plan:
-    return Plan(
-        id=row.id,
-        name=row.name,
-        case_id=row.case_id,
-        case_hash=row.case_hash,
-        points=content.points,
-        targets=content.targets,
-        tool=content.tool,
-        robot=content.robot,
-        settings=content.settings,
-        created=row.created,
-        modified=row.modified,
-        revision=row.revision,
-        locked=row.locked,
-        deleted_at=row.deleted_at,
-        unreadable=unreadable,
-    )
-
-
-def find_row(session: Session, plan_id: str) -> PlanRow:
-    """The row of that id. Raises NotFound."""
-    row = session.get(PlanRow, plan_id)
-    if row is None:
-        raise NotFound(f"there is no plan {plan_id!r:.80}.")
-    return row
-
-
-def _content(session: Session, row: PlanRow) -> PlanContent:
-    state = session.get(PlanStateRow, (row.id, row.cursor))
-    if state is None:
-        raise PlanError(f"the content of the plan {row.name!r} is missing from the store.")
-    try:
-        return content_from_json(state.document)
-    except InputError as error:
-        raise PlanError(
-            f"the plan {row.name!r} cannot be read: {str(error).rstrip('.')}. "
-            f"Take its newest edit back with POST /api/plans/{row.id}/undo, or delete it."
-        ) from error
-
-
-def _span(session: Session, plan_id: str) -> tuple[int, int]:
-    """First and last position of the history."""
-    positions = select(func.min(PlanStateRow.position), func.max(PlanStateRow.position))
-    low, high = session.execute(positions.where(PlanStateRow.plan_id == plan_id)).one()
-    return int(low), int(high)
-
-
-def check_revision(row: PlanRow | Plan, expected: int | None) -> None:
-    """Raise PlanConflict unless the plan is as the caller saw it, where the caller says what that was."""
-    if expected is not None and row.revision != expected:
-        raise PlanConflict(f"the plan is at revision {row.revision}, not {expected}; somebody else changed it.")
-
-
-def touch(row: PlanRow) -> None:
-    """Count a change."""
-    row.revision += 1
-    row.modified = utc_now()
+        return plan_of(self._document.edit(change, expected_revision=expected_revision))
 
 
 def _new(

@@ -93,18 +93,6 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class PlanTitle:
-    """A line of a list of plans: all but the content."""
-
-    id: str
-    name: str
-    case_id: str
-    modified: str
-    locked: bool
-    deleted_at: str | None
-
-
-@dataclass(frozen=True)
 class PlanFile:
     """A plan as it comes out of a file: no place in a store yet. case_hash is None where the format carries none."""
 

@@ -1,4 +1,7 @@
-"""Cases and plans as a person names them on a command line: an id, a name, or a file."""
+"""Cases and plans as a person names them on a command line: an id, a name, or a file.
+
+Files are read without a store, so that an installation of the engine alone can work on them.
+"""
 
 from __future__ import annotations
 
@@ -6,26 +9,29 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from app.services.cases import CaseService
+from app.clock import utc_now
+from app.extras import need_app
 from app.services.errors import NotFound, OtherCase
 from app.services.exchange import read_plan, read_targets
 from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
-from app.services.importing import ImportRequest, ImportService
-from app.services.plans import Plan, PlanPoint, PlanService
-from app.services.surface_uncertainty import SurfaceUncertainty
-from app.store.database import utc_now
+from app.services.plan_model import Plan, PlanPoint
 from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet, zones_from_dict
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.mesh_files import is_mesh
-from vfix_engine.imaging.readers import is_volume
+from vfix_engine.imaging.head_import import ControlHead, HeadRequest, control_head, is_head
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.imaging.volume import Volume
+
+if TYPE_CHECKING:
+    from app.services.cases import CaseService
+    from app.services.importing import ImportService
+    from app.services.plans import PlanService
 
 
 class _Named(Protocol):
@@ -76,27 +82,34 @@ class ResolvedCase:
         return self.grow()
 
 
-def resolve_case(services: HasServices, text: str, told: ImportRequest | None = None) -> ResolvedCase:
+def resolve_case(services: HasServices | None, text: str, told: HeadRequest | None = None) -> ResolvedCase:
     """A stored case by id or name, or the head in the surface or CT at a path, checked as an import checks it.
 
+    services: None where there is no store; then only files are found.
     told: the file with what the user says of it; without it, LPS mm is taken where the file does not say, and noted.
 
-    Raises NotFound, or InputError for a file that cannot be used or a word that names a case and a file.
+    Raises NotFound, InputError for a file that cannot be used or a word that names a case and a file, or AppMissing.
     """
     path = Path(text)
+    asked = told or HeadRequest(path, assume=True)
+    if services is None:
+        if not is_head(path):
+            raise need_app(f"{text!r:.80} is no surface or CT file; a stored case")
+        return _case_of_file(path, control_head(asked))
     stored = services.cases.list()
-    if _is_path(stored, text, "case", (is_mesh(path) or is_volume(path)) and path.exists()):
-        head = services.importing.control_head(told or ImportRequest(path, assume=True))
-        mesh, tree = head.mesh, partial(ProximityTree, head.mesh)
-        return ResolvedCase(
-            None, path.name, mesh.content_hash, mesh, tree, lambda: head.scan, head.uncertainty, head.notes
-        )
+    if _is_path(stored, text, "case", is_head(path)):
+        return _case_of_file(path, services.importing.control_head(asked))
     case = find(stored, text, "case")
     if told is not None and (told.frame or told.unit or told.series):
         raise InputError("--frame, --units and --series are said of a file; a stored case has its own.")
     mesh = services.cases.case_surface(case.id)
     tree, scan = partial(services.cases.tree, case.id), partial(services.cases.volume, case.id)
     return ResolvedCase(case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty, case.notes)
+
+
+def _case_of_file(path: Path, head: ControlHead) -> ResolvedCase:
+    mesh, tree = head.mesh, partial(ProximityTree, head.mesh)
+    return ResolvedCase(None, path.name, mesh.content_hash, mesh, tree, lambda: head.scan, head.uncertainty, head.notes)
 
 
 def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bool:
@@ -112,34 +125,42 @@ def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bo
     return True
 
 
-def resolve_plan(services: HasServices, case: ResolvedCase, text: str) -> Plan:
+def resolve_plan(services: HasServices | None, case: ResolvedCase, text: str) -> Plan:
     """A stored plan of the case by id or name, or the plan at a path; that one is not stored.
 
-    Raises NotFound, or InputError for a file that cannot be used.
+    services: as in `resolve_case`.
+
+    Raises NotFound, InputError for a file that cannot be used, or AppMissing.
     """
     path = Path(text)
-    stored = () if case.id is None else services.plans.titles(case.id)
+    stored = () if services is None or case.id is None else services.plans.titles(case.id)
     if _is_path(stored, text, "plan of this case", path.is_file()):
-        file = read_plan(path.name, read_bytes(path), points_as="path")
-        if case.id is not None and file.case_hash not in (None, case.hash):
-            raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
-        now, content = utc_now(), file.content
-        return Plan(
-            id=path.name,
-            name=file.name,
-            case_id=case.id or case.name,
-            case_hash=case.hash,
-            points=content.points,
-            targets=content.targets,
-            tool=content.tool,
-            robot=content.robot,
-            settings=content.settings,
-            created=now,
-            modified=now,
-        )
+        return _plan_of_file(case, path)
+    if services is None:
+        raise need_app(f"{text!r:.80} is no file of a plan; a stored plan")
     if case.id is None:
         raise NotFound(f"{text!r:.80} is no file of a plan; a case from a file has no stored plans.")
     return services.plans.get(find(stored, text, "plan of this case").id)
+
+
+def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
+    file = read_plan(path.name, read_bytes(path), points_as="path")
+    if case.id is not None and file.case_hash not in (None, case.hash):
+        raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
+    now, content = utc_now(), file.content
+    return Plan(
+        id=path.name,
+        name=file.name,
+        case_id=case.id or case.name,
+        case_hash=case.hash,
+        points=content.points,
+        targets=content.targets,
+        tool=content.tool,
+        robot=content.robot,
+        settings=content.settings,
+        created=now,
+        modified=now,
+    )
 
 
 def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:

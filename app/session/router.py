@@ -8,19 +8,21 @@ import json
 import logging
 import math
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, FastAPI
 from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from app.messages.sections import NoteMessage, ReplyMessage, StateMessage
+from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
 from app.session.commands import parse_command
-from app.session.hub import MAX_PAGES, SessionHub, TabTaken, TooManyTabs
 
 if TYPE_CHECKING:
-    from app.session.workspace import Workspace
+    from app.session.client_session import ClientSession
 
+Message = StateMessage | ReplyMessage | NoteMessage
 MAX_MESSAGE_CHARS = 64_000
 MIN_INTERVAL_S = 0.05  # the page is told at most 20 times a second
 MAX_PER_SECOND = 400  # messages of one page; a hand, keys and a heartbeat stay below 100
@@ -32,7 +34,7 @@ _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    hub = SessionHub(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
+    hub = ClientSessions(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
     app.state.sessions = hub
     hub.start()
     yield
@@ -55,7 +57,7 @@ async def session(websocket: WebSocket) -> None:
         for name in ("case", "plan", "step")
         if _WANTED.fullmatch(value := websocket.query_params.get(name, ""))
     }
-    hub: SessionHub = websocket.app.state.sessions
+    hub: ClientSessions = websocket.app.state.sessions
     try:
         workspace = await _connect(hub, tab, wanted)
     except TabTaken:
@@ -70,7 +72,7 @@ async def session(websocket: WebSocket) -> None:
         hub.disconnect(tab)
 
 
-async def _connect(hub: SessionHub, tab: str, wanted: dict[str, str]) -> Workspace:
+async def _connect(hub: ClientSessions, tab: str, wanted: dict[str, str]) -> ClientSession:
     """A page that reloads may be quicker than the end of its old connection: wait for it a little."""
     for _ in range(20):
         try:
@@ -80,12 +82,12 @@ async def _connect(hub: SessionHub, tab: str, wanted: dict[str, str]) -> Workspa
     return hub.connect(tab, wanted)
 
 
-async def _serve(websocket: WebSocket, workspace: Workspace) -> None:
+async def _serve(websocket: WebSocket, workspace: ClientSession) -> None:
     loop = asyncio.get_running_loop()
-    outbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue(maxsize=64)
+    outbox: asyncio.Queue[Message] = asyncio.Queue(maxsize=64)
     changed = asyncio.Event()
 
-    def send_soon(message: dict[str, Any]) -> None:
+    def send_soon(message: Message) -> None:
         def put() -> None:
             if not outbox.full():
                 outbox.put_nowait(message)
@@ -119,7 +121,7 @@ async def _serve(websocket: WebSocket, workspace: Workspace) -> None:
 
 
 async def _write(
-    websocket: WebSocket, workspace: Workspace, outbox: asyncio.Queue[dict[str, Any]], changed: asyncio.Event
+    websocket: WebSocket, workspace: ClientSession, outbox: asyncio.Queue[Message], changed: asyncio.Event
 ) -> None:
     """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31)."""
     revision = 0
@@ -134,7 +136,7 @@ async def _write(
         await asyncio.sleep(MIN_INTERVAL_S)
 
 
-def to_text(message: dict[str, Any]) -> str:
+def to_text(message: Mapping[str, object]) -> str:
     """JSON of a message. A number that is none becomes null, is logged, and does not cost the page its connection."""
     try:
         return json.dumps(message, allow_nan=False)
@@ -151,7 +153,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-async def _read(websocket: WebSocket, workspace: Workspace, send_soon: Any) -> None:
+async def _read(websocket: WebSocket, workspace: ClientSession, send_soon: Callable[[Message], None]) -> None:
     loop = asyncio.get_running_loop()
     second, count = loop.time(), 0
     while True:
@@ -180,8 +182,8 @@ async def _read(websocket: WebSocket, workspace: Workspace, send_soon: Any) -> N
             number = command.id
 
             def reply(ok: bool, result: Any, number: int = number) -> None:
-                answer = {"result": result} if ok else {"error": {"message": result}}
-                send_soon({"type": "reply", "id": number, "ok": ok, **answer})
+                answer: ReplyMessage = {"type": "reply", "id": number, "ok": ok}
+                send_soon({**answer, "result": result} if ok else {**answer, "error": {"message": result}})
 
         if not workspace.command(command, reply):
             send_soon({"type": "note", "words": "The planner is busy; that was not done.", "error": True})

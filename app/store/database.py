@@ -8,7 +8,6 @@ import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +39,7 @@ class Store:
         """
         self._home = settings.home
         self.files, self.scratch = FileStore(settings.files_dir), Scratch(settings.temporary_dir)
+        self.run_files = FileStore(settings.runs_dir)  # apart: they are deleted, those of cases never
         self._one_writer = threading.Lock()
         self._snapshot: Snapshot | None = None
         self._refusal: StorageError | None = None
@@ -108,11 +108,17 @@ class Store:
         finally:
             self._one_writer.release()
 
+    @property
+    def writable(self) -> bool:
+        """Whether anything can be changed; a home that takes nothing is only read."""
+        return self._refusal is None
+
     def sweep(self) -> None:
         """Remove the temporary data of planners that ended without doing so, where anything can be changed."""
-        if self._refusal is None:
+        if self.writable:
             self.scratch.open()
             self.files.scratch.open()
+            self.run_files.scratch.open()
             for left in (self._home / "uploads", *(self._home / "files").glob(".vfix-*")):  # of earlier versions
                 shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
@@ -137,11 +143,7 @@ class Store:
             self._snapshot.close()
         self.scratch.close()
         self.files.scratch.close()
-
-
-def utc_now() -> str:
-    """The time now, ISO 8601 in UTC."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
+        self.run_files.scratch.close()
 
 
 def _keep_private(database: Path) -> None:

@@ -1,4 +1,4 @@
-"""Tables of the store. Times are UTC in ISO 8601; documents are JSON."""
+"""Tables of the store. Times are UTC in ISO 8601."""
 
 from typing import Any
 
@@ -24,12 +24,13 @@ class CaseRow(Base):
     document: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
 
 
-class PlanRow(Base):
-    """A plan; what it contains is the state of its history that `cursor` names."""
+class DocumentRow(Base):
+    """A document of some kind, a plan among them; its content is the state of its history that `cursor` names."""
 
-    __tablename__ = "plans"
+    __tablename__ = "documents"
 
     id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(32))
     case_id: Mapped[str] = mapped_column(ForeignKey("cases.id"), index=True)
     case_hash: Mapped[str] = mapped_column(String(64))
     name: Mapped[str] = mapped_column(Text)
@@ -39,16 +40,37 @@ class PlanRow(Base):
     locked: Mapped[bool] = mapped_column()
     revision: Mapped[int] = mapped_column(Integer)
     cursor: Mapped[int] = mapped_column(Integer)
+    # Apart from the history: undo and redo leave them. Deferred for the same reason as a case's document.
+    settings: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
 
 
-class PlanStateRow(Base):
-    """One state of a plan's history: undo and redo move the plan's cursor over these."""
+class DocumentStateRow(Base):
+    """One state of a document's history: undo and redo move the document's cursor over these.
 
-    __tablename__ = "plan_states"
+    schema: that `content` was written in. refs: the structures and documents that it refers to.
+    """
 
-    plan_id: Mapped[str] = mapped_column(ForeignKey("plans.id"), primary_key=True)
+    __tablename__ = "document_states"
+
+    document_id: Mapped[str] = mapped_column(ForeignKey("documents.id"), primary_key=True)
     position: Mapped[int] = mapped_column(Integer, primary_key=True)
-    document: Mapped[dict[str, Any]] = mapped_column(JSON)
+    schema: Mapped[str] = mapped_column(String(40))
+    refs: Mapped[list[dict[str, str]]] = mapped_column(JSON)
+    content: Mapped[dict[str, Any]] = mapped_column(JSON)
 
 
-Index("plans_by_case_and_name", PlanRow.case_id, PlanRow.name)
+class RunRow(Base):
+    """A drive that was recorded: its manifest, and where its files are."""
+
+    __tablename__ = "runs"
+
+    id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    case_id: Mapped[str | None] = mapped_column(ForeignKey("cases.id"), index=True)
+    plan_id: Mapped[str | None] = mapped_column(ForeignKey("documents.id"), index=True)
+    recorded: Mapped[str] = mapped_column(String(32))
+    size_bytes: Mapped[int] = mapped_column(Integer)
+    manifest: Mapped[dict[str, Any]] = mapped_column(JSON)
+    files: Mapped[dict[str, Any]] = mapped_column(JSON)
+
+
+Index("documents_by_case_and_kind", DocumentRow.case_id, DocumentRow.kind)

@@ -16,7 +16,7 @@ from app.settings import Settings
 from app.store.errors import COPY, StorageError, StoreUnusable
 from app.store.private import private_file
 
-NEWEST = "0001"  # revision of the last module in migrations/versions
+NEWEST = "0002"  # revision of the last module in migrations/versions
 _MIGRATIONS = Path(__file__).parent / "migrations"
 _VERSIONS = "alembic_version"
 

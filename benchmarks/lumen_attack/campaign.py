@@ -108,7 +108,7 @@ class Campaign:
             settings = self._settings(arena)
             tip = float(self._random.uniform(*arena.tips))
             try:
-                return SnakeDrive(SnakeModel(arena.links), arena.pathway, settings, arena.curve, arena.room, tip)
+                return SnakeDrive(SnakeModel(arena.links), arena.pathway, settings, arena.curve, arena.slack, tip)
             except (InputError, PathwayError):
                 self.tally.refused_starts += 1
         raise InputError(f"{self._name}: no start within the bounds in {STARTS} places")

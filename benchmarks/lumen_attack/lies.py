@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.lumen.conform.conformance import Conformed
+from vfix_engine.lumen.conform.conformance import ShapeSolution
 from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import Pose
+from vfix_engine.lumen.limits.limits import Configuration
 
 Array = NDArray[np.float64]
 Random = np.random.Generator
@@ -39,35 +39,36 @@ def control(drive: SnakeDrive, random: Random) -> None:
 def conformance(drive: SnakeDrive, random: Random) -> None:
     """The shape that is to conform lies anywhere."""
     part: Any = drive
-    ahead, anew = part._waypoint, part._way.at
+    ahead, anew = part._waypoint, part._waypoints.at
 
-    def wrong(found: Conformed) -> Conformed:
+    def wrong(found: ShapeSolution) -> ShapeSolution:
         base = found.base.copy()
         base[:3, 3] += random.normal(size=3) * 10.0 ** random.uniform(-3.0, 1.0)
         q = np.clip(_wild(random, found.q, drive.snake.q_max), -drive.snake.q_max, drive.snake.q_max)
         return replace(found, q=np.where(np.isfinite(q), q, 0.0), base=base, exact=False)
 
-    def lying_ahead(sign: float) -> tuple[float, Conformed]:
+    def lying_ahead(sign: float) -> tuple[float, ShapeSolution]:
         place, shape = ahead(sign)
         return place, wrong(shape)
 
     part._waypoint = lying_ahead
-    part._way.at = lambda tip_s, near, *most: wrong(anew(tip_s, near, *most))
+    part._waypoints.at = lambda tip_s, near, *most: wrong(anew(tip_s, near, *most))
 
 
 def easing(drive: SnakeDrive, random: Random) -> None:
     """The program that is to find a way back within the bounds finds something else."""
     part: Any = drive
-    honest = part._eased
+    honest = part._projected
 
-    def lying(wanted: Conformed, end: Pose, dt: float) -> tuple[Conformed, Pose]:
-        eased, pose = honest(wanted, end, dt)
+    def lying(wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
+        shape, pose = honest(wanted, end, dt)
         change = random.normal(size=len(pose.q)) * 10.0 ** random.uniform(-5.0, -1.0)
         most = drive.settings.speed_max * dt  # the joints' speed is kept by the program's box, not by the certificate
         q = drive.snake.clamp(np.clip(pose.q + change, drive.q - most, drive.q + most))
-        return replace(eased, q=drive.snake.clamp(eased.q + (q - pose.q)), exact=False), Pose(pose.base, q)
+        shape = replace(shape, q=drive.snake.clamp(shape.q + (q - pose.q)), exact=False)
+        return shape, Configuration(pose.base, q)
 
-    part._eased = lying
+    part._projected = lying
 
 
 LIES: dict[str, Callable[[SnakeDrive, Random], None]] = {

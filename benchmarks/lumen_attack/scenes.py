@@ -32,7 +32,7 @@ class Arena:
     """One lumen with a snake.
 
     tips: mm, between which the tip may stand when an episode begins. bounds: mm, of which b_i is chosen.
-    curve, room: what the snake conforms to where it is not the pathway's own.
+    curve, slack: what the snake conforms to where it is not the pathway's own.
     """
 
     links: int
@@ -40,7 +40,7 @@ class Arena:
     tips: tuple[float, float]
     bounds: tuple[float, ...] = (2.0, 5.0, 8.0)
     curve: Curve | None = None
-    room: Array | None = None
+    slack: Array | None = None
 
     @property
     def moves(self) -> bool:
@@ -108,7 +108,7 @@ def _colon(links: int, tissue: TissueMotion | None = None) -> Arena | str:
     )
     if tissue is not None:
         return Arena(links, lumen.pathway.moved(tissue), tips, (5.0, 8.0))
-    return Arena(links, lumen.pathway, tips, (5.0, 8.0), lumen.curve, lumen.room)
+    return Arena(links, lumen.pathway, tips, (5.0, 8.0), lumen.curve, lumen.slack)
 
 
 _breath = partial(breathing, BODY, falloff_s=100.0)
@@ -119,7 +119,7 @@ BUILDERS: dict[str, Callable[[], Arena | str]] = {
     "helix": lambda: _made(5, _bend(13.0, rise=35.0, turn=3.0)),
     "long helix": lambda: _made(30, _bend(14.0, 110.0, 8.0, 45.0, 70)),
     "waists": lambda: _made(5, _bend(_waisted(), 120.0)),
-    "narrow": lambda: _made(5, _bend(4.5, 150.0, 1.8)),  # cores of less than the bounds
+    "narrow": lambda: _made(5, _bend(4.5, 150.0, 1.8)),  # inscribed radii of less than the bounds
     "lobes": lambda: _made(5, _bend(_lobed())),
     "cavity": lambda: _made(5, body_cavity()),
     "hairpin": lambda: _made(5, _hairpin()),

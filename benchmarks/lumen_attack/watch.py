@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vfix_engine.lumen.drive.drive_state import DriveState
 from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import WAY_TOLERANCE_MM, HardLimits, Pose, Verdict
+from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, Verdict
 from vfix_engine.lumen.pathway.packed import PackedPathway
 
 from .judge import Judge, turned
@@ -35,8 +35,8 @@ class Motion(NamedTuple):
     packed: PackedPathway
     windows: Index
     measured: Marks
-    before: Pose
-    after: Pose
+    before: Configuration
+    after: Configuration
 
 
 @dataclass
@@ -97,8 +97,8 @@ class _Witness:
         self,
         packed: PackedPathway,
         windows: Index,
-        before: Pose,
-        after: Pose,
+        before: Configuration,
+        after: Configuration,
         bound: Array | None = None,
         known: Array | None = None,
     ) -> Verdict:
@@ -246,4 +246,4 @@ class Watch:
                 depth = self._depth(one.packed, one.windows, asked, q + share * (q_end - q), here)
                 worst = max(worst, float((depth - limit)[asked].max(initial=-np.inf)))
         tally.way_mm = max(tally.way_mm, worst)
-        tally.replay_hits += self._promise(np.array([worst - WAY_TOLERANCE_MM]), "way")
+        tally.replay_hits += self._promise(np.array([worst - MOTION_TOLERANCE_MM]), "way")

@@ -2,9 +2,9 @@
 
 import pytest
 
-from app.services.surface_uncertainty import SurfaceUncertainty
 from app.services.tissue_words import place_words, tissue_words
 from vfix_engine.imaging.soft_tissue import TissuePassed
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 
 
 @pytest.mark.parametrize(

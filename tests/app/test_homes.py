@@ -195,13 +195,13 @@ def test_an_older_database_is_copied_before_it_is_brought_up(
 ) -> None:
     migrations = tmp_path / "migrations"
     shutil.copytree(schema._MIGRATIONS, migrations)
-    (migrations / "versions" / "v0002.py").write_text(
-        "from alembic import op\nrevision, down_revision = '0002', '0001'\n"
+    (migrations / "versions" / "v9999.py").write_text(
+        f"from alembic import op\nrevision, down_revision = '9999', '{VERSION}'\n"
         "def upgrade(): op.execute('alter table cases add column colour text')\n",
         encoding="utf-8",
     )
     monkeypatch.setattr(schema, "_MIGRATIONS", migrations)
-    monkeypatch.setattr(schema, "NEWEST", "0002")
+    monkeypatch.setattr(schema, "NEWEST", "9999")
     Store(used).close()
     copy = used.home / f"vfix-{VERSION}.sqlite3"
     assert columns(used.database_path) - columns(copy) == {"colour"}
@@ -220,7 +220,7 @@ def test_a_migration_that_cannot_be_copied_first_is_not_begun(used: Settings, mo
     def refuse(*_: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(schema, "NEWEST", "0002")
+    monkeypatch.setattr(schema, "NEWEST", "9999")
     monkeypatch.setattr(os, "replace", refuse)
     with pytest.raises(StorageError, match="no copy"):
         Store(used)
@@ -236,7 +236,7 @@ def test_bad_rows_stop_neither_the_start_nor_the_lists(
     store.close()
     for case_id, document in zip([*bad, HEAD_PHANTOM], [*documents, "'no json'"], strict=True):
         execute(settings, f"update cases set document = {document} where id = '{case_id}'")
-    execute(settings, f"update plan_states set document = 'null' where plan_id = '{SAMPLE_PLAN}'")
+    execute(settings, f"update document_states set content = 'null' where document_id = '{SAMPLE_PLAN}'")
     services = build_services(settings)
     assert {each.id for each in services.cases.list()} == {HEAD_PHANTOM, case.id}  # the head is back, from the assets
     for case_id in bad:

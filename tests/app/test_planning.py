@@ -18,7 +18,7 @@ from app.services.exchange import export_text
 from app.services.planning import Planning, SnapResult
 from app.services.plans import PlanService
 from app.services.resolve import resolve_case, resolve_plan, resolve_targets
-from app.session.plan_desk import PlanDesk
+from app.steps.plan.edited_plan import EditedPlan
 from tests.engine.scenes import head_mesh
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -51,7 +51,7 @@ def test_a_click_on_the_teeth_is_offered_with_a_word_about_the_flesh(
     surfaces = {"bone": head_mesh(trial_data)}
     case = cases.create("Real", frame=CaseFrame("LPS", assumed=False), surfaces=surfaces, volume=volume)
     services = SimpleNamespace(cases=cases, plans=plans, planning=Planning(cases, plans))
-    desk = PlanDesk(cast(Services, services), plans.create(case.id, "Clicks").id)
+    desk = EditedPlan(cast(Services, services), plans.create(case.id, "Clicks").id)
     front = cases.tree(case.id).point_distance(np.array([[-21.5, -100.0, -26.3]]))[1][0]
     desk.pick(front, on_bone=True)
     assert desk.ghost is not None

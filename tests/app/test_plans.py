@@ -1,6 +1,7 @@
 """Plans: edits, undo and redo against a model of them, locks, conflicts, recovery."""
 
 import threading
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck
@@ -14,7 +15,7 @@ from app.services.plan_editor import PlanEditor
 from app.services.plan_model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
 from app.services.plans import Plan, PlanService
 from app.store import Store
-from app.store.models import PlanRow, PlanStateRow
+from app.store.models import DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError, PlanError
 
 PLACED = {"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.0] * 7}
@@ -194,14 +195,15 @@ def test_settings_are_no_step_of_the_points_history(editor: PlanEditor) -> None:
     assert editor.plan.settings == {"margin_mm": 0.1 + 0.2}
 
 
-def _store(store: Store, plan: Plan, **changes: object) -> None:
+def _store(store: Store, plan: Plan, **changes: Any) -> None:
     """Write into the newest state of a plan behind the editor's back."""
     with store.writing() as session:
-        row = session.get(PlanRow, plan.id)
+        row = session.get(DocumentRow, plan.id)
         assert row is not None
-        state = session.get(PlanStateRow, (plan.id, row.cursor))
+        state = session.get(DocumentStateRow, (plan.id, row.cursor))
         assert state is not None
-        state.document = {**state.document, **changes}
+        row.settings = {**row.settings, **changes.pop("settings", {})}
+        state.content = {**state.content, **changes}
 
 
 def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
@@ -212,13 +214,13 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
     editor.add_point((1, 2, 3))
     sound = editor.plan.points
     editor.add_point((4, 5, 6))
-    _store(store, plan, settings={"margin_mm": 99.0})
+    _store(store, plan, points=[{"id": "p", "label": "P1", "position": [99_999.0, 0.0, 0.0]}])
     listed = {listed.id: listed for listed in plans.list(case.id)}
     assert listed[other.id] == other
     assert (listed[plan.id].name, listed[plan.id].points) == ("Corridor", ())
-    assert "99" in listed[plan.id].unreadable
+    assert "10000 mm" in listed[plan.id].unreadable
     assert [(row.id, row.name) for row in plans.titles(case.id)] == [(plan.id, "Corridor"), (other.id, "Sound")]
-    with pytest.raises(PlanError, match=r"'Corridor' cannot be read: .*99.*undo"):
+    with pytest.raises(PlanError, match=r"'Corridor' cannot be read: .*10000 mm.*undo"):
         plans.get(plan.id)
     plans.delete(plan.id)
     plans.restore(plan.id)
@@ -241,7 +243,7 @@ def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: Pl
 
     thread = threading.Thread(target=delete)
     with store.writing() as session:
-        row = session.get(PlanRow, plan.id)
+        row = session.get(DocumentRow, plan.id)
         assert row is not None
         row.locked = True
         session.flush()

@@ -6,8 +6,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from app.session.hints import rehearse_hint
-from app.session.rehearsal_view import details_section, holding_words
+from app.steps.rehearse.hints import rehearse_hint
+from app.steps.rehearse.view import details_section, holding_words
 from vfix_engine.simulation.snapshot import Timing
 
 

@@ -14,28 +14,30 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.services import Services, plan_editor
+from app.services import Services
 from app.services.cases import Case, CaseFrame
+from app.services.documents import DocumentKind
 from app.services.plans import Plan
-from app.services.surface_uncertainty import SurfaceUncertainty
-from app.session import commands as c
-from app.session import hub as hub_module
-from app.session.board import Board
-from app.session.corridor_desk import Corridor, CorridorDesk
-from app.session.head_desk import HeadDesk
-from app.session.hints import plan_hint
-from app.session.hub import SessionHub, TooManyTabs
-from app.session.plan_desk import PlanDesk, plan_items
-from app.session.planning_desk import PlanningDesk
-from app.session.preparation import plan_key
-from app.session.rehearsal_desk import RehearsalDesk
-from app.session.rehearsals import Prepared, RehearsalRooms
-from app.session.workspace import Workspace
+from app.session import client_sessions as hub_module
+from app.session.client_session import ClientSession
+from app.session.client_sessions import ClientSessions, TooManyTabs
+from app.session.view_model import ViewModel
+from app.steps.plan import commands as c
+from app.steps.plan.dry_runs import Corridor, DryRuns
+from app.steps.plan.edited_plan import EditedPlan, plan_items
+from app.steps.plan.hints import plan_hint
+from app.steps.plan.step import PlanStep
+from app.steps.rehearse import commands as rc
+from app.steps.rehearse.preparation import plan_key
+from app.steps.rehearse.shared_drive import Prepared, SharedDrives
+from app.steps.rehearse.step import RehearseStep
 from app.store.errors import StorageError
-from app.store.models import PlanStateRow
+from app.store.models import DocumentStateRow
+from app.views.case_view import CaseView
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 
 SAMPLE = "head-phantom-sample"
 HEAD = "head-phantom"
@@ -52,8 +54,8 @@ class _Later(Executor):
         return Future()
 
 
-def _planning(services: Services) -> PlanningDesk:
-    desk = PlanningDesk(services, Board(), _Later(), lambda request: request())
+def _planning(services: Services) -> PlanStep:
+    desk = PlanStep(services, ViewModel(), _Later(), lambda request: request())
     desk.open(HEAD, SAMPLE)
     return desk
 
@@ -68,7 +70,7 @@ def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: 
     """The answer waits in the inbox behind the very edit that makes it old."""
     waiting: list[tuple[int, Corridor]] = []
     executor = _Later()
-    desk = CorridorDesk(SimpleNamespace(), executor, lambda *answer: waiting.append(answer))  # type: ignore[arg-type]
+    desk = DryRuns(SimpleNamespace(), executor, lambda *answer: waiting.append(answer))  # type: ignore[arg-type]
     monkeypatch.setattr(desk, "_answer", lambda plan, margin: Corridor("done", plan.id, completed=True))
     desk.ask(SimpleNamespace(id="old"), 0.3)
     executor.work.pop()()
@@ -86,7 +88,7 @@ def test_a_dry_run_whose_case_cannot_be_read_has_failed(
     desk, executor, ran = _planning(phantom_services), _Later(), list[Corridor]()
     monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: _fail(StorageError("the disk is broken")))
     monkeypatch.setattr(phantom_services.planning, "evaluate", lambda plan: SimpleNamespace())
-    CorridorDesk(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(desk.plan, 0.3)
+    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(desk.plan, 0.3)
     executor.work.pop()()
     assert [(answer.status, answer.words) for answer in ran] == [("failed", "the disk is broken")]
 
@@ -117,7 +119,7 @@ def test_the_newest_plan_of_a_head_is_opened(phantom_services: Services) -> None
 @pytest.mark.parametrize("end", ["cancel", "let_go", "undo", "delete", "elsewhere"])
 def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services, end: str) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE)
-    desk = PlanDesk(phantom_services, plan.id)
+    desk = EditedPlan(phantom_services, plan.id)
     first, second = plan.points[0].id, plan.points[1].id
     desk.rename(second, "Second")
     desk.drag(first, (1.0, 2.0, 3.0))
@@ -150,7 +152,7 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
     desk = _planning(phantom_services)
     ran: list[Corridor] = []
     executor = _Later()
-    corridor = CorridorDesk(phantom_services, executor, lambda ticket, answer: ran.append(answer))
+    corridor = DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer))
     for margin in (0.3, 0.4):
         corridor.ask(desk.plan, margin)
         executor.work.pop()()
@@ -172,7 +174,7 @@ def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
     monkeypatch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 2.0))
     desk, executor = _planning(phantom_services), _Later()
     ran: list[Corridor] = []
-    CorridorDesk(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(desk.plan, 0.3)
+    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(desk.plan, 0.3)
     executor.work.pop()()
     assert re.match(
         r"Fits the surface only: bone clearance 0\.\d\d mm at least, when the tip is at \d+ mm, "
@@ -188,7 +190,7 @@ def test_a_deleted_embedded_head_is_not_opened(phantom_services: Services) -> No
     services = phantom_services
     services.cases.delete(HEAD)
     try:
-        desk = HeadDesk(services, Board(), _Later(), lambda request: None)
+        desk = CaseView(services, ViewModel(), _Later(), lambda request: None)
         desk.open_first(None)
         assert desk.case_id is None
         other = _other_head(services)
@@ -206,7 +208,7 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
     plan = services.plans.duplicate(SAMPLE)
     services.plans.editor(plan.id).set_locked(locked)
     plan = services.plans.get(plan.id)
-    desk = RehearsalDesk(services, RehearsalRooms(), _Later(), "tab-one-0")
+    desk = RehearseStep(services, SharedDrives(), _Later(), "tab-one-0")
     desk.enter(plan.id)
     room = desk.room
     assert room is not None
@@ -228,7 +230,7 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
 
 
 def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
-    rehearsing: tuple[RehearsalDesk, Plan], monkeypatch: pytest.MonkeyPatch
+    rehearsing: tuple[RehearseStep, Plan], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """HAZ-11: the robot pauses and the handle is free first; the plan keeps the setting when the disk lets it."""
     desk, plan = rehearsing
@@ -262,7 +264,7 @@ class _Tabs:
         pass
 
 
-def _settle(workspace: Workspace) -> None:
+def _settle(workspace: ClientSession) -> None:
     """Wait until everything that was asked of a workspace is done."""
     done: Future[None] = Future()
     workspace.ask(lambda: done.set_result(None))
@@ -270,9 +272,9 @@ def _settle(workspace: Workspace) -> None:
 
 
 @pytest.fixture
-def hub(phantom_services: Services) -> Iterator[SessionHub]:
+def hub(phantom_services: Services) -> Iterator[ClientSessions]:
     """Its clock stands; a test lets it tick."""
-    made = SessionHub(phantom_services, _Tabs(), lambda: "")
+    made = ClientSessions(phantom_services, _Tabs(), lambda: "")
     yield made
     made.close()
 
@@ -282,7 +284,7 @@ def test_a_window_is_refused_where_no_scene_could_be_had(
 ) -> None:
     """It would wait for its scene for ever; one that closes makes room for it."""
     monkeypatch.setattr(hub_module, "MAX_PAGES", 1)
-    hub = SessionHub(phantom_services, _Tabs(), lambda: "")
+    hub = ClientSessions(phantom_services, _Tabs(), lambda: "")
     try:
         hub.connect("tab-one-0", {})
         with pytest.raises(TooManyTabs):
@@ -303,7 +305,7 @@ def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(phantom_se
         assert desk.take_focus() == point.position
 
 
-def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(hub: SessionHub) -> None:
+def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(hub: ClientSessions) -> None:
     """HAZ-11: after the grace the handle is free; the robot goes home, and the workspace ends, after longer."""
     workspace = hub.connect("tab-one-0", {"plan": SAMPLE})
 
@@ -345,7 +347,7 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(hub: Session
 
 @pytest.mark.parametrize("given_up", range(3))
 def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
-    hub: SessionHub, monkeypatch: pytest.MonkeyPatch, given_up: int
+    hub: ClientSessions, monkeypatch: pytest.MonkeyPatch, given_up: int
 ) -> None:
     """HAZ-11, HAZ-12: the clock finds it absent, it connects, and only then something would be given up."""
     workspace, wait_for = hub.connect("tab-one-0", {"plan": SAMPLE}), hub._wait_for
@@ -375,10 +377,10 @@ def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
 
 
 def test_a_store_that_cannot_be_asked_is_logged_once_and_asked_again(
-    hub: SessionHub, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    hub: ClientSessions, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     ticks: list[bool] = []
-    monkeypatch.setattr(Workspace, "tick", lambda self, changed: ticks.append(changed))
+    monkeypatch.setattr(ClientSession, "tick", lambda self, changed: ticks.append(changed))
     _settle(hub.connect("tab-one-0", {"plan": SAMPLE}))
     store, now = hub._services.store, time.monotonic()
     hub.beat(now)
@@ -399,16 +401,16 @@ def _fail(error: Exception) -> Any:
     raise error
 
 
-def test_a_page_that_is_away_costs_nothing(hub: SessionHub, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_that_is_away_costs_nothing(hub: ClientSessions, monkeypatch: pytest.MonkeyPatch) -> None:
     """One clock for all: no tick and no look at the store for a closed tab; it catches up when it is back."""
     ticks: list[str] = []
-    tick = Workspace.tick
+    tick = ClientSession.tick
 
-    def counted(self: Workspace, changed: bool) -> None:
+    def counted(self: ClientSession, changed: bool) -> None:
         ticks.append(self.tab)
         tick(self, changed)
 
-    monkeypatch.setattr(Workspace, "tick", counted)
+    monkeypatch.setattr(ClientSession, "tick", counted)
     here, away = (hub.connect(tab, {"plan": SAMPLE}) for tab in ("tab-here-0", "tab-away-0"))
     for _ in range(2):  # what is published follows each request
         _settle(away)
@@ -421,7 +423,7 @@ def test_a_page_that_is_away_costs_nothing(hub: SessionHub, monkeypatch: pytest.
     assert set(ticks) == {"tab-here-0"}
     assert len(ticks) < 10, "nothing moves there either: a look now and then is enough"
 
-    def names(workspace: Workspace) -> set[str]:
+    def names(workspace: ClientSession) -> set[str]:
         _settle(workspace)
         _settle(workspace)  # what is published follows each request
         section = workspace.board.read("plans")
@@ -435,7 +437,7 @@ def test_a_page_that_is_away_costs_nothing(hub: SessionHub, monkeypatch: pytest.
     assert "Renamed elsewhere" in names(away)
 
 
-def test_slow_heads_keep_no_other_tab_waiting(hub: SessionHub, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_heads_keep_no_other_tab_waiting(hub: ClientSessions, monkeypatch: pytest.MonkeyPatch) -> None:
     """Reading a head takes minutes for three tabs; a fourth opens its own meanwhile."""
     cases, done = hub._services.cases, threading.Event()
     slow, read = _other_head(hub._services), cases.display_meshes
@@ -464,7 +466,7 @@ def test_the_list_of_plans_does_not_read_what_they_contain(
 ) -> None:
     desk = _planning(phantom_services)
     read: list[str] = []
-    monkeypatch.setattr(plan_editor, "content_from_json", lambda document: read.append("content"))
+    monkeypatch.setattr(DocumentKind, "content", lambda *_: read.append("content"))
     desk._plans = list(phantom_services.plans.titles(HEAD))
     assert read == []
     assert SAMPLE in [title.id for title in desk._plans]
@@ -477,9 +479,9 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
     desk = _planning(services)
     desk.do_plan(c.PlanCommand(type="plan.open", plan_id=bad.id))
     with services.store.writing() as session:
-        state = session.get(PlanStateRow, (bad.id, 0))
+        state = session.get(DocumentStateRow, (bad.id, 0))
         assert state is not None
-        state.document = {**state.document, "settings": {"margin_mm": 99.0}}
+        state.content = {**state.content, "points": "none"}
     with pytest.raises(InputError, match="'Bad' cannot be read"):
         desk.publish(fresh=True)
     desk.publish(fresh=True)
@@ -493,7 +495,7 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
 
 def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE)
-    desk = PlanDesk(phantom_services, plan.id)
+    desk = EditedPlan(phantom_services, plan.id)
     assert (desk.undo(), desk.redo()) == ("There is nothing to undo.", "There is nothing to redo.")
     desk.rename(plan.points[0].id, "Entry")
     assert (desk.undo(), desk.redo()) == ("", "")
@@ -522,16 +524,16 @@ class _Robot:
 
 
 @pytest.fixture
-def rehearsing(phantom_services: Services) -> Iterator[tuple[RehearsalDesk, Plan]]:
+def rehearsing(phantom_services: Services) -> Iterator[tuple[RehearseStep, Plan]]:
     """A desk in the room of a copy of the sample; its starts wait to be done."""
     plan = phantom_services.plans.duplicate(SAMPLE)
-    desk = RehearsalDesk(phantom_services, RehearsalRooms(), _Later(), "tab-one-0")
+    desk = RehearseStep(phantom_services, SharedDrives(), _Later(), "tab-one-0")
     desk.enter(plan.id)
     yield desk, plan
     phantom_services.plans.delete(plan.id)
 
 
-def _in_place(desk: RehearsalDesk, plan: Plan) -> _Robot:
+def _in_place(desk: RehearseStep, plan: Plan) -> _Robot:
     """Put a robot in place for a plan."""
     room, robot = desk.room, _Robot()
     assert room is not None
@@ -543,11 +545,11 @@ def _in_place(desk: RehearsalDesk, plan: Plan) -> _Robot:
 
 
 def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan_has_changed(
-    phantom_services: Services, rehearsing: tuple[RehearsalDesk, Plan]
+    phantom_services: Services, rehearsing: tuple[RehearseStep, Plan]
 ) -> None:
     """Start and Continue drive what is drawn, targets are those of the robot; Reset takes the plan as it is now."""
     desk, plan = rehearsing
-    robot, board, editor = _in_place(desk, plan), Board(), phantom_services.plans.editor(plan.id)
+    robot, board, editor = _in_place(desk, plan), ViewModel(), phantom_services.plans.editor(plan.id)
 
     def show() -> tuple[Any, Any]:
         desk.compare(editor.plan)
@@ -566,7 +568,7 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
     assert [target["id"] for target in driven["targets"]] == [target.id for target in plan.targets]
     desk.do_plain("rehearsal.start", editor.plan, HEAD)
     assert robot.told == ["run"]
-    desk.do(c.SetMode(type="rehearsal.mode", mode="inspect", target_id=second.id))
+    desk.do(rc.SetMode(type="rehearsal.mode", mode="inspect", target_id=second.id))
     assert desk.room is not None
     assert desk.room.target_id == second.id
     desk.do_plain("rehearsal.reset", editor.plan, HEAD)
@@ -574,7 +576,7 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
     assert desk.room.is_for(plan_key(editor.plan))
 
 
-def test_the_scene_shows_what_is_driven_while_it_is_driven(hub: SessionHub) -> None:
+def test_the_scene_shows_what_is_driven_while_it_is_driven(hub: ClientSessions) -> None:
     """In Rehearse the robot's own curve and targets, in Plan the plan's."""
     services = hub._services
     plan = services.plans.duplicate(SAMPLE)
@@ -597,7 +599,7 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(hub: SessionHub) -> N
     services.plans.delete(plan.id)
 
 
-def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tuple[RehearsalDesk, Plan]) -> None:
+def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tuple[RehearseStep, Plan]) -> None:
     desk, plan = rehearsing
     desk.prepare(plan)
     assert desk.state == "starting"
@@ -608,7 +610,7 @@ def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tupl
 
 
 @pytest.mark.parametrize("name", ["start", "reset", "end"])
-def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearsalDesk, Plan], name: str) -> None:
+def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearseStep, Plan], name: str) -> None:
     """HAZ-12: nothing of the holder's robot is moved or ended, and no 'ok' says that it was."""
     desk, plan = rehearsing
     robot = _in_place(desk, plan)
@@ -617,8 +619,8 @@ def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearsalDesk,
     with pytest.raises(PlanError, match="only the window that holds the handle"):
         desk.do_plain(f"rehearsal.{name}", plan, HEAD)
     for command in (
-        c.SetMode(type="rehearsal.mode", mode="free"),
-        c.SetRehearsalSettings(type="rehearsal.settings", values={"margin_mm": 1.0}),
+        rc.SetMode(type="rehearsal.mode", mode="free"),
+        rc.SetRehearsalSettings(type="rehearsal.settings", values={"margin_mm": 1.0}),
     ):
         with pytest.raises(PlanError, match="only the window that holds the handle"):
             desk.do(command)
@@ -626,7 +628,7 @@ def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearsalDesk,
     assert robot.told == []
 
 
-def test_whoever_watches_may_pause_the_robot(rehearsing: tuple[RehearsalDesk, Plan]) -> None:
+def test_whoever_watches_may_pause_the_robot(rehearsing: tuple[RehearseStep, Plan]) -> None:
     """HAZ-12: a colleague who sees something may stop it; leaving Rehearse stops nobody else's robot."""
     desk, plan = rehearsing
     robot = _in_place(desk, plan)
@@ -639,7 +641,7 @@ def test_whoever_watches_may_pause_the_robot(rehearsing: tuple[RehearsalDesk, Pl
     assert desk.room.lease.held_by("tab-two-0")
 
 
-def test_a_process_that_hangs_is_ended_by_hand(rehearsing: tuple[RehearsalDesk, Plan]) -> None:
+def test_a_process_that_hangs_is_ended_by_hand(rehearsing: tuple[RehearseStep, Plan]) -> None:
     desk, plan = rehearsing
     robot = _in_place(desk, plan)
     assert desk.room is not None

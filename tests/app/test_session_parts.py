@@ -18,20 +18,21 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from pydantic import ValidationError
 
 from app.scene.plan import PlanItem
-from app.session import rehearsals
-from app.session.board import Board
-from app.session.commands import DragItem, parse_command
+from app.session.commands import parse_command
 from app.session.inbox import MAX_WAITING, Inbox
-from app.session.lanes import Lanes
-from app.session.lease import Lease
-from app.session.rehearsals import Prepared, RehearsalRoom, RehearsalRooms
 from app.session.router import to_text
-from app.session.slice_desk import SliceDesk
+from app.session.view_model import ViewModel
+from app.steps.plan.commands import DragItem
+from app.steps.plan.lanes import Lanes
+from app.steps.rehearse import shared_drive
+from app.steps.rehearse.lease import Lease
+from app.steps.rehearse.shared_drive import Prepared, SharedDrive, SharedDrives
+from app.views.slice_view import SliceView
 from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, PlanError
 from vfix_engine.imaging.volume import Volume
-from vfix_engine.simulation.events import Event
+from vfix_engine.runtime.events import Event
 
 TABS = ("tab-one-0", "tab-two-0", "tab-three")
 
@@ -104,21 +105,21 @@ TestLease = LeaseMachine.TestCase
 
 def test_the_board_tells_what_changed_and_only_that() -> None:
     """HAZ-31: a reader that comes late gets the newest value of each section, once."""
-    board, calls = Board(), []
+    board, calls = ViewModel(), []
     unsubscribe = board.subscribe(lambda: calls.append(1))
-    board.publish("plan", {"n": 1})
-    board.publish("case", None)
+    board.publish({"plan": {"n": 1}})
+    board.publish({"case": None})
     assert board.changed_since(0) == (0, {}), "nothing is shown before it is committed"
     board.commit()
     first, sections = board.changed_since(0)
     assert sections == {"plan": {"n": 1}, "case": None}
     for n in (1, 2, 3, 3):
-        board.publish("plan", {"n": n})
+        board.publish({"plan": {"n": n}})
         board.commit()
     assert board.changed_since(first)[1] == {"plan": {"n": 3}}
     assert len(calls) == 3
     unsubscribe()
-    board.publish("plan", {"n": 4})
+    board.publish({"plan": {"n": 4}})
     board.commit()
     assert len(calls) == 3
 
@@ -192,15 +193,15 @@ def _prepared() -> Prepared:
 
 
 @pytest.fixture
-def room(monkeypatch: pytest.MonkeyPatch) -> RehearsalRoom:
-    monkeypatch.setattr(rehearsals, "RehearsalProcess", _Process)
+def room(monkeypatch: pytest.MonkeyPatch) -> SharedDrive:
+    monkeypatch.setattr(shared_drive, "RehearsalProcess", _Process)
     monkeypatch.setattr(_Process, "refuses", False)
-    made = RehearsalRoom()
+    made = SharedDrive()
     made.open("plan", _prepared, _Now())
     return made
 
 
-def test_only_the_holder_moves_the_robot(room: RehearsalRoom) -> None:
+def test_only_the_holder_moves_the_robot(room: SharedDrive) -> None:
     """HAZ-12: everything that another tab sends is ignored."""
     assert room.lease.take("one")
     for tab in ("two", "one"):
@@ -218,7 +219,7 @@ def test_only_the_holder_moves_the_robot(room: RehearsalRoom) -> None:
     assert names == ["set_grip", "drive", "twist", "run", "pause", "reset", "set_mode", "set_settings"]
 
 
-def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(room: RehearsalRoom) -> None:
+def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(room: SharedDrive) -> None:
     """The process has the targets of the plan that it was started for, in their order."""
     room.lease.take("one")
     room.set_mode("one", "inspect", "t-2")
@@ -228,7 +229,7 @@ def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(room: Rehear
     assert room.target_id == "t-2"
 
 
-def test_a_heartbeat_never_takes_hold(room: RehearsalRoom) -> None:
+def test_a_heartbeat_never_takes_hold(room: SharedDrive) -> None:
     """HAZ-11: only a press or a moved pointer does, whatever heartbeats come before, between and after."""
     room.lease.take("one")
     room.heartbeat("one")
@@ -240,7 +241,7 @@ def test_a_heartbeat_never_takes_hold(room: RehearsalRoom) -> None:
     assert _Process.last.told == [beat, grip, beat, ("release",), beat]
 
 
-def test_a_click_beside_the_grip_leaves_the_keys_alone(room: RehearsalRoom) -> None:
+def test_a_click_beside_the_grip_leaves_the_keys_alone(room: SharedDrive) -> None:
     room.lease.take("one")
     room.drive("one", 1)
     room.release_grip("one")
@@ -250,13 +251,13 @@ def test_a_click_beside_the_grip_leaves_the_keys_alone(room: RehearsalRoom) -> N
     assert _Process.last.told[-1] == ("release",)
 
 
-def _answer(room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch, *events: Event) -> None:
+def _answer(room: SharedDrive, monkeypatch: pytest.MonkeyPatch, *events: Event) -> None:
     monkeypatch.setattr(_Process, "events", lambda self: list(events))
     room.check()
     monkeypatch.setattr(_Process, "events", lambda self: [])
 
 
-def _sent(room: RehearsalRoom) -> list[ControlSettings]:
+def _sent(room: SharedDrive) -> list[ControlSettings]:
     return [told[1] for told in _Process.last.told if told[0] == "set_settings"]
 
 
@@ -264,9 +265,7 @@ def _told(settings: ControlSettings) -> Event:
     return Event("settings", json.dumps(settings.to_dict()))
 
 
-def test_a_setting_that_is_refused_is_not_shown_as_in_force(
-    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_setting_that_is_refused_is_not_shown_as_in_force(room: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is said once, beside the slider, without a word of a start; what was wished meanwhile does not carry it."""
     room.lease.take("one")
     old = room.settings
@@ -290,9 +289,7 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
         room.change_settings("one", {"self": 1.0})
 
 
-def test_settings_count_once_the_process_has_confirmed_them(
-    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_settings_count_once_the_process_has_confirmed_them(room: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two changes in a row both hold, and each is handed to the plan until that has kept it."""
     room.lease.take("one")
     room.change_settings("one", {"margin_mm": 0.5})
@@ -307,7 +304,7 @@ def test_settings_count_once_the_process_has_confirmed_them(
     assert room.accepted("one") == {"margin_mm": 0.5}, "changed again while it was being kept"
 
 
-def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(room: RehearsalRoom) -> None:
+def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(room: SharedDrive) -> None:
     """A pipe that nobody empties never fills, however long the slider is moved."""
     room.lease.take("one")
     for n in range(1000):
@@ -315,9 +312,7 @@ def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(room: R
     assert len(_sent(room)) == 1
 
 
-def test_a_change_that_could_not_be_sent_is_not_waited_for(
-    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_change_that_could_not_be_sent_is_not_waited_for(room: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(process: _Process, settings: ControlSettings) -> None:
         raise ControlError("the control process does not answer")
 
@@ -331,7 +326,7 @@ def test_a_change_that_could_not_be_sent_is_not_waited_for(
     assert (sent.margin_mm, sent.force_cap_n) == (room.settings.margin_mm, 2.0)
 
 
-def test_a_process_that_hangs_is_told_and_can_be_ended(room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_hangs_is_told_and_can_be_ended(room: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     """HAZ-10: the age of its newest snapshot tells it; one that wakes up again is shown again."""
     for silence, state in ((0.1, "ready"), (2.5, "silent"), (7.0, "silent"), (0.0, "ready"), (60.0, "silent")):
         monkeypatch.setattr(_Process, "silence_s", silence)
@@ -342,12 +337,12 @@ def test_a_process_that_hangs_is_told_and_can_be_ended(room: RehearsalRoom, monk
     assert (room.state, _Process.last.alive) == ("absent", False)
 
 
-def test_a_process_that_ends_with_a_word_passes_it_on(room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_ends_with_a_word_passes_it_on(room: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     _answer(room, monkeypatch, Event("failed", "out of memory"))
     assert (room.state, room.words) == ("failed", "out of memory")
 
 
-def test_a_hand_is_forgotten_with_the_process_it_held(room: RehearsalRoom) -> None:
+def test_a_hand_is_forgotten_with_the_process_it_held(room: SharedDrive) -> None:
     """HAZ-11: a plan edited in the middle of a drag leaves no hand behind for the next holder or the next process."""
     for end in (room.close, lambda: room.open("plan", _prepared, _Now()), lambda: room.leave("one")):
         room.open("plan", _prepared, _Now())
@@ -364,7 +359,7 @@ def test_a_hand_is_forgotten_with_the_process_it_held(room: RehearsalRoom) -> No
         room.lease.let_go("two")
 
 
-def test_a_hand_that_was_let_go_of_has_to_take_hold_again(room: RehearsalRoom) -> None:
+def test_a_hand_that_was_let_go_of_has_to_take_hold_again(room: SharedDrive) -> None:
     """HAZ-11: a drag goes on in a scene that missed the release; its moves are no hand."""
     room.lease.take("one")
     room.set_grip("one", (1.0, 2.0, 3.0))
@@ -389,7 +384,7 @@ def test_a_number_that_is_none_does_not_cost_the_page_its_connection(caplog: pyt
 
 def test_a_page_that_comes_back_finds_the_room_of_its_plan() -> None:
     """A room that was given away meanwhile leaves no orphan: the page and the newcomer share one."""
-    rooms = RehearsalRooms()
+    rooms = SharedDrives()
     first = rooms.enter("plan", "one")
     assert rooms.enter("plan", "two") is first
     rooms.leave(first, "one")
@@ -398,25 +393,25 @@ def test_a_page_that_comes_back_finds_the_room_of_its_plan() -> None:
 
 
 def test_a_window_that_enters_while_the_last_one_leaves_keeps_its_robot(
-    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+    room: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rooms, close = RehearsalRooms(), RehearsalRoom.close
-    left, entered = rooms.enter("plan", "one"), list[RehearsalRoom]()
+    rooms, close = SharedDrives(), SharedDrive.close
+    left, entered = rooms.enter("plan", "one"), list[SharedDrive]()
 
-    def close_late(closing: RehearsalRoom) -> None:
+    def close_late(closing: SharedDrive) -> None:
         if not entered:
             entered.append(rooms.enter("plan", "two"))
             entered[0].open("plan", _prepared, _Now())
         close(closing)
 
-    monkeypatch.setattr(RehearsalRoom, "close", close_late)
+    monkeypatch.setattr(SharedDrive, "close", close_late)
     rooms.leave(left, "one")
     assert entered[0].state == "ready"
     assert rooms.enter("plan", "three") is entered[0]
 
 
 def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
-    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+    room: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One window resets while another one hears the process that is being replaced."""
     started: list[Any] = []
@@ -434,7 +429,7 @@ def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
 
 
 def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
-    room: RehearsalRoom, monkeypatch: pytest.MonkeyPatch
+    room: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The note is heard by one thread and the answer it belongs to by the next, in this order."""
     room.lease.take("one")
@@ -456,7 +451,7 @@ def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
     assert room.take_words("one") == []
 
 
-def test_a_page_that_leaves_lets_go(room: RehearsalRoom) -> None:
+def test_a_page_that_leaves_lets_go(room: SharedDrive) -> None:
     room.lease.take("one")
     room.set_grip("one", (1.0, 2.0, 3.0))
     room.leave("one")
@@ -464,7 +459,7 @@ def test_a_page_that_leaves_lets_go(room: RehearsalRoom) -> None:
     assert room.lease.take("two")
 
 
-def test_settings_are_clamped_on_the_server(room: RehearsalRoom) -> None:
+def test_settings_are_clamped_on_the_server(room: SharedDrive) -> None:
     """HAZ-05: whatever a slider is made to say."""
     room.lease.take("one")
     bounds = ControlSettings.bounds()
@@ -474,9 +469,9 @@ def test_settings_are_clamped_on_the_server(room: RehearsalRoom) -> None:
 
 
 def test_a_room_says_why_it_could_not_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rehearsals, "RehearsalProcess", _Process)
+    monkeypatch.setattr(shared_drive, "RehearsalProcess", _Process)
     monkeypatch.setattr(_Process, "refuses", True)
-    room = RehearsalRoom()
+    room = SharedDrive()
     room.open("plan", _prepared, _Now())
     assert room.state == "failed"
     assert "does not fit" in room.words
@@ -487,8 +482,8 @@ def test_a_start_that_is_not_wanted_any_more_is_ended_at_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """It does not go on for its two minutes behind the back of the next one."""
-    monkeypatch.setattr(rehearsals, "RehearsalProcess", _Process)
-    room = RehearsalRoom()
+    monkeypatch.setattr(shared_drive, "RehearsalProcess", _Process)
+    room = SharedDrive()
     ended: list[bool] = []
 
     def wait_ready(process: _Process) -> None:
@@ -535,7 +530,7 @@ def test_work_that_fails_is_logged_and_what_waits_behind_it_is_done(caplog: pyte
     assert "spoiled" in caplog.text
 
 
-def test_a_control_process_that_ends_is_noticed(room: RehearsalRoom) -> None:
+def test_a_control_process_that_ends_is_noticed(room: SharedDrive) -> None:
     _Process.last.alive = False
     room.check()
     assert room.state == "failed"
@@ -544,7 +539,7 @@ def test_a_control_process_that_ends_is_noticed(room: RehearsalRoom) -> None:
 
 def test_slices_stay_inside_the_volume() -> None:
     volume = Volume(np.zeros((6, 5, 4), dtype=np.int16), np.array([1.0, 2.0, 3.0]), np.ones(3), np.eye(3))
-    desk = SliceDesk(volume, np.array([99.0, 99.0, 99.0]))
+    desk = SliceView(volume, np.array([99.0, 99.0, 99.0]))
     assert desk.cross.tolist() == [4.0, 6.0, 8.0]
     desk.move("axial", -1e4)
     assert desk.cross.tolist() == [4.0, 6.0, 3.0]

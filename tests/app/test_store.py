@@ -21,6 +21,7 @@ from app.settings import Settings
 from app.store import Store, write_atomically
 from app.store.errors import StorageError
 from app.store.models import Base
+from app.store.schema import NEWEST
 from benchmarks import durability
 from benchmarks.report import BenchmarkRefused
 
@@ -41,7 +42,7 @@ def test_opening_twice_migrates_once(settings: Settings) -> None:
     for _ in range(2):
         Store(settings).close()
     with sqlite3.connect(settings.database_path) as connection:
-        assert connection.execute("select version_num from alembic_version").fetchall() == [("0001",)]
+        assert connection.execute("select version_num from alembic_version").fetchall() == [(NEWEST,)]
         assert connection.execute("pragma journal_mode").fetchone() == ("wal",)
     connection.close()
 
@@ -90,7 +91,7 @@ def test_every_connection_syncs_fully(store: Store) -> None:
 def test_an_edit_that_failed_leaves_nothing(store: Store, plans: PlanService, case: Case) -> None:
     plan = plans.create(case.id, "one")
     with contextlib.suppress(RuntimeError), store.writing() as session:
-        session.connection().exec_driver_sql("update plans set name = 'torn'")
+        session.connection().exec_driver_sql("update documents set name = 'torn'")
         raise RuntimeError
     assert plans.get(plan.id).name == "one"
 

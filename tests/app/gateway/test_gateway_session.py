@@ -12,10 +12,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import Close
 from websockets.sync.client import ClientConnection, connect
 
-from app.session import workspace
-from app.session.board import Board
-from app.session.hub import MAX_PAGES
+from app.session import client_session
+from app.session.client_sessions import MAX_PAGES
 from app.session.router import MAX_MESSAGE_CHARS, MAX_PER_SECOND
+from app.session.view_model import ViewModel
 
 HEARTBEAT = '{"type":"heartbeat"}'
 
@@ -23,7 +23,7 @@ HEARTBEAT = '{"type":"heartbeat"}'
 @pytest.fixture
 def pages(whole_planner: Planner, monkeypatch: pytest.MonkeyPatch) -> Iterator[Planner]:
     """Workspaces that draw nothing and take every command."""
-    monkeypatch.setattr(workspace, "Workspace", lambda *_: MagicMock(board=Board()))
+    monkeypatch.setattr(client_session, "ClientSession", lambda *_: MagicMock(board=ViewModel()))
     yield whole_planner
     hub = whole_planner.app.state.sessions
     eventually(lambda: not any(entry.connected for entry in hub._entries.values()))

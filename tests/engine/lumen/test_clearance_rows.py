@@ -9,7 +9,7 @@ import pytest
 from vfix_engine.errors import InputError
 from vfix_engine.lumen.pathway.cavity import body_cavity
 from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.query.clearance import ALIKE, APART_MM, binding_vertices, clearances, slope
+from vfix_engine.lumen.query.clearance import ALIKE, APART_MM, binding_vertices, clearances, lipschitz_constant
 from vfix_engine.lumen.query.query import Query, deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
@@ -81,31 +81,31 @@ def test_no_deviation_changes_faster_than_the_slope(name: str) -> None:
     j = rng.integers(1, segments - 1, count)
     across = np.cross(rows[j, 6:9], rng.normal(size=(count, 3)))
     across /= np.linalg.norm(across, axis=1)[:, None]
-    core = rows[j, 18]
+    inscribed = rows[j, 18]
     one = rows[j, :3] + rng.uniform(0.0, 1.0, (count, 1)) * (rows[j, 3:6] - rows[j, :3])
-    one += (core * rng.uniform(0.8, 2.2, count))[:, None] * across
+    one += (inscribed * rng.uniform(0.8, 2.2, count))[:, None] * across
     way = rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-3.0, 0.5, (count, 1))
     other = one + way
     size = np.linalg.norm(way, axis=1)
     gap = [deviation_of_points(points, packed, 0, segments)[0] for points in (one, other)]
     steepest = ((np.abs(gap[1] - gap[0]) - 1e-11) / size).max()
-    bound = slope(packed, 0, segments)
+    bound = lipschitz_constant(packed, 0, segments)
     assert 0.9 < steepest <= bound
     # The same for small deviations, with the sharper bound.
-    small = np.maximum(*gap) < 0.1 * core.min()
+    small = np.maximum(*gap) < 0.1 * inscribed.min()
     assert small.sum() > 1000
     steepest = ((np.abs(gap[1] - gap[0]) - 1e-11) / size)[small].max()
-    assert steepest <= slope(packed, 0, segments, 0.1 * rows[:, 18].min()) <= bound
+    assert steepest <= lipschitz_constant(packed, 0, segments, 0.1 * rows[:, 18].min()) <= bound
 
 
 def test_the_slope_of_a_cylinder_is_one_and_none_is_told_where_none_is_known() -> None:
     packed = SHAPES["cylinder"].packed()
-    assert slope(packed, 0, 32) == pytest.approx(1.0, abs=1e-7)
+    assert lipschitz_constant(packed, 0, 32) == pytest.approx(1.0, abs=1e-7)
     arc = SHAPES["arc"].packed()
-    assert 1.0 < slope(arc, 3, 9, 1.0) < slope(arc, 3, 9, 11.0)
+    assert 1.0 < lipschitz_constant(arc, 3, 9, 1.0) < lipschitz_constant(arc, 3, 9, 11.0)
     for wrong in (-1.0, 12.0, np.nan):
-        with pytest.raises(InputError, match="narrowest core"):
-            slope(arc, 3, 9, wrong)
+        with pytest.raises(InputError, match="least inscribed radius"):
+            lipschitz_constant(arc, 3, 9, wrong)
 
 
 def test_of_each_link_those_are_chosen_that_stand_out() -> None:

@@ -10,9 +10,9 @@ import pytest
 from vfix_engine.errors import PathwayError
 from vfix_engine.lumen.anatomy.curve import Curve
 from vfix_engine.lumen.anatomy.transport import transported
-from vfix_engine.lumen.conform.conform_kernel import Body, Line, Task, judge, normal_matrix
+from vfix_engine.lumen.conform.conform_kernel import Body, Line, Task, normal_matrix, shape_cost
 from vfix_engine.lumen.conform.conform_solve import box_step
-from vfix_engine.lumen.conform.conformance import FASTEST, Conformed, Insertion, conform
+from vfix_engine.lumen.conform.conformance import FASTEST, Insertion, ShapeSolution, conform
 from vfix_engine.robots.snake import SnakeModel
 
 LINK = 28.0
@@ -45,7 +45,7 @@ def hairpin() -> Curve:
     return Curve.through(np.concatenate([straight, bend, bend[-1] + np.linspace(2.0, 150.0, 75)[:, None] * ahead]))
 
 
-def joint_centres(snake: SnakeModel, found: Conformed) -> np.ndarray:
+def joint_centres(snake: SnakeModel, found: ShapeSolution) -> np.ndarray:
     return snake.frames(found.q, found.base)[:, :3, 3]
 
 
@@ -111,8 +111,8 @@ def test_every_joint_passes_where_the_tip_passed():
 
 def test_where_the_limits_bind_they_are_kept_and_nothing_jumps():
     snake, curve = SnakeModel(9), hairpin()
-    room = np.full(len(curve.points), 5.0)
-    insertion = Insertion(snake, curve, room)
+    slack = np.full(len(curve.points), 5.0)
+    insertion = Insertion(snake, curve, slack)
     before, bound, worst = insertion.state, 0, 0.0
     while insertion.tip_s + 1.0 <= curve.length:
         now = insertion.advance(1.0)
@@ -145,8 +145,8 @@ def test_exact_again_when_the_bend_is_behind():
 def test_links_that_are_still_outside_change_nothing():
     """What lies inside is the same whatever is still to come: two robots, one three times as long."""
     curve = hairpin()
-    room = np.full(len(curve.points), 5.0)
-    short, long = (Insertion(SnakeModel(links), curve, room, roll=0.3) for links in (6, 18))
+    slack = np.full(len(curve.points), 5.0)
+    short, long = (Insertion(SnakeModel(links), curve, slack, roll=0.3) for links in (6, 18))
     bound = 0
     while short.tip_s + 1.0 <= 6.0 * LINK:
         one, two = short.advance(1.0), long.advance(1.0)
@@ -190,8 +190,8 @@ def test_what_cannot_be_is_refused():
         conform(SnakeModel(30), curve, 100.0, outside=False)
     with pytest.raises(PathwayError, match="not finite"):
         conform(snake, curve, math.nan)
-    with pytest.raises(PathwayError, match="room"):
-        conform(snake, curve, 10.0, room=np.zeros(3))
+    with pytest.raises(PathwayError, match="slack"):
+        conform(snake, curve, 10.0, slack=np.zeros(3))
     insertion = Insertion(snake, curve, tip_s=50.0)
     for step in (math.nan, math.inf, curve.length):
         with pytest.raises(PathwayError):
@@ -202,11 +202,11 @@ def test_what_cannot_be_is_refused():
 
 def test_the_gradient_is_that_of_the_cost():
     snake, curve, links = SnakeModel(5), hairpin(), 5
-    room = np.full(len(curve.points), 2.0)
-    found = conform(snake, curve, 290.0, room=room)
+    slack = np.full(len(curve.points), 2.0)
+    found = conform(snake, curve, 290.0, slack=slack)
     assert 125.0 < found.joint_s[0] < 175.0  # the base turns with the bend as it goes on
     weights = np.array([0.1, 1.0, 1.0, 10.0, 1000.0, 1.0, 2.0])
-    line = Line(curve.points, curve.tangents, transported(curve.points, curve.tangents), room, curve.step_mm)
+    line = Line(curve.points, curve.tangents, transported(curve.points, curve.tangents), slack, curve.step_mm)
     rng = np.random.default_rng(3)
     near = np.append(found.q, found.joint_s[0])
     state = near + rng.normal(0.0, 0.02, len(near))
@@ -220,10 +220,10 @@ def test_the_gradient_is_that_of_the_cost():
         )
 
     def cost(at: np.ndarray) -> float:
-        return judge(line, task, at, begin.copy(), body())
+        return shape_cost(line, task, at, begin.copy(), body())
 
     size, filled = len(state), body()
-    judge(line, task, state, begin.copy(), filled)
+    shape_cost(line, task, state, begin.copy(), filled)
     gradient, hessian = np.empty(size), np.empty((size, size))
     normal_matrix(line, task, filled, state, np.empty((size, 6)), np.empty(6), gradient, hessian)
     steps = 1e-6 * np.eye(size)

@@ -12,7 +12,7 @@ from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
 from vfix_engine.lumen.drive.look_plan import SIDES, LookPlanner, view_of
 from vfix_engine.lumen.drive.look_round import planned
 from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import WAY_TOLERANCE_MM
+from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM
 from vfix_engine.lumen.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 
@@ -23,13 +23,13 @@ SETTINGS = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01)
 
 def deepest(drive: SnakeDrive, q: np.ndarray) -> np.ndarray:
     """Depth (5,) of the distal links at joints (10,), each vertex against each segment of its window."""
-    place, vertices = drive.place(), drive.place().query.vertices
-    frames = place.snake.frames(q, place.base)[1:]
-    found = np.zeros(place.snake.links)
-    for link in range(place.snake.links):
+    context, vertices = drive.distal_context(), drive.distal_context().query.vertices
+    frames = context.snake.frames(q, context.base)[1:]
+    found = np.zeros(context.snake.links)
+    for link in range(context.snake.links):
         own = vertices.points[vertices.start[link] : vertices.start[link + 1]]
         placed = own @ frames[link, :3, :3].T + frames[link, :3, 3]
-        found[link] = deviation_of_points(placed, place.packed, *place.window[link])[0].max()
+        found[link] = deviation_of_points(placed, context.packed, *context.window[link])[0].max()
     return found
 
 
@@ -46,7 +46,7 @@ def test_a_view_and_its_side() -> None:
 def test_every_way_keeps_the_bounds_and_looks_where_it_says() -> None:
     """In a bend that the joints hardly follow: each place of each way and places between them, measured literally."""
     drive = SnakeDrive(SnakeModel(6), TIGHT, SETTINGS, tip_s=112.0, longer_allowed=True)
-    rest, bound = drive.place().rest, drive.place().bound
+    rest, bound = drive.distal_context().rest, drive.distal_context().bound
     assert np.degrees(np.abs(rest)).max() > 40.0
     planner, ways = planned(drive)
     assert len(ways) == SIDES
@@ -61,7 +61,7 @@ def test_every_way_keeps_the_bounds_and_looks_where_it_says() -> None:
             assert np.abs(rest + bend).max() <= drive.snake.q_max
             assert (deepest(drive, rest + bend) <= bound).all()
             between = rest + 0.5 * (before + bend)
-            assert (deepest(drive, between) <= bound + WAY_TOLERANCE_MM).all()
+            assert (deepest(drive, between) <= bound + MOTION_TOLERANCE_MM).all()
             before = bend
         # It is a way of the robot's: out step by step, and back.
         for bend in [*way.bends, *way.bends[::-1], np.zeros(10)]:
@@ -78,7 +78,7 @@ def test_a_side_that_no_pose_reaches() -> None:
     """In a tube hardly wider than the robot nothing turns far, by whatever way; and what ends it is named."""
     settings = DriveSettings(vertices_per_link=30, bends=4, bound_mm=0.2, tip_bound_mm=0.1)
     drive = SnakeDrive(SnakeModel(6), straight(300.0, 8.0), settings, tip_s=170.0)
-    planner = LookPlanner(drive.place(), drive.distal_limits, math.radians(45.0))
+    planner = LookPlanner(drive.distal_context(), drive.distal_limits, math.radians(45.0))
     way = planner.way(0)
     # One link across a tube of 8 mm, 6 mm thick: 2.1 mm and 2.2 mm off the axis at its ends.
     assert 5.0 < math.degrees(way.turned) < math.degrees(math.asin(4.3 / 28.0)) + 3.0

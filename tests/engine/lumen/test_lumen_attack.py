@@ -20,7 +20,7 @@ from benchmarks.lumen_attack.lies import LIES
 from benchmarks.lumen_attack.watch import Motion, Tally, Watch
 from vfix_engine.lumen.drive.drive_state import DriveSettings
 from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import HardLimits, Pose, Verdict
+from vfix_engine.lumen.limits.limits import Configuration, HardLimits, Verdict
 from vfix_engine.robots.snake import SnakeModel
 
 SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
@@ -108,7 +108,9 @@ def test_a_way_through_the_wall_is_found_out() -> None:
     end[:3, 3] = base[:3, 3] + 150.0 * base[:3, 2]
     back = np.tile([0.0, 0.03], 5)
     windows = np.tile([0, len(drive.state.packed.rows)], (5, 1))
-    motion = Motion(0, drive.state.packed, windows, np.ones(5, dtype=bool), Pose(base, q), Pose(end, back))
+    motion = Motion(
+        0, drive.state.packed, windows, np.ones(5, dtype=bool), Configuration(base, q), Configuration(end, back)
+    )
     watch._replay([motion], [(q, base, q, base)], False)
     assert (tally.replayed, tally.replay_hits) == (1, 0)
     watch._replay([motion], [(q, base, back, end)], False)

@@ -207,9 +207,9 @@ def test_a_drive_starts_with_what_fits_together(drive: SnakeDrive) -> None:
         ({"tip_s": -1e9}, "tip starts"),
         ({"tip_s": math.nan}, "tip starts"),
         ({"tip_s": "in"}, "tip starts"),
-        ({"room": np.ones(3)}, "give the curve"),
-        ({"room": np.ones(3), "curve": LANE.curve()}, "room"),
-        ({"room": "wide", "curve": LANE.curve()}, "room"),
+        ({"slack": np.ones(3)}, "give the curve"),
+        ({"slack": np.ones(3), "curve": LANE.curve()}, "slack"),
+        ({"slack": "wide", "curve": LANE.curve()}, "slack"),
     ):
         with pytest.raises(InputError, match=words):
             SnakeDrive(**{"snake": drive.snake, "pathway": LANE, "settings": drive.settings, "tip_s": 170.0} | wrong)

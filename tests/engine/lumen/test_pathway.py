@@ -63,7 +63,7 @@ def test_radii_stay_between_their_neighbours() -> None:
 def test_equal_polar_radii_are_a_circle() -> None:
     round_, polar = lumen_shapes.arc(), lumen_shapes.arc()
     polar = Pathway(polar.centre, np.tile(polar.radius, (1, 28)), polar.count, polar.tangent)
-    assert np.array_equal(round_.packed().rows[:, : packed.SLOPE], polar.packed().rows[:, : packed.SLOPE])
+    assert np.array_equal(round_.packed().rows[:, : packed.LIPSCHITZ], polar.packed().rows[:, : packed.LIPSCHITZ])
     assert np.array_equal(polar.packed().polar, np.tile(round_.packed().polar, (1, 28)))
 
 
@@ -102,13 +102,13 @@ def test_rows_say_what_they_must(name: str) -> None:
     for here in (rim[:-1], rim[1:]):
         away = np.linalg.norm(here - rows[:, None, packed.BALL : 17], axis=2).max(axis=1)
         assert (away <= rows[:, packed.BALL_RADIUS]).all()
-        # Nothing of the rims is nearer to the axis line than the core.
+        # Nothing of the rims is nearer to the axis line than the inscribed radius.
         out = here - rows[:, None, :3]
         out -= np.einsum("sai,si->sa", out, rows[:, packed.AXIS : 22])[..., None] * rows[:, None, packed.AXIS : 22]
-        assert (np.linalg.norm(out, axis=2).min(axis=1) >= rows[:, packed.CORE]).all()
-    assert (rows[:, packed.CORE] > 0.0).all()
-    assert (rows[:, packed.SLOPE] >= 1.0).all()
-    assert (rows[:, packed.SLOPE] < 4.0).all()
+        assert (np.linalg.norm(out, axis=2).min(axis=1) >= rows[:, packed.INSCRIBED_RADIUS]).all()
+    assert (rows[:, packed.INSCRIBED_RADIUS] > 0.0).all()
+    assert (rows[:, packed.LIPSCHITZ] >= 1.0).all()
+    assert (rows[:, packed.LIPSCHITZ] < 4.0).all()
 
 
 def test_a_window_reaches_beyond_its_arc() -> None:

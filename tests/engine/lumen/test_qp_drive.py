@@ -8,9 +8,9 @@ import math
 import numpy as np
 from lumen_shapes import arc, straight
 
-from vfix_engine.lumen.control.ease import eased
+from vfix_engine.lumen.control.projection import projected_to_limits
 from vfix_engine.lumen.control.qp_drive import QpControl
-from vfix_engine.lumen.control.tip_control import Place, camera_jacobian
+from vfix_engine.lumen.control.tip_control import DistalContext, camera_jacobian
 from vfix_engine.lumen.control.wall_rows import wall_rows
 from vfix_engine.lumen.drive.drive import compare_controls
 from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
@@ -29,18 +29,18 @@ def test_rows_of_the_wall_are_true_for_small_steps() -> None:
     chord = 2.0 * math.asin(14.0 / 150.0)
     rest = np.tile([0.0, chord], 5)
     rest[1] *= 0.5
-    place = Place(snake, query, np.eye(4), rest, packed, window, bound)
+    context = DistalContext(snake, query, np.eye(4), rest, packed, window, bound)
     seen = 0
     for _ in range(30):
         q = rest + rng.uniform(-0.12, 0.12, 10)
-        rows = wall_rows(place, q, 3.0)
+        rows = wall_rows(context, q, 3.0)
         step = rng.normal(size=10) * 1e-5
-        after = wall_rows(place, q + step, 3.5)
-        for row, room, vertex in zip(rows.matrix, rows.room, rows.vertex, strict=True):
+        after = wall_rows(context, q + step, 3.5)
+        for row, slack, vertex in zip(rows.matrix, rows.slack, rows.vertex, strict=True):
             same = np.flatnonzero(after.vertex == vertex)
             if len(same):
                 seen += 1
-                assert abs(room - after.room[same[0]] - row[:10] @ step) < 2e-6
+                assert abs(slack - after.slack[same[0]] - row[:10] @ step) < 2e-6
         assert not rows.matrix[:, 10].any()
     assert seen > 200
 
@@ -111,11 +111,11 @@ def test_straightening_goes_back_by_the_way_that_was_come() -> None:
 def test_a_program_without_an_answer_costs_motion_only() -> None:
     control = QpControl()
     drive = SnakeDrive(SnakeModel(6), straight(400.0, 12.0, contours=21), SETTINGS, tip_s=200.0)
-    place = drive.place()
-    control.settle(place, place.rest)
-    np.testing.assert_array_equal(control.wanted(place.rest, np.zeros(2), 0.01), place.rest)
-    assert camera_jacobian(place.snake, place.rest, place.base).shape == (2, 10)
-    step = control.wanted(place.rest, np.array([1e6, 0.0]), 0.01) - place.rest
+    context = drive.distal_context()
+    control.prepare(context, context.rest)
+    np.testing.assert_array_equal(control.wanted(context.rest, np.zeros(2), 0.01), context.rest)
+    assert camera_jacobian(context.snake, context.rest, context.base).shape == (2, 10)
+    step = control.wanted(context.rest, np.array([1e6, 0.0]), 0.01) - context.rest
     assert np.abs(step).max() <= 0.01 + 1e-12
 
 
@@ -125,17 +125,17 @@ def test_a_shape_beyond_its_bounds_is_eased_into_them() -> None:
     wanted, bound = np.tile([0.02, 0.05], 5), np.full(5, 2.0)
     deep = query.deviations(packed, snake.frames(wanted, np.eye(4)), window).depth
     assert (deep > 2.0).any()
-    place = Place(snake, query, np.eye(4), wanted, packed, window, bound)
-    q = eased(place, np.zeros(10), 0.1)
+    context = DistalContext(snake, query, np.eye(4), wanted, packed, window, bound)
+    q = projected_to_limits(context, np.zeros(10), 0.1)
     assert q is not None
     depth = query.deviations(packed, snake.frames(q, np.eye(4)), window).depth
     assert (depth <= bound).all()
     assert depth.max() > 1.5
     assert np.linalg.norm(q - wanted) < np.linalg.norm(wanted)
-    far = eased(place, np.zeros(10), 0.01)
+    far = projected_to_limits(context, np.zeros(10), 0.01)
     assert far is not None
     np.testing.assert_allclose(far, 0.01, atol=1e-9)  # every joint as far as it may go, which the bounds allow
-    stuck = eased(place, wanted, 0.01)
+    stuck = projected_to_limits(context, wanted, 0.01)
     assert stuck is None  # from beyond the bounds they are not reached in so small a step
 
 

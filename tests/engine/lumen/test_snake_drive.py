@@ -17,14 +17,14 @@ from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.lumen.conform.conformance import conform
 from vfix_engine.lumen.conform.waypoints import moved_off
-from vfix_engine.lumen.control.ease import eased
+from vfix_engine.lumen.control.projection import projected_to_limits
 from vfix_engine.lumen.drive.drive import Shot, _why_it_ended, drive_lumen, lumen_between
 from vfix_engine.lumen.drive.drive_report import Tally
 from vfix_engine.lumen.drive.drive_state import Command, DriveSettings, DriveState
 from vfix_engine.lumen.drive.narrow import WallDepth
 from vfix_engine.lumen.drive.operators import Stop, _come_again, adversarial, scripted
 from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import WAY_TOLERANCE_MM, told_beyond
+from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM, told_beyond
 from vfix_engine.lumen.pathway.pathway import Pathway
 from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.lumen.query.query import deviation_of_points
@@ -111,7 +111,7 @@ def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
         if tissue is None and state.mode == "looking" and state.outcome != "held" and near and replayed < 40:
             replayed += 1
             for share in np.linspace(0.0, 1.0, 21)[1:-1]:
-                assert (judged(drive, state, was + share * (state.q - was)) <= drive.bound + WAY_TOLERANCE_MM).all()
+                assert (judged(drive, state, was + share * (state.q - was)) <= drive.bound + MOTION_TOLERANCE_MM).all()
         was = state.q
         assert np.linalg.norm(state.forces.total) <= drive.hand.settings.most + 1e-12
     assert drive.refused_commands > 5
@@ -153,10 +153,13 @@ def test_of_a_command_that_is_not_finite_the_rest_is_carried_out() -> None:
     assert drive.refused_commands == 11
 
 
-def test_what_eases_a_shape_is_compiled_before_the_first_step(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_projects_a_shape_to_the_limits_is_compiled_before_the_first_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its first call of an installation takes seconds."""
     asked = []
-    monkeypatch.setattr("vfix_engine.lumen.drive.snake_drive.eased", lambda *given: asked.append(eased(*given)))
+    monkeypatch.setattr(
+        "vfix_engine.lumen.drive.snake_drive.projected_to_limits",
+        lambda *given: asked.append(projected_to_limits(*given)),
+    )
     SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)
     assert len(asked) == 1
     assert asked[0] is not None
@@ -369,7 +372,7 @@ def test_the_wall_is_measured_only_past_the_paths_start() -> None:
     mesh, start, end = tube()
     settings = DriveSettings(vertices_per_link=30, bends=4, contours=12, interpolated=36)
     lumen = lumen_between(mesh, start, end, SnakeModel(3), settings)
-    drive = SnakeDrive(SnakeModel(3), lumen.pathway, settings, lumen.curve, lumen.room, tip_s=10.0)
+    drive = SnakeDrive(SnakeModel(3), lumen.pathway, settings, lumen.curve, lumen.slack, tip_s=10.0)
     assert drive.state.measured.any()
     depth = WallDepth(mesh, lumen.pathway, lumen.curve)
     depth.look(drive, True)

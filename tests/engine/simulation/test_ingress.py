@@ -20,7 +20,7 @@ from vfix_engine.fixtures import Constraint, Objective, Zone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
-from vfix_engine.simulation.handle import Handle
+from vfix_engine.runtime.handle import Handle
 from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
 from vfix_engine.simulation.teleoperation import Master
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,7 @@ from .wanted_motion import context_of, stoppable_speed, tip_request, velocity_ch
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class PathPoint:
+class PathPoint(NamedTuple):
     """The path's point closest to the tip: arc length s in mm, position (3,), unit tangent (3,)."""
 
     s: float

@@ -1,9 +1,9 @@
 """The centreline of a lumen, from its surface and two clicks.
 
-The cheapest way through the voxels of the inside, where a millimetre costs (10 mm / distance to the wall) to a power.
+The cheapest path through the voxels of the inside, where a millimetre costs (10 mm / distance to the wall) to a power.
 Power 3 is what keeps it in the lumen: an opening of 2 mm radius and 6 mm length between two touching folds costs as
-much as 750 mm of open colon, so a way around any loop is cheaper than a false shortcut. With power 1 it is taken.
-The way is smoothed; its radius is the distance to the surface itself, not to voxels.
+much as 750 mm of open colon, so a path around any loop is cheaper than a false shortcut. With power 1 it is taken.
+The path is smoothed; its radius is the distance to the surface itself, not to voxels.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ Array = NDArray[np.float64]
 Voxel = tuple[int, int, int]
 
 SNAP_MM = 8.0  # how far from the lumen a click may be
+_TIE = 0.25  # of a voxel: places whose distances from the wall differ by less are equally far from it
 _OPEN_MM = 10.0  # the distance to the wall at which a millimetre costs 1
-_WALK_MM = 1.0  # samples of the way while it is smoothed
+_SAMPLE_MM = 1.0  # samples of the path while it is smoothed
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,15 +54,15 @@ def centreline_between(
     power: float = 3.0,
     smooth_mm: float = 4.0,
 ) -> Centreline:
-    """The way through a lumen from one click to another.
+    """The path through a lumen from one click to another.
 
     Args:
         mesh: the lumen's surface, closed, in mm; which way its triangles face does not matter.
         start, end: (3,) in the patient frame, in the lumen or at most 8 mm outside of it; each is moved to the place
-            farthest from the wall within 8 mm.
-        voxel_mm: edge of the voxels that the way is searched in.
+            farthest from the wall within 8 mm, the nearest of those that are equally far.
+        voxel_mm: edge of the voxels that the path is searched in.
         power: of the cost near the wall.
-        smooth_mm: standard deviation of the smoothing along the way; 0 leaves the way as it was found.
+        smooth_mm: standard deviation of the smoothing along the path; 0 leaves the path as it was found.
 
     Raises:
         InputError: a click that is no point, or a number out of its range.
@@ -82,8 +83,8 @@ def centreline_between(
     )
     if first == last:
         raise PathwayError("start and end lead to the same place of the lumen: set them farther apart")
-    way = lumen.place(_cheapest(lumen, depth, first, last, power))
-    curve = Curve.through(_smoothed(way, smooth_mm))
+    path = lumen.place(_cheapest(lumen, depth, first, last, power))
+    curve = Curve.through(_smoothed(path, smooth_mm))
     radius = ProximityTree(mesh).point_distance(curve.points)[0]
     radius.setflags(write=False)
     return Centreline(curve, radius)
@@ -116,13 +117,18 @@ def _nearest_inside(lumen: VoxelLumen, click: Array, name: str) -> Voxel:
 
 
 def _deepest_near(lumen: VoxelLumen, depth: Array, click: Array, name: str) -> Voxel:
-    """The voxel of this piece of the lumen that is farthest from the wall, within 8 mm of the click."""
-    voxels, _ = _near(lumen, click)
+    """The voxel of this piece of the lumen that is farthest from the wall, within 8 mm of the click.
+
+    Along a lumen of one width many are as far; the one nearest to the click is taken.
+    """
+    voxels, away = _near(lumen, click)
     if not len(voxels):
         raise PathwayError(
             f"the {name} {click.tolist()} lies in another piece of the surface than the start: no lumen joins them"
         )
-    return _as_voxel(voxels[depth[tuple(voxels.T)].argmax()])
+    deep = depth[tuple(voxels.T)]
+    as_deep = np.flatnonzero(deep >= deep.max() - _TIE * lumen.voxel_mm)
+    return _as_voxel(voxels[as_deep[away[as_deep].argmin()]])
 
 
 def _as_voxel(indices: NDArray[np.int64]) -> Voxel:
@@ -130,7 +136,7 @@ def _as_voxel(indices: NDArray[np.int64]) -> Voxel:
 
 
 def _cheapest(lumen: VoxelLumen, depth: Array, first: Voxel, last: Voxel, power: float) -> NDArray[np.int64]:
-    """Voxels (n, 3) of the cheapest way; each lies beside the one before it, at a side, an edge or a corner."""
+    """Voxels (n, 3) of the cheapest path; each lies beside the one before it, at a side, an edge or a corner."""
     wall = np.maximum(depth, 0.5 * lumen.voxel_mm)
     cost = np.where(lumen.inside, (_OPEN_MM / wall) ** power, -1.0)
     paths = MCP_Geometric(cost, sampling=(lumen.voxel_mm,) * 3)
@@ -138,23 +144,23 @@ def _cheapest(lumen: VoxelLumen, depth: Array, first: Voxel, last: Voxel, power:
     return np.array(paths.traceback(last))
 
 
-def _smoothed(way: Array, smooth_mm: float) -> Array:
-    """The way (m, 3) in steps of about 1 mm, its ends where they were."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
-    samples = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _WALK_MM), 1) + 1)
-    walk = np.column_stack([np.interp(samples, along, way[:, k]) for k in range(3)])
-    if smooth_mm == 0.0 or len(walk) < 3:
-        return walk
-    step = along[-1] / (len(walk) - 1)
-    # Mirrored through the ends, a straight way stays straight and the ends stay where they are.
-    smooth: Array = gaussian_filter1d(_mirrored(walk, 4 * smooth_mm / step), smooth_mm / step, axis=0, mode="nearest")
-    beyond = (len(smooth) - len(walk)) // 2
-    return smooth[beyond : beyond + len(walk)]
+def _smoothed(path: Array, smooth_mm: float) -> Array:
+    """The path (m, 3) in steps of about 1 mm, its ends where they were."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    samples = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _SAMPLE_MM), 1) + 1)
+    points = np.column_stack([np.interp(samples, along, path[:, k]) for k in range(3)])
+    if smooth_mm == 0.0 or len(points) < 3:
+        return points
+    step = along[-1] / (len(points) - 1)
+    # Mirrored through the ends, a straight path stays straight and the ends stay where they are.
+    smooth: Array = gaussian_filter1d(_mirrored(points, 4 * smooth_mm / step), smooth_mm / step, axis=0, mode="nearest")
+    beyond = (len(smooth) - len(points)) // 2
+    return smooth[beyond : beyond + len(points)]
 
 
-def _mirrored(walk: Array, beyond: float) -> Array:
-    """The walk with as much of it turned about each end as is asked for, or as there is."""
-    more = min(math.ceil(beyond), len(walk) - 1)
-    before = 2.0 * walk[0] - walk[more:0:-1]
-    after = 2.0 * walk[-1] - walk[-2 : -2 - more : -1]
-    return np.concatenate([before, walk, after])
+def _mirrored(points: Array, beyond: float) -> Array:
+    """The points (m, 3) with as much of them turned about each end as is asked for, or as there is."""
+    more = min(math.ceil(beyond), len(points) - 1)
+    before = 2.0 * points[0] - points[more:0:-1]
+    after = 2.0 * points[-1] - points[-2 : -2 - more : -1]
+    return np.concatenate([before, points, after])

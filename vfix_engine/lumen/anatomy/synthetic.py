@@ -70,10 +70,10 @@ def synthetic_colon(seed: int = 0, fused: bool = False) -> TriangleMesh:
     if fused:
         bridge = np.linspace(*_bridge(), 60)
         centres, radii = np.concatenate([centres, bridge]), np.concatenate([radii, np.full(len(bridge), _OPENING)])
-    room = float(radii.max()) + 3.0 * _VOXEL
-    low = centres.min(axis=0) - room
-    shape = np.ceil((centres.max(axis=0) + room - low) / _VOXEL).astype(np.int64) + 1
-    field = np.full(shape, room, dtype=np.float32)
+    margin = float(radii.max()) + 3.0 * _VOXEL
+    low = centres.min(axis=0) - margin
+    shape = np.ceil((centres.max(axis=0) + margin - low) / _VOXEL).astype(np.int64) + 1
+    field = np.full(shape, margin, dtype=np.float32)
     for centre, radius in zip(centres, radii, strict=True):
         _add_ball(field, (centre - low) / _VOXEL, radius / _VOXEL)
     vertices, faces, _, _ = marching_cubes(field, 0.0, gradient_direction="descent")

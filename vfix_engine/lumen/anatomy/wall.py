@@ -39,14 +39,14 @@ class Wall:
             side: (…,) 1 where it meets the wall along the triangle's normal, −1 against it, 0 where it meets none.
         """
         start = np.ascontiguousarray(np.broadcast_to(origin, direction.shape).reshape(-1, 3))
-        way = np.ascontiguousarray(direction.reshape(-1, 3))
-        triangle = np.asarray(self._rays.intersects_first(start, way))
+        rays = np.ascontiguousarray(direction.reshape(-1, 3))
+        triangle = np.asarray(self._rays.intersects_first(start, rays))
         hit = triangle >= 0
         # Embree works in single precision: it says which triangle, and the distance to its plane is taken here.
         normal = self.mesh.face_normals[triangle[hit]]
-        steep = np.einsum("ij,ij->i", normal, way[hit])
+        steep = np.einsum("ij,ij->i", normal, rays[hit])
         to_plane = np.einsum("ij,ij->i", normal, self.mesh.triangles[triangle[hit], 0] - start[hit])
-        distance, side = np.full(len(way), np.inf), np.zeros(len(way), dtype=np.int8)
+        distance, side = np.full(len(rays), np.inf), np.zeros(len(rays), dtype=np.int8)
         met = np.divide(to_plane, steep, out=np.zeros_like(steep), where=np.abs(steep) > 1e-12)
         distance[hit], side[hit] = np.maximum(met, 0.0), np.sign(steep)
         return distance.reshape(direction.shape[:-1]), side.reshape(direction.shape[:-1])
@@ -63,7 +63,7 @@ class Wall:
         return signed, inward
 
 
-def room(distance: Array, side: NDArray[np.int8], outward: int) -> Array:
+def free_distance(distance: Array, side: NDArray[np.int8], outward: int) -> Array:
     """Distances to the wall, 0 for rays that meet it from outside: their origin is no longer in the lumen."""
     return np.where(side == -outward, 0.0, distance)
 

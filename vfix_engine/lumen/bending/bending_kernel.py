@@ -89,7 +89,7 @@ def tip_of(delta: Array, length: float) -> tuple[float, float, float]:
 
 @borrowing
 def cost_of(lumen: Lumen, family: Family, a: float, b: float, scratch: Scratch) -> float:
-    """z_eff/z_max of (14) and (20); infinite where the tip does not go the wanted way, d · d^e > 0 of (17)."""
+    """z_eff/z_max of (14) and (20); infinite where the tip does not go in the wanted direction, d · d^e > 0 of (17)."""
     bend(lumen.rest, family.plane, a, b, lumen.q_max, scratch.delta, scratch.q)
     x, y, z = tip_of(scratch.delta, lumen.length)
     along_x, along_y = family.towards
@@ -100,7 +100,7 @@ def cost_of(lumen: Lumen, family: Family, a: float, b: float, scratch: Scratch) 
 
 
 @compiled
-def judge(lumen: Lumen, family: Family, a: float, b: float, once: bool, scratch: Scratch) -> float:
+def excess_of(lumen: Lumen, family: Family, a: float, b: float, once: bool, scratch: Scratch) -> float:
     """The largest D_i − b_i of (15)-(17) in mm; what is not above 0 is within the bounds. One query evaluation.
 
     With ``once`` any D_i − b_i above 0 will do, where there is one.

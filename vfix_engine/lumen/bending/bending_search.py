@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry.compiled import borrowing, compiled
-from .bending_kernel import Family, Lumen, Scratch, cost_of, judge
+from .bending_kernel import Family, Lumen, Scratch, cost_of, excess_of
 
 Array = NDArray[np.float64]
 
-# Of a search's state: cost, radius and t of the record, and of the last one whose way was walked; evaluations; t
-# between which directions are tried; radii at which ways were found narrow
+# Of a search's state: cost, radius and t of the record, and of the last one whose path was checked; evaluations; t
+# between which directions are tried; radii at which paths were found narrow
 RECORD, BEST, AT, SAFE, MADE, LEAST, MOST, NARROW = 0, 1, 2, 3, 6, 7, 8, 9
 _NARROWS = 3
 STATE = NARROW + _NARROWS
@@ -32,14 +32,14 @@ UTMOST = 10.0  # |t| at most
 _STEPS = 24  # along a ray, in which its cost is looked at
 _HALVINGS = 7  # of such a step
 _EXITS = 14  # evaluations at most for the place where a ray leaves the pathway
-_STRIDE, _STRIDE_LEAST = 1.3, 0.025  # to the next place where it may do so: of the way, of the farthest
+_STRIDE, _STRIDE_LEAST = 1.3, 0.025  # to the next place where it may do so: of the radius, of the farthest
 _DEEP = 20.0  # [mm] an excess counts for no more: far outside it says little
-_GLANCES = 2  # places on the way to a bend in a direction of the first look
-_ATTEMPT = 6  # evaluations at most to find that a direction betters the record
-_CHECKS = 7  # places on the way to the bend that is given, asked in the end
+_GLANCES = 2  # places on the path to a bend in a direction of the first look
+_DIRECTION = 6  # evaluations at most to find that a direction betters the record
+_CHECKS = 7  # places on the path to the bend that is given, asked in the end
 _REPAIR = 4  # more, where one of them is beyond the bounds
 _COARSE, _FINE = 1e-2, 2e-4  # a record is to be bettered by so much of z_max, and is known as well
-_CLOSER, _CLOSEST = 1.0 / 16.0, 1.0 / 128.0  # of t: then the way is walked, and what is not told apart any more
+_CLOSER, _CLOSEST = 1.0 / 16.0, 1.0 / 128.0  # of t: then the path is checked, and what is not told apart any more
 
 
 @borrowing
@@ -47,7 +47,7 @@ def direction(family: Family, t: float) -> float:
     """The angle of a ray in the plane of (a, b): the middle at t = 0, and half as far from the edge with each 1 of t.
 
     What can be reached is long and narrow: a bend to and fro, which leaves the tip in the middle, may be large, and it
-    lies by the edge of the half plane in which the tip goes the wanted way.
+    lies by the edge of the half plane in which the tip goes in the wanted direction.
     """
     half = 0.5 * (family.high - family.low)
     away: float = half * (1.0 - 2.0 ** -abs(t))
@@ -79,7 +79,7 @@ def along(lumen: Lumen, family: Family, phi: float, target: float, scratch: Scra
 
 
 @borrowing
-def leave(
+def exit_distance(
     lumen: Lumen,
     family: Family,
     phi: float,
@@ -103,7 +103,7 @@ def leave(
         if g_high < math.inf:
             share = g_low / (g_low - g_high)
             r = low + min(max(share, 0.08), 0.92) * (high - low)
-        g = judge(lumen, family, r * u, r * v, False, scratch)
+        g = excess_of(lumen, family, r * u, r * v, False, scratch)
         made += 1
         if g <= 0.0:
             g_high *= 0.5 if before == 1 else 1.0
@@ -119,7 +119,7 @@ def leave(
 
 
 @borrowing
-def walk(
+def check_path(
     lumen: Lumen,
     family: Family,
     phi: float,
@@ -128,7 +128,7 @@ def walk(
     repair: int,
     scratch: Scratch,
 ) -> tuple[float, float, int]:
-    """The way to a bend, asked at some places: how far it is within the bounds, r itself as a rule; evaluations.
+    """The path to a bend, measured at some places: how far it is within the bounds, r itself as a rule; evaluations.
 
     Where it is not, its end is brought closer by so many more. Between the two, the place that is the deepest: -1 where
     all are as deep as nothing is.
@@ -137,7 +137,7 @@ def walk(
     weak, most, least = -1.0, -math.inf, math.inf
     for k in range(1, places + 1):
         to = r * k / (places + 1)
-        g = judge(lumen, family, to * u, to * v, True, scratch)
+        g = excess_of(lumen, family, to * u, to * v, True, scratch)
         least = min(least, g)
         if g > most:
             weak, most = to, g
@@ -146,7 +146,7 @@ def walk(
         low = r * (k - 1) / (places + 1)
         for _ in range(repair):
             middle = 0.5 * (low + to)
-            if judge(lumen, family, middle * u, middle * v, True, scratch) <= 0.0:
+            if excess_of(lumen, family, middle * u, middle * v, True, scratch) <= 0.0:
                 low = middle
             else:
                 to = middle
@@ -155,7 +155,7 @@ def walk(
 
 
 @borrowing
-def attempt(
+def try_direction(
     lumen: Lumen,
     family: Family,
     t: float,
@@ -167,8 +167,8 @@ def attempt(
 ) -> bool:
     """Whether a direction betters the record by ``demand``; it is the record then, as far as it goes.
 
-    It is asked first at the one place where its cost falls so low, then at the radii where ways were found narrow, then
-    by glances at its way.
+    It is asked first at the one place where its cost falls so low, then at the radii where paths were found narrow,
+    then at a few places of its path.
     """
     if not state[LEAST] <= t <= state[MOST]:
         return False
@@ -177,7 +177,7 @@ def attempt(
     low, high = along(lumen, family, phi, state[RECORD] - demand, scratch)
     if low < 0.0:
         return False
-    g = judge(lumen, family, low * u, low * v, True, scratch)
+    g = excess_of(lumen, family, low * u, low * v, True, scratch)
     state[MADE] += 1
     if not g <= 0.0:
         return False
@@ -185,28 +185,28 @@ def attempt(
         weak = state[NARROW + k]
         if 0.0 < weak < low:
             state[MADE] += 1
-            if not judge(lumen, family, weak * u, weak * v, True, scratch) <= 0.0:
+            if not excess_of(lumen, family, weak * u, weak * v, True, scratch) <= 0.0:
                 return False
-    reached, weak, made = walk(lumen, family, phi, low, glances, 0, scratch)
+    reached, weak, made = check_path(lumen, family, phi, low, glances, 0, scratch)
     state[MADE] += made
     if reached < low:
         return False
-    low, made = leave(lumen, family, phi, low, g, high, demand, spent - int(state[MADE]), scratch)
+    low, made = exit_distance(lumen, family, phi, low, g, high, demand, spent - int(state[MADE]), scratch)
     state[MADE] += made
     state[BEST], state[AT], state[RECORD] = low, t, cost_of(lumen, family, low * u, low * v, scratch)
     return True
 
 
 @borrowing
-def settle(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -> bool:
-    """Walk the way to the record: whether all of it is within the bounds.
+def check_record(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -> bool:
+    """Check the path to the record: whether all of it is within the bounds.
 
-    If not, the record is what comes before, or the last one that was walked, whichever is better; in the latter case
-    no direction is tried any more that is nearer to the refused one. The deepest place of the way is kept, as ways
-    close to this one are as a rule narrow at the same radius.
+    If not, the record is what comes before, or the last one whose path was checked, whichever is better; in the latter
+    case no direction is tried any more that is nearer to the refused one. The deepest place of the path is kept, as
+    paths close to this one are as a rule narrow at the same radius.
     """
     phi = direction(family, state[AT])
-    reached, weak, made = walk(lumen, family, phi, state[BEST], _CHECKS, _REPAIR, scratch)
+    reached, weak, made = check_path(lumen, family, phi, state[BEST], _CHECKS, _REPAIR, scratch)
     whole: bool = reached == state[BEST]
     state[MADE] += made
     if weak > 0.0:
@@ -238,9 +238,9 @@ def refine(
 ) -> bool:
     """Directions ever closer to the best, until they differ by ``finest`` in t: whether one betters the record."""
     step, turned, better = 0.5, 0, False
-    while state[MADE] <= spent - _ATTEMPT and step >= finest:
+    while state[MADE] <= spent - _DIRECTION and step >= finest:
         t = state[AT] + (step if turned % 2 == 0 else -step)
-        if attempt(lumen, family, t, max(_FINE, _COARSE * step), 0, spent, state, scratch):
+        if try_direction(lumen, family, t, max(_FINE, _COARSE * step), 0, spent, state, scratch):
             turned, better = 0, True
             continue
         turned += 1
@@ -254,22 +254,22 @@ def search(lumen: Lumen, family: Family, evaluations: int, scratch: Scratch) -> 
     """a and b of the bend of least cost that is within the bounds (L',) in mm; its cost; evaluations made.
 
     Directions are tried all over, then ever closer to the best; where evaluations are left, the same with others
-    between them. Each is one evaluation as long as it does not better the record. The way to the best is walked now and
-    then; if it leaves the bounds, the search goes on from the best that does not. The rest itself has to be within the
-    bounds.
+    between them. Each is one evaluation as long as it does not better the record. The path to the best is checked now
+    and then; if it leaves the bounds, the search goes on from the best that does not. The rest itself has to be within
+    the bounds.
     """
     state = np.zeros(STATE)
     state[RECORD], state[SAFE] = 1.0, 1.0
-    spent = evaluations - _CHECKS - _REPAIR  # kept for the last walk
+    spent = evaluations - _CHECKS - _REPAIR  # kept for the last check
     for first, last in ((0, _FIRST_LOOK), (_FIRST_LOOK, len(_LOOKS))):
         state[LEAST], state[MOST] = -UTMOST, UTMOST
         better = False
         for k in range(first, last):
-            if state[MADE] <= spent - _ATTEMPT:
-                better |= attempt(lumen, family, _LOOKS[k], _COARSE, _GLANCES, spent, state, scratch)
+            if state[MADE] <= spent - _DIRECTION:
+                better |= try_direction(lumen, family, _LOOKS[k], _COARSE, _GLANCES, spent, state, scratch)
         finest = _CLOSER
         while better and state[BEST] > 0.0 and state[MADE] <= spent:
-            whole = settle(lumen, family, state, scratch)
+            whole = check_record(lumen, family, state, scratch)
             better = refine(lumen, family, finest, spent, state, scratch) or not whole
             better, finest = better or finest > _CLOSEST, _CLOSEST
     phi = direction(family, state[SAFE + AT])
@@ -298,12 +298,12 @@ def survey(
         exits[i], inside = family.farthest, True
         for k in range(1, steps + 1):
             r = family.farthest * k / steps
-            kept = judge(lumen, family, r * u, r * v, True, scratch) <= 0.0
+            kept = excess_of(lumen, family, r * u, r * v, True, scratch) <= 0.0
             if inside and not kept:
                 low, high, inside = r - family.farthest / steps, r, False
                 while high - low > 1e-6 * family.farthest:
                     middle = 0.5 * (low + high)
-                    if judge(lumen, family, middle * u, middle * v, True, scratch) <= 0.0:
+                    if excess_of(lumen, family, middle * u, middle * v, True, scratch) <= 0.0:
                         low = middle
                     else:
                         high = middle

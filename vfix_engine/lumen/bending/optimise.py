@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputError
 from .bending import DIRECTIONS, BendProblem, Direction
-from .bending_kernel import Family, Lumen, cost_of, judge
+from .bending_kernel import Family, Lumen, cost_of, excess_of
 from .bending_search import UTMOST, direction, search, survey
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ class Survey(NamedTuple):
 
 
 class CostMap(NamedTuple):
-    """Cost of (14) over m and q_c, (a, b); infinite where the tip goes the wrong way. And what is within the bounds."""
+    """Cost of (14) over m and q_c, (a, b), infinite where the tip goes the other way; and what is within the bounds."""
 
     cost: Array
     within: NDArray[np.bool_]
@@ -90,7 +90,7 @@ def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int =
     if count not in (4, 8):
         raise InputError(f"there are 4 or 8 control bends, not {count}")
     within = _within(problem)
-    bends = [_optimised(problem, _planar(problem, way), evaluations, *within) for way in DIRECTIONS]
+    bends = [_optimised(problem, _planar(problem, heading), evaluations, *within) for heading in DIRECTIONS]
     if count == 4:
         return tuple(bends)
     found: list[Bend] = []
@@ -99,12 +99,12 @@ def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int =
     return tuple(found)
 
 
-def search_globally(problem: BendProblem, way: Direction | tuple[Bend, Bend], grid: int = 201) -> Survey:
+def search_globally(problem: BendProblem, heading: Direction | tuple[Bend, Bend], grid: int = 201) -> Survey:
     """The same problem asked everywhere: ``grid`` directions at ``grid`` places each, then closer round the best.
 
-    For tests and figures. ``way``: a direction, or the two bends that one is searched between.
+    For tests and figures. ``heading``: a direction, or the two bends that one is searched between.
     """
-    side = _between(problem, *way) if isinstance(way, tuple) else _planar(problem, way)
+    side = _between(problem, *heading) if isinstance(heading, tuple) else _planar(problem, heading)
     lumen, feasible = _within(problem)
     width = 2.0 * UTMOST / grid
     first = width * (0.5 + np.arange(grid)) - UTMOST
@@ -131,14 +131,14 @@ def search_globally(problem: BendProblem, way: Direction | tuple[Bend, Bend], gr
     return Survey(reachable, anywhere, rays @ side.to_parameters.T)
 
 
-def with_gap(problem: BendProblem, bend: Bend, way: Direction | tuple[Bend, Bend], grid: int = 201) -> Bend:
+def with_gap(problem: BendProblem, bend: Bend, heading: Direction | tuple[Bend, Bend], grid: int = 201) -> Bend:
     """The bend with its cost above that of a search everywhere."""
-    return replace(bend, gap=bend.cost - search_globally(problem, way, grid).reachable.cost)
+    return replace(bend, gap=bend.cost - search_globally(problem, heading, grid).reachable.cost)
 
 
-def cost_map(problem: BendProblem, way: Direction, m: ArrayLike, q_c: ArrayLike) -> CostMap:
+def cost_map(problem: BendProblem, heading: Direction, m: ArrayLike, q_c: ArrayLike) -> CostMap:
     """Kwok 2013, fig. 7(c): the objective (14) and the constraint (17) over m (a,), rad a joint, and q_c (b,), rad."""
-    side = _planar(problem, way)
+    side = _planar(problem, heading)
     lumen, _ = _within(problem)
     scratch, to_plane = problem.scratch(), np.linalg.inv(side.to_parameters)
     slopes, last = np.array(m, dtype=np.float64), np.array(q_c, dtype=np.float64)
@@ -147,7 +147,7 @@ def cost_map(problem: BendProblem, way: Direction, m: ArrayLike, q_c: ArrayLike)
         for j, value in enumerate(last):
             a, b = to_plane @ (slope, value)
             cost[i, j] = cost_of(lumen, side.family, a, b, scratch)
-            excess = judge(lumen, side.family, a, b, True, scratch)
+            excess = excess_of(lumen, side.family, a, b, True, scratch)
             within[i, j] = excess <= 0.0 and np.isfinite(cost[i, j])
     return CostMap(cost, within)
 
@@ -171,7 +171,7 @@ def _planar(problem: BendProblem, direction: Direction) -> _Side:
     share = np.linspace(0.0, 1.0, links) if links > 1 else np.ones(1)
     plane = np.zeros((2, 2 * links))
     plane[:, (0 if odd else 1) :: 2] = sign * np.array([1.0 - share, share])
-    # The tip moves by ℓ Σ (L' − k) Δq_k at first: the half plane in which that is the wanted way.
+    # The tip moves by ℓ Σ (L' − k) Δq_k at first: the half plane in which that is the wanted direction.
     lever = np.arange(links, 0, -1)
     middle = math.atan2(float(lever @ share), float(lever @ (1.0 - share)))
     towards = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter]

@@ -160,24 +160,24 @@ def by_rays(
     """The best place on rays about (u, v), and the mm missing there, where one has less than ``missing`` mm.
 
     At r = 0 and where a joint comes to its limit the surface has another slope in every direction. So each ray is
-    asked for its own: how far to go on it follows from the camera's motion over a short piece, and over that way again.
+    asked for its own: how far to go on it follows from the camera's motion over a short piece, and again over that.
     """
     pose(surface, work, u, v)
     x, y = left_over(surface, work, right, down)
     best_u, best_v = u, v
     for ray in range(_RAYS):
         c, s = math.cos(2.0 * math.pi * ray / _RAYS), math.sin(2.0 * math.pi * ray / _RAYS)
-        way = _SHORT
+        stride = _SHORT
         for _ in range(_SECANTS):
-            u_next, v_next, x_next, y_next = tried(surface, work, right, down, u + way * c, v + way * s)
+            u_next, v_next, x_next, y_next = tried(surface, work, right, down, u + stride * c, v + stride * s)
             found = math.sqrt(x_next * x_next + y_next * y_next)
             if found < missing:
                 best_u, best_v, missing = u_next, v_next, found
-            a, b = x - x_next, y - y_next  # the camera's way, of which the command wants (x, y)
+            a, b = x - x_next, y - y_next  # the camera's displacement, of which the command wants (x, y)
             square, along = a * a + b * b, a * x + b * y
             if along <= 0.0:
                 break
-            way = min(way * along / square, _STRIDE)
+            stride = min(stride * along / square, _STRIDE)
     return best_u, best_v, missing
 
 

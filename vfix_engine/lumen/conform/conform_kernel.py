@@ -1,7 +1,7 @@
 """Bounded least squares for a snake that cannot have all its joint centres on a curve; compiled.
 
 Unknowns: the 2L joint angles and the feed, the arc length of the base. Each joint centre and each link's middle should
-lie on the curve, and above all in the room around it. A point's pull and its stiffness enter the gradient and the
+lie on the curve, and above all in the slack about it. A point's pull and its stiffness enter the gradient and the
 Gauss-Newton matrix as those of a body do in the composite rigid body algorithm, so both take O(L²).
 """
 
@@ -20,7 +20,7 @@ from .joint_places import frame_on_curve, on_curve
 Array = NDArray[np.float64]
 
 # Columns of ``weights``: what they multiply is a squared distance in mm².
-CENTRE, ROOM, MIDDLE, GUIDE, TIP, STAY, STEEP = range(7)
+CENTRE, SLACK, MIDDLE, GUIDE, TIP, STAY, STEEP = range(7)
 _GUIDED = 10.0  # [mm] before the curve's start over which the guide takes hold
 
 
@@ -58,21 +58,21 @@ def nearest_on_curve(points: Array, tangents: Array, step: float, near: float, j
 def _pull(off: Array, ahead: Array, free: float, centre: float, weights: Array, force: Array, stiff: Array) -> float:
     """Cost of a point that is ``off`` (3,) the curve of tangent ``ahead`` (3,); its gradient and second derivative.
 
-    ½ centre ‖off‖² + ½ room e² (1 + (e / steep)²) with e = ‖off‖ − free where that is positive: what is outside of the
-    room costs ever more, so that the worst link is mended first.
+    ½ centre ‖off‖² + ½ slack e² (1 + (e / steep)²) with e = ‖off‖ − free where that is positive: what is outside of the
+    slack costs ever more, so that the worst link is mended first.
     """
     size = math.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2])
     beyond = max(size - free, 0.0)
     ratio = (beyond / weights[STEEP]) ** 2
-    room = weights[ROOM]
-    side = centre + (room * beyond * (1.0 + 2.0 * ratio) / size if beyond > 0.0 else 0.0)
-    radial = centre + (room * (1.0 + 6.0 * ratio) if beyond > 0.0 else 0.0)
+    slack = weights[SLACK]
+    side = centre + (slack * beyond * (1.0 + 2.0 * ratio) / size if beyond > 0.0 else 0.0)
+    radial = centre + (slack * (1.0 + 6.0 * ratio) if beyond > 0.0 else 0.0)
     extra = (radial - side) / (size * size) if size > 1e-9 else 0.0
     for i in range(3):
         force[i] = side * off[i]
         for k in range(3):
             stiff[i, k] = (side if i == k else 0.0) - side * ahead[i] * ahead[k] + extra * off[i] * off[k]
-    cost: float = 0.5 * centre * size * size + 0.5 * room * beyond * beyond * (1.0 + ratio)
+    cost: float = 0.5 * centre * size * size + 0.5 * slack * beyond * beyond * (1.0 + ratio)
     return cost
 
 
@@ -104,12 +104,12 @@ def _gather(x: float, y: float, z: float, force: Array, stiff: Array, load: Arra
 
 
 class Line(NamedTuple):
-    """A curve and the room around it: points, tangents and transported across (N, 3), room (N,), step mm."""
+    """A curve and the slack about it: points, tangents and transported across (N, 3), slack (N,), step mm."""
 
     points: Array
     tangents: Array
     across: Array
-    room: Array
+    slack: Array
     step: float
 
 
@@ -137,12 +137,12 @@ class Body(NamedTuple):
 
 
 @borrowing
-def judge(line: Line, task: Task, state: Array, places: Array, body: Body) -> float:
+def shape_cost(line: Line, task: Task, state: Array, places: Array, body: Body) -> float:
     """Cost of a state (2L + 1,), angles and feed, with each link's own load and mass in ``body``.
 
     places: (2L,) arc lengths of the middle and the far end of every link, where they were and where they are found.
     """
-    points, tangents, step, room = line.points, line.tangents, line.step, line.room
+    points, tangents, step, slack = line.points, line.tangents, line.step, line.slack
     chord, tip, weights, near = task.chord, task.tip, task.weights, task.near
     base, frames, load, mass, work = body.base, body.frames, body.load, body.mass, body.work
     links = len(frames)
@@ -172,7 +172,7 @@ def judge(line: Line, task: Task, state: Array, places: Array, body: Body) -> fl
             guide = out * out * (3.0 - 2.0 * out)
             centre = weights[CENTRE] * (weights[MIDDLE] if part == 0 else 1.0)
             centre += guide * (weights[GUIDE] - centre)
-            cost += _pull(off, ahead, room[before], centre, weights, force, stiff)
+            cost += _pull(off, ahead, slack[before], centre, weights, force, stiff)
             if end:  # the tip is held along the curve, too: this is what moves the feed
                 before = min(max(int(tip / step), 0), len(points) - 1)
                 on_curve(points, tangents, step, tip, off)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry.compiled import borrowing, compiled
-from .conform_kernel import Body, Line, Task, judge, normal_matrix
+from .conform_kernel import Body, Line, Task, normal_matrix, shape_cost
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -166,7 +166,7 @@ def settle_chain(
     trial, tried = np.empty(size), np.empty(len(places))
     for i in range(size):
         state[i] = min(max(state[i], low[i]), high[i])
-    cost = judge(line, task, state, places, body)
+    cost = shape_cost(line, task, state, places, body)
     damping, fresh = _FLOOR, True
     for _ in range(turns):
         if fresh:
@@ -179,7 +179,7 @@ def settle_chain(
             trial[i] = min(max(state[i] + x[i], low[i]), high[i])
             largest = max(largest, abs(x[i]))
         _copied(places, tried)
-        new = judge(line, task, trial, tried, body)
+        new = shape_cost(line, task, trial, tried, body)
         fresh = new < cost
         if fresh:
             gain, cost = cost - new, new
@@ -192,4 +192,4 @@ def settle_chain(
             damping = max(10.0 * damping, 1e-3)
             if largest < _SMALL or damping > _STIFFEST:
                 break
-    return judge(line, task, state, places, body)
+    return shape_cost(line, task, state, places, body)

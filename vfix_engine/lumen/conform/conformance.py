@@ -18,7 +18,7 @@ from ...errors import PathwayError
 from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
 from ..anatomy.transport import transported
-from .conform_kernel import CENTRE, GUIDE, MIDDLE, ROOM, STAY, STEEP, TIP, Line, Task
+from .conform_kernel import CENTRE, GUIDE, MIDDLE, SLACK, STAY, STEEP, TIP, Line, Task
 from .conform_solve import settle_chain
 from .joint_places import angles_between, frame_on_curve, joint_places
 
@@ -39,7 +39,7 @@ _DEFAULT_ROOM = 4.0  # [mm] around the curve where none is given
 
 
 @dataclass(frozen=True, eq=False)
-class Conformed:
+class ShapeSolution:
     """A snake along a curve.
 
     base: (4, 4) transform_base_to_patient. q: (2L,) rad. joint_s: (L + 1,) arc length in mm of base joint … tip, of the
@@ -85,7 +85,7 @@ class _Chain:
         self,
         snake: SnakeModel,
         curve: Curve,
-        room: ArrayLike | None,
+        slack: ArrayLike | None,
         roll: float | None,
         outside: bool,
         deepest: float | None = None,
@@ -93,8 +93,8 @@ class _Chain:
         self.snake, self.curve, self.outside = snake, curve, outside
         self.points, self.tangents = curve.points, curve.tangents
         self.across = _across(curve)
-        self.room = _checked_room(room, len(self.points))
-        self.room.setflags(write=False)
+        self.slack = _checked_slack(slack, len(self.points))
+        self.slack.setflags(write=False)
         if not outside:
             self._fits()
         self.roll = self._best_roll(curve.length if deepest is None else deepest) if roll is None else float(roll)
@@ -146,14 +146,14 @@ class _Chain:
             total += float((np.maximum(np.abs(q) - self.snake.q_max, 0.0) ** 2).sum())
         return total
 
-    def on_curve(self, tip_s: float) -> Conformed | None:
+    def on_curve(self, tip_s: float) -> ShapeSolution | None:
         """All joint centres on the curve, or None where the limits do not allow it."""
         places, _, base, q, largest = self.exact(tip_s, self.roll)
         if largest > self.snake.q_max:
             return None
         return self._finished(base, q, places, tip_s, True)
 
-    def nearest(self, tip_s: float, near: Conformed | None, moved: float, most: float = math.inf) -> Conformed:
+    def nearest(self, tip_s: float, near: ShapeSolution | None, moved: float, most: float = math.inf) -> ShapeSolution:
         """The nearest chain within the limits; after another one no farther than its angles may go in ``moved`` mm.
 
         most: rad, how far they may go where it is another curve that has moved, and no insertion that sets the pace.
@@ -183,7 +183,7 @@ class _Chain:
         for feed in (low, high):
             feed[-1] -= before[0] if out else 0.0
         state, places, low, high = state[2 * out :], places[2 * out :], low[2 * out :], high[2 * out :]
-        line = Line(self.points, self.tangents, self.across, self.room, self.curve.step_mm)
+        line = Line(self.points, self.tangents, self.across, self.slack, self.curve.step_mm)
         task = Task(self.snake.length_mm, self.roll, target, _weights(largest <= limit), state.copy())
         base, frames = np.empty((3, 4)), np.empty((links - out, 3, 4))
         settle_chain(line, task, low, high, turns, state, places, base, frames)
@@ -192,7 +192,7 @@ class _Chain:
             base[:, 3] += before[0] * base[:, 2]
         return self._finished(base, q, np.concatenate([state[-1] + before, state[-1:], places[1::2]]), tip_s, False)
 
-    def _finished(self, base: Array, q: Array, joint_s: Array, tip_s: float, exact: bool) -> Conformed:
+    def _finished(self, base: Array, q: Array, joint_s: Array, tip_s: float, exact: bool) -> ShapeSolution:
         whole = np.eye(4)
         whole[:3] = base
         joints = self.snake.frames(q, whole)[:, :3, 3]
@@ -200,9 +200,9 @@ class _Chain:
         at_limit = np.abs(q) >= self.snake.q_max - 1e-9
         for array in (whole, q, joint_s, offset, at_limit):
             array.setflags(write=False)
-        return Conformed(whole, q, joint_s, offset, at_limit, exact, tip_s, self.roll, self.curve)
+        return ShapeSolution(whole, q, joint_s, offset, at_limit, exact, tip_s, self.roll, self.curve)
 
-    def follow(self, tip_s: float, near: Conformed, moved: float) -> Conformed:
+    def follow(self, tip_s: float, near: ShapeSolution, moved: float) -> ShapeSolution:
         """The next after ``near``, with the tip ``moved`` mm, at most one step, farther."""
         found = self.on_curve(tip_s)
         if found is not None:
@@ -212,7 +212,7 @@ class _Chain:
         return self.nearest(tip_s, near, moved)
 
 
-def _straight_outside(near: Conformed, length: float) -> int:
+def _straight_outside(near: ShapeSolution, length: float) -> int:
     """How many links, from the base on, lie straight so far outside that the next step leaves them as they are.
 
     So the shape of what is inside does not depend on how many links are still to come.
@@ -232,17 +232,17 @@ def _convected(q: Array, share: float) -> Array:
 def _weights(feasible: bool) -> Array:
     """What the least squares hold against a chain; where all joints can be on the curve, only that they are not."""
     weights = np.empty(7)
-    weights[CENTRE], weights[ROOM], weights[MIDDLE] = (1.0, 0.0, 0.0) if feasible else (0.1, 1.0, 1.0)
+    weights[CENTRE], weights[SLACK], weights[MIDDLE] = (1.0, 0.0, 0.0) if feasible else (0.1, 1.0, 1.0)
     weights[GUIDE], weights[TIP], weights[STAY], weights[STEEP] = 10.0, 1000.0, 1.0, 2.0
     return weights
 
 
-def _checked_room(room: ArrayLike | None, count: int) -> Array:
-    if room is None:
+def _checked_slack(slack: ArrayLike | None, count: int) -> Array:
+    if slack is None:
         return np.full(count, _DEFAULT_ROOM)
-    found = np.array(room, dtype=np.float64)
+    found = np.array(slack, dtype=np.float64)
     if found.shape != (count,) or not np.isfinite(found).all():
-        raise PathwayError(f"the room around a curve of {count} points is ({count},) finite, not {found.shape}")
+        raise PathwayError(f"the slack about a curve of {count} points is ({count},) finite, not {found.shape}")
     return np.maximum(found, 0.0)
 
 
@@ -250,12 +250,12 @@ def conform(
     snake: SnakeModel,
     curve: Curve,
     tip_s: float,
-    near: Conformed | None = None,
-    room: ArrayLike | None = None,
+    near: ShapeSolution | None = None,
+    slack: ArrayLike | None = None,
     roll: float | None = None,
     outside: bool = True,
     most: float = math.inf,
-) -> Conformed:
+) -> ShapeSolution:
     """The snake along a curve with its tip at ``tip_s`` mm, the joints that are not in yet straight before its start.
 
     Args:
@@ -264,7 +264,7 @@ def conform(
         tip_s: arc length of the tip, at most the curve's.
         near: where the snake is now; on this curve the angles change by at most 0.1 rad per
             millimetre that the limits bind, from another curve it is where the search begins.
-        room: (N,) mm at ``curve.points``: how far off it a joint centre may be without touching; None: 4 mm.
+        slack: (N,) mm at ``curve.points``: how far off it a joint centre may be without touching; None: 4 mm.
         roll: rad, of the base about the curve; None: that of ``near``, else of eight the one that asks least of the
             joints.
         outside: whether links may be before the curve's start.
@@ -275,7 +275,7 @@ def conform(
     """
     if roll is None and near is not None:
         roll = near.roll
-    chain = _Chain(snake, curve, room, roll, outside)
+    chain = _Chain(snake, curve, slack, roll, outside)
     chain.check(tip_s)
     if near is not None and near.curve is curve:
         return _walked(chain, near, tip_s - near.tip_s, tip_s)
@@ -285,7 +285,7 @@ def conform(
     return chain.nearest(tip_s, near, 0.0 if near is None else tip_s - near.tip_s, most)
 
 
-def _walked(chain: _Chain, state: Conformed, distance: float, tip_s: float) -> Conformed:
+def _walked(chain: _Chain, state: ShapeSolution, distance: float, tip_s: float) -> ShapeSolution:
     if distance == 0.0:
         return state
     steps = max(math.ceil(abs(distance) / _STEP - 1e-9), 1)
@@ -299,7 +299,7 @@ class Insertion:
     """Follow-the-leader: a snake that goes in along a curve, and comes out the same way.
 
     Args:
-        snake, curve, room, roll: as for ``conform``.
+        snake, curve, slack, roll: as for ``conform``.
         tip_s: where the tip begins, mm; the default is the curve's start, with the snake straight before it.
         deepest: mm, how far in the tip will go at most, which is what the roll is chosen for; None: to the curve's end.
     """
@@ -308,19 +308,19 @@ class Insertion:
         self,
         snake: SnakeModel,
         curve: Curve,
-        room: ArrayLike | None = None,
+        slack: ArrayLike | None = None,
         roll: float | None = None,
         tip_s: float = 0.0,
         deepest: float | None = None,
     ):
-        self._chain = _Chain(snake, curve, room, roll, True, deepest)
+        self._chain = _Chain(snake, curve, slack, roll, True, deepest)
         self._chain.check(tip_s)
         self._tip_s = float(tip_s)
         state = self._chain.on_curve(self._tip_s)
         self._state = self._chain.nearest(self._tip_s, None, 0.0) if state is None else state
 
     @property
-    def state(self) -> Conformed:
+    def state(self) -> ShapeSolution:
         """Where the snake is."""
         return self._state
 
@@ -339,11 +339,11 @@ class Insertion:
         """How many links have their far end beyond the curve's start."""
         return self._state.links_inside
 
-    def correct(self, state: Conformed) -> None:
+    def correct(self, state: ShapeSolution) -> None:
         """Go on from another shape along the same curve."""
         self._state, self._tip_s = state, state.tip_s
 
-    def advance(self, ds: float) -> Conformed:
+    def advance(self, ds: float) -> ShapeSolution:
         """The snake with its tip ``ds`` mm farther in, or farther out where that is negative.
 
         Where all joints can be on the curve its angles are those of the curve; elsewhere none changes by more than

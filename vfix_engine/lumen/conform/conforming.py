@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ...geometry.compiled import compiled
 from ..anatomy.curve import Curve
 from ..pathway.pathway import Pathway
-from .conformance import Conformed
+from .conformance import ShapeSolution
+
+Array = NDArray[np.float64]
 
 
 def driven_curve(pathway: Pathway, curve: Curve | None) -> Curve:
@@ -14,18 +21,42 @@ def driven_curve(pathway: Pathway, curve: Curve | None) -> Curve:
     return curve if curve is not None and pathway.motion is None else pathway.curve(0.0)
 
 
-def blended(one: Conformed, two: Conformed, share: float) -> Conformed:
+def blended(one: ShapeSolution, two: ShapeSolution, share: float) -> ShapeSolution:
     """On the way from one conforming shape to another; the second, bit by bit, at 1."""
     if share >= 1.0:
         return two
-    from scipy.spatial.transform import Rotation  # imported here: slow to load
-
-    turn = Rotation.from_matrix(two.base[:3, :3] @ one.base[:3, :3].T).as_rotvec()
-    base = one.base.copy()
-    base[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix() @ one.base[:3, :3]
-    base[:3, 3] += share * (two.base[:3, 3] - one.base[:3, 3])
+    base = np.empty((4, 4))
+    _blend_base(one.base, two.base, share, base)
     q = one.q + share * (two.q - one.q)
     joint_s = one.joint_s + share * (two.joint_s - one.joint_s)
     offset_mm = one.offset_mm + share * (two.offset_mm - one.offset_mm)
     tip_s = min(one.tip_s + share * (two.tip_s - one.tip_s), two.curve.length)
     return replace(two, base=base, q=q, joint_s=joint_s, offset_mm=offset_mm, tip_s=tip_s, exact=False)
+
+
+@compiled
+def _blend_base(base: Array, end: Array, share: float, out: Array) -> None:
+    """A base (4, 4) on its way: its origin in a straight line, its axes by one turn about a fixed axis (Rodrigues).
+
+    Bases that are half a turn apart have no such axis; conforming shapes never are.
+    """
+    x = y = z = trace = 0.0
+    for c in range(3):
+        x += 0.5 * (end[2, c] * base[1, c] - end[1, c] * base[2, c])
+        y += 0.5 * (end[0, c] * base[2, c] - end[2, c] * base[0, c])
+        z += 0.5 * (end[1, c] * base[0, c] - end[0, c] * base[1, c])
+        trace += end[0, c] * base[0, c] + end[1, c] * base[1, c] + end[2, c] * base[2, c]
+    size = math.sqrt(x * x + y * y + z * z)  # sine of the turn
+    angle = share * math.atan2(size, 0.5 * (trace - 1.0))
+    if size > 0.0:
+        x, y, z = x / size, y / size, z / size
+    sine, rest = math.sin(angle), 1.0 - math.cos(angle)
+    for c in range(3):
+        a, b, d = base[0, c], base[1, c], base[2, c]
+        along = rest * (x * a + y * b + z * d)
+        out[0, c] = a + sine * (y * d - z * b) - rest * a + along * x
+        out[1, c] = b + sine * (z * a - x * d) - rest * b + along * y
+        out[2, c] = d + sine * (x * b - y * a) - rest * d + along * z
+        out[c, 3] = base[c, 3] + share * (end[c, 3] - base[c, 3])
+        out[3, c] = 0.0
+    out[3, 3] = 1.0

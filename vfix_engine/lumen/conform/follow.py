@@ -1,7 +1,7 @@
 """A smooth curve through a lumen that a snake can follow, or nearly.
 
 Joints of ± 45° behind links of 28 mm follow a bend of 36 mm radius and none that is sharper, and the folds of a colon
-are sharper. The centreline wiggles from fold to fold on top of that. So a curve is looked for that stays in the room
+are sharper. The centreline wiggles from fold to fold on top of that. So a curve is looked for that stays in the slack
 which the robot has about the centreline and turns little from chord to chord, at every phase of the chain; both are
 soft, since no curve inside a colon keeps the turns. Gauss-Newton on a banded normal matrix, damped.
 """
@@ -25,9 +25,9 @@ Index = NDArray[np.int64]
 _LINKS = 7  # points to a link
 _SAMPLE = 1.0  # [mm] between the samples of the centreline
 _SMOOTH = 10.0  # [mm] standard deviation of the smoothing that the search begins with
-_ROOM = 0.5  # [mm] that a point is always allowed
+_LEAST_SLACK = 0.5  # [mm] that a point is always allowed
 _SHARPEST = 0.93  # of a link's length: the smallest radius of a bend
-_TURN_SHARE = 0.7  # of a link's length: what a radian beyond the limit costs, against a mm beyond the room
+_TURN_SHARE = 0.7  # of a link's length: what a radian beyond the limit costs, against a mm beyond the slack
 _MOST = 3.0  # [mm] that a point moves in a turn
 _TURNS = 200
 _GAIN = 1e-6  # share of the cost below which a turn is the last
@@ -38,7 +38,7 @@ def followable(
 ) -> Curve:
     """A curve near the centreline, from its start to its end, that the snake's joints can follow as far as one exists.
 
-    Where the centreline turns by less than ``turn`` over a link, in the room that the snake has, it is kept but for
+    Where the centreline turns by less than ``turn`` over a link, in the slack that the snake has, it is kept but for
     its fastest wiggles.
 
     Args:
@@ -59,15 +59,15 @@ def followable(
     count = max(math.ceil(line.length / _SAMPLE), 2)
     at = np.linspace(0.0, line.length, count + 1)
     centre = line.position(at)
-    room = np.interp(at, np.arange(len(radius)) * line.step_mm, radius) - snake.radius_mm
-    room = np.maximum(_smoothed(room[:, None], 2.0)[:, 0], _ROOM)
+    slack = np.interp(at, np.arange(len(radius)) * line.step_mm, radius) - snake.radius_mm
+    slack = np.maximum(_smoothed(slack[:, None], 2.0)[:, 0], _LEAST_SLACK)
     begin = _smoothed(centre, _SMOOTH / _SAMPLE)
     begin[0] = centre[0]
     points = Curve.through(begin, chord / _LINKS).points.copy()
-    return Curve.through(_settled(points, centre, room, chord, turn))
+    return Curve.through(_settled(points, centre, slack, chord, turn))
 
 
-def _settled(points: Array, centre: Array, room: Array, chord: float, turn: float) -> Array:
+def _settled(points: Array, centre: Array, slack: Array, chord: float, turn: float) -> Array:
     """The points (n, 3) moved until the squares are least."""
     weights = np.empty(5)
     weights[TURN], weights[BEND], weights[CURVE], weights[SPACE] = _TURN_SHARE * chord, 10.0, 0.5, 1.0
@@ -80,7 +80,8 @@ def _settled(points: Array, centre: Array, room: Array, chord: float, turn: floa
     def squares(points: Array, places: Index) -> float:
         step = float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
         return followable_squares(
-            points, centre, room, places, chord, turn, step, _SHARPEST * chord, weights, band, gradient, columns, values
+            points, centre, slack, places, chord, turn, step, _SHARPEST * chord, weights, band, gradient, columns,
+            values,
         )  # fmt: skip
 
     damping, cost = 1.0, squares(points, places)

@@ -139,13 +139,13 @@ def _shape(
 
 @borrowing
 def followable_squares(
-    points: Array, centre: Array, room: Array, places: Index, chord: float, limit: float, step: float, sharpest: float,
+    points: Array, centre: Array, slack: Array, places: Index, chord: float, limit: float, step: float, sharpest: float,
     weights: Array, band: Array, gradient: Array, columns: Index, values: Array,
 ) -> float:  # fmt: skip
     """Half the sum of squares, with band (BAND, 3n) and gradient (3n,) of its Gauss-Newton matrix.
 
     Args:
-        points: (n, 3) mm. centre: (m, 3) the centreline, room: (m,) how far a point may be from it.
+        points: (n, 3) mm. centre: (m, 3) the centreline, slack: (m,) how far a point may be from it.
         places: (n,) number of the centreline's sample nearest to every point, where it was and where it is found.
         chord: mm, limit: rad, what two chords in a row may turn. step: mm, wanted. sharpest: mm, radius of a bend.
         weights: (5,); columns: (15,), values: (15,) work.
@@ -170,10 +170,10 @@ def followable_squares(
             cost += _add(
                 band, gradient, columns[k:], values[k:], 1, weights[TETHER] * (points[i, k] - centre[place, k])
             )
-        if size > room[place]:
+        if size > slack[place]:
             for k in range(3):
                 values[k] = (points[i, k] - centre[place, k]) / size
-            cost += _add(band, gradient, columns, values, 3, size - room[place])
+            cost += _add(band, gradient, columns, values, 3, size - slack[place])
     for k in range(3):
         columns[0], values[0] = k, _FIXED
         cost += _add(band, gradient, columns, values, 1, _FIXED * (points[0, k] - centre[0, k]))

@@ -16,9 +16,17 @@ from ..bending.bending import BendProblem
 from ..bending.hermite import PolarHermite
 from ..bending.optimise import Bend, control_bends
 from ..bending.visual_motor import Steering, VisualMotor
-from .tip_control import Place, at_bounds
+from .tip_control import DistalContext, at_bounds
 
 Array = NDArray[np.float64]
+
+
+def found_bends(context: DistalContext, count: Literal[4, 8]) -> tuple[Bend, ...]:
+    """The control bends at a place (10)-(20); 5 to 30 ms."""
+    problem = BendProblem(
+        context.snake, context.query, context.packed, context.window, context.base, context.rest, context.bound
+    )
+    return control_bends(problem, count)
 
 
 class ParameterisedControl:
@@ -30,21 +38,24 @@ class ParameterisedControl:
         self._count, self._r_max = count, r_max
         self._next = (0.0, 0.0)
 
-    def settle(self, place: Place, q: Array) -> None:
+    def prepare(self, context: DistalContext, q: Array) -> None:
         """Find the control bends anew; done only while r is small, so that the surface moves little under the hand."""
-        problem = BendProblem(place.snake, place.query, place.packed, place.window, place.base, place.rest, place.bound)
-        self.bends = control_bends(problem, self._count)
-        angles = np.array([bend.angle for bend in self.bends])
-        shapes = np.array([place.snake.clamp(place.rest + bend.delta) for bend in self.bends])
-        self._hermite = PolarHermite(place.rest, angles, shapes, self._r_max)
-        self._ends: str | None = None
-        self.move_to(place)
+        self.take(found_bends(context, self._count), context)
 
-    def move_to(self, place: Place) -> None:
+    def take(self, bends: tuple[Bend, ...], context: DistalContext) -> None:
+        """Lay the surface through control bends that were found in a context."""
+        self.bends = bends
+        angles = np.array([bend.angle for bend in self.bends])
+        shapes = np.array([context.snake.clamp(context.rest + bend.delta) for bend in self.bends])
+        self._hermite = PolarHermite(context.rest, angles, shapes, self._r_max)
+        self._ends: str | None = None
+        self.move_to(context)
+
+    def move_to(self, context: DistalContext) -> None:
         """The same bends about another rest: q = Q(r, ϑ) + (q̃ now − q̃ then)."""
-        self._place = place
-        self._offset = place.rest - self._hermite.value(0.0, 0.0)
-        self._motor = VisualMotor(place.snake, self._hermite, place.base)
+        self._context = context
+        self._offset = context.rest - self._hermite.value(0.0, 0.0)
+        self._motor = VisualMotor(context.snake, self._hermite, context.base)
 
     def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
         """Q at the steering that (28) leads to; the command is shortened until no joint goes farther than ``most``."""
@@ -67,9 +78,9 @@ class ParameterisedControl:
     def ends(self, first: int) -> str:
         """Links that the control bends bring to their bounds, looked at once for each set of them."""
         if self._ends is None:
-            place, told = self._place, set[str]()
+            context, told = self._context, set[str]()
             for bend in self.bends:
-                told.update(at_bounds(place, place.snake.clamp(place.rest + bend.delta), first))
+                told.update(at_bounds(context, context.snake.clamp(context.rest + bend.delta), first))
             self._ends = ", ".join(sorted(told))
         return self._ends
 
@@ -106,4 +117,4 @@ class ParameterisedControl:
 
     def _at(self, steering: tuple[float, float]) -> Array:
         shape: Array = self._hermite.cartesian(*steering)[0] + self._offset
-        return self._place.snake.clamp(shape)
+        return self._context.snake.clamp(shape)

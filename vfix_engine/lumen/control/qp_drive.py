@@ -12,19 +12,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...control.qp import solve, stack
-from ...fixtures import Constraint, Objective
 from ...fixtures.rows import with_progress
-from .tip_control import Place, camera_jacobian, outwards
-from .wall_rows import wall_rows
+from .tip_control import DistalContext, camera_jacobian, outwards
+from .wall_program import WallProgram, joint_regularisation
 
 Array = NDArray[np.float64]
 
 REWARD = 1.0  # w_λ: what progress is worth against an error across the command
-SMALL_MOTION = 1e-2  # of a joint's step, as the way its link's end goes, against an error of the camera
+REGULARISATION = 1e-2  # of a joint's step, as the motion of its link's end, against an error of the camera
 PULL = 1e-3  # back to the conforming shape
-NEAR_MM = 2.0  # [mm] vertices that are so near to their link's bound get a row
-KEEP_MM = 0.05  # [mm] rows hold the links that much inside of the bound, as they are true for small steps only
+MARGIN_MM = 0.05  # rows hold the links that much inside of the bound, as they are true for small steps only
+NEAR_MM = 2.0 + MARGIN_MM  # vertices that are so near to their link's bound get a row
 _HURRIED = 1.0 - 1e-6  # of the fastest step: it is the joints' speed that ends it
 ROUNDS = 3  # the wall is flattened again where a step that is not small meets it: so often at most
 
@@ -36,43 +34,40 @@ class QpControl:
         self.steering, self.hurried = (0.0, 0.0), False
         self.unsolved = 0
 
-    def settle(self, place: Place, q: Array) -> None:
+    def prepare(self, context: DistalContext, q: Array) -> None:
         """Nothing is found beforehand."""
-        self._place = place
+        self._context = context
 
-    def move_to(self, place: Place) -> None:
-        """The place moved."""
-        self._place = place
+    def move_to(self, context: DistalContext) -> None:
+        """The links' context moved."""
+        self._context = context
 
     def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
         """Joints after the step that the program finds; q itself where it finds none."""
-        place, snake = self._place, self._place.snake
+        context, snake = self._context, self._context.snake
         n = snake.dof
         length = float(np.linalg.norm(camera_mm))
         self.hurried = False
         if length == 0.0:
             return q
         jacobian, desired = np.zeros((3, n)), np.zeros(3)
-        jacobian[:2], desired[:2] = camera_jacobian(snake, q, place.base), camera_mm
-        lever = np.zeros((n, n + 1))
-        lever[:, :n] = snake.length_mm * np.eye(n)
+        jacobian[:2], desired[:2] = camera_jacobian(snake, q, context.base), camera_mm
         objectives = [
             with_progress(jacobian, desired, REWARD),
-            Objective(lever, np.zeros(n), SMALL_MOTION),
-            Objective(lever, snake.length_mm * np.clip(place.rest - q, -most, most), PULL),
+            joint_regularisation(context, REGULARISATION),
+            joint_regularisation(context, PULL, np.clip(context.rest - q, -most, most)),
         ]
-        low, high = np.maximum(-most, -snake.q_max - q), np.minimum(most, snake.q_max - q)
-        low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
-        walls, step = [self._clearance(q, np.zeros(n))], np.zeros(n)
+        program, step = WallProgram(context, q, most), np.zeros(n)
+        walls = []
         for _ in range(1 + ROUNDS):
-            answer = solve(stack(objectives, walls, low, high, length))
-            if answer is None:
+            walls.append(program.wall(step, NEAR_MM, MARGIN_MM))
+            found = program.solve(objectives, walls, length)
+            if found is None:
                 self.unsolved += 1
                 break
-            step = np.clip(answer.step, low, high)
+            step = found
             if self._kept(q + step):
                 break
-            walls.append(self._clearance(q, step))
         self.hurried = float(np.abs(step).max()) > _HURRIED * most
         return snake.clamp(q + step)
 
@@ -92,23 +87,10 @@ class QpControl:
 
     def outwards(self, q: Array) -> Array:
         """Where the camera goes as the bend grows in proportion."""
-        return outwards(self._place.snake, q, self._place.base, self._place.rest)
+        return outwards(self._context.snake, q, self._context.base, self._context.rest)
 
     def _kept(self, q: Array) -> bool:
         """Whether every link is within its bound."""
-        place = self._place
-        frames = place.snake.frames(place.snake.clamp(q), place.base)
-        return bool((place.query.deviations(place.packed, frames, place.window).depth <= place.bound).all())
-
-    def _clearance(self, q: Array, step: Array) -> Constraint:
-        """g · J Δq ≤ b_i − signed distance, of vertices near their link's bound; never asking for a way back.
-
-        The wall is flattened where it is met after ``step``. Of a hollow wall that is true on the inner side of it,
-        so what was found of other steps may stay.
-        """
-        place, snake = self._place, self._place.snake
-        near = NEAR_MM + KEEP_MM
-        at = snake.clamp(q + step)
-        rows = wall_rows(place, at, near)
-        room = np.maximum(rows.room - KEEP_MM + rows.matrix[:, : snake.dof] @ (at - q), 0.0)
-        return Constraint("wall", rows.matrix, room, rows.vertex, ("the wall of the pathway",))
+        context = self._context
+        frames = context.snake.frames(context.snake.clamp(q), context.base)
+        return bool((context.query.deviations(context.packed, frames, context.window).depth <= context.bound).all())

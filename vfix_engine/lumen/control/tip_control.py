@@ -1,4 +1,4 @@
-"""What a control of the distal links is given and what it gives: a wish, which the hard limits judge afterwards."""
+"""What a control of the distal links is given, and what it gives: wanted joints, not yet certified."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _AT_LIMIT = 1e-6  # [rad]
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class DistalContext:
     """Where links are to be moved about: the distal ones as a rule, or all.
 
     snake: these links alone; query: of their vertices.
@@ -45,11 +45,11 @@ class TipControl(Protocol):
     hurried: bool
     """Whether the joints' speed cut what was wanted last."""
 
-    def settle(self, place: Place, q: Array) -> None:
-        """Get ready for another place, from joints q (2L',)."""
+    def prepare(self, context: DistalContext, q: Array) -> None:
+        """Prepare for another context, from joints q (2L',)."""
 
-    def move_to(self, place: Place) -> None:
-        """The same place, moved with the tissue."""
+    def move_to(self, context: DistalContext) -> None:
+        """The same context, moved with the tissue."""
 
     def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
         """Joints (2L',) that move the camera by so many mm in its plane (2,), none by more than ``most`` rad."""
@@ -76,19 +76,19 @@ def outwards(snake: SnakeModel, q: Array, base: Array, rest: Array) -> Array:
     return found
 
 
-def at_bounds(place: Place, q: Array, first: int) -> list[str]:
-    """Links at their bounds at joints q (2L',), in words; ``first`` is the number of the place's first link."""
-    frames = place.snake.frames(q, place.base)
-    depth = place.query.deviations(place.packed, frames, place.window).depth
-    near = np.flatnonzero(depth > place.bound - _AT_BOUND_MM)
-    return [f"link {first + i + 1} at its bound of {place.bound[i]:g} mm" for i in near]
+def at_bounds(context: DistalContext, q: Array, first: int) -> list[str]:
+    """Links at their bounds at joints q (2L',), in words; ``first`` is the number of the first link."""
+    frames = context.snake.frames(q, context.base)
+    depth = context.query.deviations(context.packed, frames, context.window).depth
+    near = np.flatnonzero(depth > context.bound - _AT_BOUND_MM)
+    return [f"link {first + i + 1} at its bound of {context.bound[i]:g} mm" for i in near]
 
 
-def stops(place: Place, q: Array, first: int) -> list[str]:
+def stops(context: DistalContext, q: Array, first: int) -> list[str]:
     """Links at their bounds and joints at their limits; as ``at_bounds``."""
-    limits = int((np.abs(q) > place.snake.q_max - _AT_LIMIT).sum())
-    words = at_bounds(place, q, first)
-    return [*words, f"{limits} of {place.snake.dof} joints at their limit"] if limits else words
+    limits = int((np.abs(q) > context.snake.q_max - _AT_LIMIT).sum())
+    words = at_bounds(context, q, first)
+    return [*words, f"{limits} of {context.snake.dof} joints at their limit"] if limits else words
 
 
 def camera_jacobian(snake: SnakeModel, q: Array, base: Array) -> Array:

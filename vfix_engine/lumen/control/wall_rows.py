@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...geometry.compiled import compiled
 from ...robots.snake_kernel import snake_jacobian
 from ..query.clearance import binding_vertices
-from .tip_control import Place
+from .tip_control import DistalContext
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -19,24 +19,24 @@ PER_LINK = 8  # rows at most
 
 
 class WallRows(NamedTuple):
-    """g · J Δq ≤ room, for vertices near their link's bound: matrix (k, 2L + 1) with λ's column 0, room (k,) mm.
+    """g · J Δq ≤ slack, for vertices near their link's bound: matrix (k, 2L + 1) with λ's column 0, slack (k,) mm.
 
-    room is what is left to the bound, negative where it is passed; vertex: (k,) rows of ``LinkVertices.points``.
+    slack is what is left to the bound, negative where it is passed; vertex: (k,) rows of ``LinkVertices.points``.
     """
 
     matrix: Array
-    room: Array
+    slack: Array
     vertex: Index
 
 
-def wall_rows(place: Place, q: Array, near_mm: float) -> WallRows:
+def wall_rows(context: DistalContext, q: Array, near_mm: float) -> WallRows:
     """Rows at joints q (2L,) of the vertices that have less than ``near_mm`` left to their link's bound."""
-    frames = place.snake.frames(q, place.base)
-    near = binding_vertices(place.query, place.packed, frames, place.window, place.bound, near_mm, PER_LINK)
-    matrix = np.zeros((len(near.link), place.snake.dof + 1))
+    frames = context.snake.frames(q, context.base)
+    near = binding_vertices(context.query, context.packed, frames, context.window, context.bound, near_mm, PER_LINK)
+    matrix = np.zeros((len(near.link), context.snake.dof + 1))
     poses = np.ascontiguousarray(frames[1:, :3])
     clearance_rows(poses, frames[0].copy(), np.array(q), near.link, near.point, near.gradient, matrix)
-    return WallRows(matrix, place.bound[near.link] - near.signed, near.vertex)
+    return WallRows(matrix, context.bound[near.link] - near.signed, near.vertex)
 
 
 @compiled

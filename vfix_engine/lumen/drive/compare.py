@@ -116,7 +116,7 @@ def _curvature(path: Array) -> float:
         return 0.0
     places = np.arange(0.0, along[-1], _SPACING_MM)
     even = np.column_stack([np.interp(places, along, path[:, axis]) for axis in range(3)])
-    way = np.diff(even, axis=0)
-    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
-    turn = np.arccos(np.clip(np.einsum("ij,ij->i", way[:-1], way[1:]), -1.0, 1.0))
+    direction = np.diff(even, axis=0)
+    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
+    turn = np.arccos(np.clip(np.einsum("ij,ij->i", direction[:-1], direction[1:]), -1.0, 1.0))
     return float(np.sqrt(np.mean((turn / _SPACING_MM) ** 2)))

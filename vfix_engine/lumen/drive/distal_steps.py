@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...robots.snake import SnakeModel
-from ..conform.conformance import Conformed
-from ..control.tip_control import Place, TipControl, outwards, stops
-from ..limits.limits import HardLimits, Pose
+from ..conform.conformance import ShapeSolution
+from ..control.tip_control import DistalContext, TipControl, outwards, stops
+from ..limits.backtracking import largest_share
+from ..limits.limits import Configuration, HardLimits
 from ..pathway.packed import PackedPathway
 from ..query.query import Deviations, Query
 from .drive_state import Command, DriveSettings, Outcome
@@ -20,7 +21,6 @@ from .trail import Trail
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-SHARES = (1.0, 0.5, 0.25, 0.1)  # of a wanted step, tried in turn
 SAME = 1e-9  # share by which a step may be longer than it is allowed to be, by rounding
 
 
@@ -33,7 +33,7 @@ class DistalSteps:
     control: TipControl
     q: Array
     _first: int
-    _conformed: Conformed
+    _conformed: ShapeSolution
     _distal_limits: HardLimits
     _distal_query: Query
     _packed: PackedPathway
@@ -57,16 +57,16 @@ class DistalSteps:
     def ready_to_look(self) -> None:
         """Let the control of the distal links get ready here, if it is not; a camera command does it by itself."""
         if not self._settled:
-            self.control.settle(self.place(), self.q[2 * self._first :].copy())
+            self.control.prepare(self.distal_context(), self.q[2 * self._first :].copy())
             self._settled = True
 
-    def place(self) -> Place:
+    def distal_context(self) -> DistalContext:
         """Where the distal links are now, for a control of them."""
         frames = self.snake.frames(self._conformed.q, self._conformed.base)
         window = np.ascontiguousarray(self._windows[self._first :])
         rest = np.array(self._conformed.q[2 * self._first :])
         bound = self._bounds()[self._first :]
-        return Place(self.distal, self._distal_query, frames[self._first], rest, self._packed, window, bound)
+        return DistalContext(self.distal, self._distal_query, frames[self._first], rest, self._packed, window, bound)
 
     def _bend(self, command: Command, dt: float, left: float) -> Outcome:
         """The distal links, by the camera command or back to the conforming shape, with ``left`` s of joint travel."""
@@ -108,20 +108,31 @@ class DistalSteps:
         if fastest == 0.0:
             return Outcome("rest")
         within = min(1.0, 1.0 / fastest)
-        place = self.place()
-        for share in SHARES:
-            end = Pose(place.base, q + within * share * (target - q))
-            verdict = self._distal_limits.certify(self._packed, place.window, Pose(place.base, q), end, place.bound)
+        context = self.distal_context()
+        here = Configuration(context.base, q)
+
+        def is_admissible(share: float) -> bool:
+            end = Configuration(context.base, q + within * share * (target - q))
+            verdict = self._distal_limits.certify(self._packed, context.window, here, end, context.bound)
             if verdict.taken:
-                self.q[2 * self._first :] = end.q
-                if by_joints:
-                    self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
-                else:
-                    self.control.accept(within * share)
+                self.q = np.concatenate([self.q[: 2 * self._first], end.q])  # a copy: see SnakeDrive.copy
                 self._keep(verdict.deviation, self._first)
-                return Outcome("moved") if share == 1.0 else self._stopped("shrunk")
-            self._refused = Refusal(verdict, end, place.bound, self.distal, self._distal_query)
-        return self._stopped("held")
+            else:
+                self._refused = Refusal(verdict, end, context.bound, self.distal, self._distal_query)
+            return verdict.taken
+
+        share = largest_share(is_admissible)
+        if share > 0.0 and by_joints:
+            self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
+        elif share > 0.0:
+            self.control.accept(within * share)
+        return self._backtracked(share)
+
+    def _backtracked(self, share: float) -> Outcome:
+        """Of a motion of which ``share`` was admissible, 0 where none was."""
+        if share == 1.0:
+            return Outcome("moved")
+        return self._stopped("shrunk" if share > 0.0 else "held")
 
     def _stopped(self, name: Literal["shrunk", "held"]) -> Outcome:
         """By what the certificate refused last."""
@@ -134,7 +145,7 @@ class DistalSteps:
 
     def _no_bend(self, q: Array) -> str:
         """No joint moves the camera as commanded: what is at its end."""
-        here = ", ".join(stops(self.place(), q, self._first))
+        here = ", ".join(stops(self.distal_context(), q, self._first))
         known = self.control.ends(self._first)
         ends = [words for words in (here, f"the bends known here end with {known}" if known else "") if words]
         return "no bend moves the camera farther that way" + (f": {'; '.join(ends)}" if ends else "")

@@ -46,7 +46,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _FAR_MM = 60.0  # [mm] a landmark farther from the curve is not on this path
-_ROOM_MM = 4.0  # [mm] a robot that uses more of a wide place is turned the wrong way for the narrow one behind it
+_MOST_SLACK_MM = 4.0  # [mm] a robot that uses more of a wide place is turned the wrong way for the narrow one behind it
 _REMEDY = "a larger bound, a thinner robot or other waypoints may get past"
 _ATTACK_STEPS = 2000  # of the adversarial operator at each place
 
@@ -55,12 +55,12 @@ _ATTACK_STEPS = 2000  # of the adversarial operator at each place
 class Lumen:
     """A lumen made ready: its centreline, the curve a snake is to follow, and the pathway around that.
 
-    room: (N,) mm at the curve's points, how far a joint centre may leave the curve before the snake touches the wall.
+    slack: (N,) mm at the curve's points, how far a joint centre may leave the curve before the snake touches the wall.
     """
 
     centreline: Centreline
     curve: Curve
-    room: Array
+    slack: Array
     pathway: Pathway
 
 
@@ -104,17 +104,17 @@ def lumen_between(
     pathway = fit_pathway(
         mesh, curve, settings.contours, settings.interpolated, settings.angles, quantile=settings.quantile
     )
-    room = _room(curve, pathway, snake)
+    slack = _slack(curve, pathway, snake)
     if tissue is not None:
         pathway = pathway.moved(tissue)
-    return Lumen(centreline, curve, room, pathway)
+    return Lumen(centreline, curve, slack, pathway)
 
 
-def _room(curve: Curve, pathway: Pathway, snake: SnakeModel) -> Array:
+def _slack(curve: Curve, pathway: Pathway, snake: SnakeModel) -> Array:
     """How far the robot may leave the curve: the pathway's least radius there less its own, and never far."""
     at = np.arange(len(curve.points)) * curve.step_mm * (pathway.length / curve.length)
     radius = np.interp(at, pathway.s, pathway.contours().radius.min(axis=1))
-    found: Array = np.clip(radius - snake.radius_mm, 0.0, _ROOM_MM)
+    found: Array = np.clip(radius - snake.radius_mm, 0.0, _MOST_SLACK_MM)
     return found
 
 
@@ -171,7 +171,7 @@ def drive_lumen(
     warnings = ends.warnings() + narrow.warnings(robot.sphere_mm, settings.bound_mm)
     for words in warnings:
         say(f"warning: {words}")
-    drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.room)
+    drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.slack)
     behind = WallDepth(mesh, lumen.pathway, curve) if tissue is None else None
     tally = Tally(robot.q_max, drive.bound)
     offsets: list[Array] = []

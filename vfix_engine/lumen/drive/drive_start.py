@@ -1,4 +1,4 @@
-"""What a drive starts with: robot, place and room around its curve that fit together, and its control."""
+"""What a drive starts with: robot, place and slack about its curve that fit together, and its control."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ def checked_tip(snake: SnakeModel, length: float, tip_s: float, longer_allowed: 
     return within("how far in the tip starts, in mm,", tip_s, -snake.reach_mm())
 
 
-def checked_room(room: ArrayLike | None, curve: Curve | None) -> Array | None:
+def checked_slack(slack: ArrayLike | None, curve: Curve | None) -> Array | None:
     """How far the robot may leave a curve that was given, (N,) mm at its points.
 
     Raises:
         InputError: another shape, numbers that are not finite, or no curve that they are about.
     """
-    if room is None:
+    if slack is None:
         return None
     if curve is None:
-        raise InputError("the room is that at the points of a curve: give the curve too")
-    found, points = real_array("the room around a curve", room), len(curve.points)
+        raise InputError("slack is given at the points of a curve: give the curve too")
+    found, points = real_array("the slack about a curve", slack), len(curve.points)
     if found.shape != (points,) or not np.isfinite(found).all():
-        raise InputError(f"the room around a curve of {points} points is ({points},) finite mm, not {found.shape}")
+        raise InputError(f"the slack about a curve of {points} points is ({points},) finite mm, not {found.shape}")
     return found
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...given import place_words
 from ..control.parameterised import ParameterisedControl
 from .drive_state import Command
-from .look_plan import SIDES, LookPlanner, SideWay, view_of
+from .look_plan import SIDES, LookPlanner, SidePath, view_of
 from .snake_drive import SnakeDrive
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ _GIVE_UP_S = 30.0  # [s] of a look-round by hand, at the latest
 _BEYOND_MM = 0.1  # less is told as the same place
 _BETTER = math.radians(1.0)  # so much farther than the hand a planned bend is to look, to be made
 _REACHED = 1e-9  # [rad]
-_STEP_S = 0.005  # [s] at least, of a step along a way that is known; it is certified like any other
+_STEP_S = 0.005  # [s] at least, of a step along a path that is known; it is certified like any other
 _STARTS = 40  # random poses from which a side that is not reached is tried
 
 
@@ -45,7 +45,7 @@ class SideSeen:
     """One side of a look-round.
 
     toward_deg: in the straight view's picture, clockwise from the right. turned_deg: the most that the view was really
-    turned there. held_by: in words, what ended the planned way there; empty where nothing did. anywhere_deg: the most
+    turned there. held_by: in words, what ended the planned path there; empty where nothing did. anywhere_deg: the most
     that any pose within the bounds was found to turn it, asked only of sides that were not reached.
     """
 
@@ -136,9 +136,9 @@ class _Seen:
         self.turned[view.side()] = max(self.turned[view.side()], view.turned)
 
 
-def planned(drive: SnakeDrive) -> tuple[LookPlanner, tuple[SideWay, ...]]:
+def planned(drive: SnakeDrive) -> tuple[LookPlanner, tuple[SidePath, ...]]:
     """Ways to look to every side from where the robot is."""
-    planner = LookPlanner(drive.place(), drive.distal_limits, math.radians(drive.settings.look_aim_deg))
+    planner = LookPlanner(drive.distal_context(), drive.distal_limits, math.radians(drive.settings.look_aim_deg))
     return planner, planner.plan()
 
 
@@ -151,14 +151,14 @@ def look_round(drive: SnakeDrive, stop: Stop, with_plan: bool = True) -> Iterato
     held = [""] * SIDES
     anywhere: list[float | None] = [None] * SIDES
     if with_plan and drive.straight:
-        planner, ways = planned(drive)
-        widest = int(np.argmax([way.turned for way in ways]))
-        for side, way in enumerate(ways):
-            held[side] = way.held_by
-            if side == widest or way.turned > seen.turned[side] + _BETTER:
-                yield from _there_and_back(drive, stop, seen, way.bends, "bent" if side == widest else None)
+        planner, paths = planned(drive)
+        widest = int(np.argmax([path.turned for path in paths]))
+        for side, path in enumerate(paths):
+            held[side] = path.held_by
+            if side == widest or path.turned > seen.turned[side] + _BETTER:
+                yield from _there_and_back(drive, stop, seen, path.bends, "bent" if side == widest else None)
             if math.degrees(seen.turned[side]) < least:
-                most = max(planner.anywhere(side, _STARTS), way.turned, float(seen.turned[side]))
+                most = max(planner.anywhere(side, _STARTS), path.turned, float(seen.turned[side]))
                 anywhere[side] = math.degrees(most)
     sides = tuple(
         SideSeen(360.0 * side / SIDES, math.degrees(float(seen.turned[side])), held[side], anywhere[side])
@@ -188,7 +188,7 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
     pilot = drive.control if isinstance(drive.control, ParameterisedControl) else None
     if pilot is None:  # whoever else steers: the paper's surface still says where the camera should go
         shadow = ParameterisedControl(drive.settings.bends, drive.settings.r_max)
-        shadow.settle(drive.place(), drive.q[-drive.distal.dof :])
+        shadow.prepare(drive.distal_context(), drive.q[-drive.distal.dof :])
     else:
         shadow = pilot
     done, began = 0.0, drive.t
@@ -196,13 +196,13 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
     while done < total and drive.t - began < _GIVE_UP_S:
         r, theta = _wanted_view(done)
         here, target = np.array(shadow.steering), np.array([r * math.cos(theta), r * math.sin(theta)])
-        way = target - here
-        behind = float(np.linalg.norm(way))
+        remaining = target - here
+        behind = float(np.linalg.norm(remaining))
         # Held, the hand goes elsewhere; where the camera hardly moves with the bend, it does not wait for ever.
         state = drive.state
         close = behind < _AHEAD or (state.outcome in ("held", "shrunk") and state.limit != "speed")
         done += dt if close else _IMPATIENT * dt
-        step = way * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else way
+        step = remaining * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else remaining
         camera = shadow.camera_per_steering() @ step / dt
         before = drive.snake.camera(drive.q, drive.state.base)
         yield Order(Command(camera_mm_per_s=(float(camera[0]), float(camera[1]))), dt, None, stop)
@@ -214,10 +214,10 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
 
 
 def _carried_out(before: Array, after: Array, wanted_mm: Array) -> float:
-    """Share, 0 to 1, of a wanted way of the camera in its plane that it went."""
-    way = before[:3, :2].T @ (after[:3, 3] - before[:3, 3])
+    """Share, 0 to 1, of a wanted displacement of the camera in its plane that it made."""
+    displacement = before[:3, :2].T @ (after[:3, 3] - before[:3, 3])
     square = float(wanted_mm @ wanted_mm)
-    return min(max(float(way @ wanted_mm) / square, 0.0), 1.0) if square > 0.0 else 1.0
+    return min(max(float(displacement @ wanted_mm) / square, 0.0), 1.0) if square > 0.0 else 1.0
 
 
 def _wanted_view(time_s: float) -> tuple[float, float]:
@@ -229,7 +229,7 @@ def _wanted_view(time_s: float) -> tuple[float, float]:
 def _there_and_back(
     drive: SnakeDrive, stop: Stop, seen: _Seen, bends: Array, event: Literal["bent"] | None
 ) -> Iterator[Order]:
-    """Along a way, and back by the way that was gone."""
+    """Along a path, and back by the same path."""
     gone: list[Array] = []
     for bend in bends:
         yield from _to(drive, bend, stop)

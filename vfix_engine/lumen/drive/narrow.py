@@ -1,4 +1,4 @@
-"""Whether a lumen has room for the robot: its narrowest place, and how deep links really were behind the wall."""
+"""Whether a lumen is wide enough for the robot: its narrowest place, and how deep links really were behind the wall."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Narrowest:
     below_bound_mm: float
 
     def warnings(self, robot_mm: float, bound_mm: float) -> list[str]:
-        """In words, what there is no room for, and what may be done."""
+        """In words, where the lumen is too narrow, and what may be done."""
         told = f"the pathway's radius is {self.radius_mm:.1f} mm at {self.at_mm:.0f} mm, {place_words(self.at_lps)}"
         found = []
         if self.below_robot_mm > 0.0:

@@ -116,8 +116,8 @@ def _to_the_best_place(drive: SnakeDrive, stop: Stop, target_s: float) -> Iterat
 
 
 def _worst_side(drive: SnakeDrive) -> float:
-    """Of the ways to look to each side from here, how far the shortest turns the view, rad."""
-    return min(way.turned for way in planned(drive)[1])
+    """Of the paths to look to each side from here, how far the shortest turns the view, rad."""
+    return min(path.turned for path in planned(drive)[1])
 
 
 def adversarial(drive: SnakeDrive, steps: int, seed: int = 0) -> Iterator[Order]:

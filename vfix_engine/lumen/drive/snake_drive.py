@@ -7,9 +7,10 @@ but for a pathway that moves, which the robot's shape follows.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from time import perf_counter
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,27 +19,28 @@ from ...errors import InputError
 from ...given import positive
 from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
-from ..conform.conformance import Conformed
+from ..conform.conformance import ShapeSolution
 from ..conform.conforming import blended, driven_curve
 from ..conform.waypoints import Waypoints, moved_off
-from ..control.ease import eased
-from ..control.tip_control import Place
+from ..control.projection import projected_to_limits
+from ..control.tip_control import DistalContext
 from ..haptics.hand_forces import HandForces
 from ..haptics.haptics import Forces
-from ..limits.limits import HardLimits, Pose
+from ..limits.backtracking import largest_share
+from ..limits.limits import Configuration, HardLimits
 from ..pathway.live_pathway import LivePathway
 from ..pathway.pathway import Pathway
 from ..query.query import Deviations, Query
-from .distal_steps import SAME, SHARES, DistalSteps
-from .drive_start import checked_room, checked_tip, make_control, refuse_beyond
+from .distal_steps import SAME, DistalSteps
+from .drive_start import checked_slack, checked_tip, make_control, refuse_beyond
 from .drive_state import Command, DriveSettings, DriveState, Outcome, both
+from .link_windows import entrance, link_windows
 from .refusal import Refusal
 from .trail import Trail
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
 TISSUE_SHARE = 0.5  # of the joints' speed at most is for following the tissue; the rest is the hand's
 TISSUE_RESERVE_MM = 0.5  # [mm] four times what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
@@ -53,15 +55,18 @@ class SnakeDrive(DistalSteps):
         snake: the whole robot.
         pathway: what its links are measured against, still or moving.
         curve: what it is to conform to, None: the pathway's own; with a moving pathway always the pathway's own.
-        room: (N,) mm at the curve's points, how far the robot may leave the curve there.
+        slack: (N,) mm at the curve's points, how far the robot may leave the curve there.
         tip_s: how far in it starts, mm; at 0 it lies straight before the entrance.
         beyond_allowed: it may start with links beyond their bounds, which then go no deeper than they are.
         longer_allowed: it may have more links than it takes to the path's end, some of which never come in.
 
     Raises:
-        InputError: a link that starts beyond its bound; a robot longer than the path; a room without a curve or of
+        InputError: a link that starts beyond its bound; a robot longer than the path; slack without a curve or of
             another shape; a pathway with closed ends, which has no entrance.
     """
+
+    eases = True  # within a step, where the certificate refuses it
+    times_queries = True
 
     def __init__(
         self,
@@ -69,7 +74,7 @@ class SnakeDrive(DistalSteps):
         pathway: Pathway,
         settings: DriveSettings | None = None,
         curve: Curve | None = None,
-        room: Array | None = None,
+        slack: Array | None = None,
         tip_s: float = 0.0,
         *,
         beyond_allowed: bool = False,
@@ -92,34 +97,36 @@ class SnakeDrive(DistalSteps):
         self.control = make_control(self.settings)
         self.hand = HandForces(self.distal)
         line = driven_curve(pathway, curve)
-        room, tip_s = checked_room(room, curve), checked_tip(snake, line.length, tip_s, longer_allowed)
+        slack, tip_s = checked_slack(slack, curve), checked_tip(snake, line.length, tip_s, longer_allowed)
         self._live = LivePathway(pathway, self.settings.tissue_s)
         self.t, self.refused_commands, self._steps = 0.0, 0, 0
         self._settled, self._by_joints, self._query_s = False, False, 0.0  # by commands to its joints it may be bent
-        self._goal: Conformed | None = None  # the shape that the tissue's motion asks for, while it is not reached
+        self._goal: ShapeSolution | None = None  # the shape that the tissue's motion asks for, while it is not reached
         self._refused: Refusal | None = None
         self._trail = Trail()
         self._packed = pathway.packed(0.0)
-        self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
+        self._entrance = entrance(self._packed, snake)
         still = pathway.motion is None
         self._windows: Index
         self._measured: NDArray[np.bool_]
         self._deviation: Deviations
-        self._way = Waypoints(snake, line, room if still else None, tip_s, still, self.settings.waypoint_mm)
-        self._conformed, self.tip_s = self._way.first, tip_s
+        self._waypoints = Waypoints(snake, line, slack if still else None, tip_s, still, self.settings.waypoint_mm)
+        self._conformed, self.tip_s = self._waypoints.first, tip_s
         self.q = np.array(self._conformed.q)
         self._began = self.q.copy()
         self._look(self._conformed.joint_s)
         self._measure()
         if not beyond_allowed:
             refuse_beyond(self._deviation.depth, self.bound)
-        self._eased(self._conformed, Pose(self._conformed.base, self.q), self.settings.step_s)  # loads its kernels
+        self._projected(
+            self._conformed, Configuration(self._conformed.base, self.q), self.settings.step_s
+        )  # loads its kernels
         self.state = self._state("inserting", Outcome("rest"), self.hand.forces, 0.0)
 
     @property
     def length_mm(self) -> float:
         """Of the curve that the robot conforms to."""
-        return self._way.curve.length
+        return self._waypoints.curve.length
 
     @property
     def can_look(self) -> bool:
@@ -180,7 +187,7 @@ class SnakeDrive(DistalSteps):
         looking = command.bends and command.insert_mm_per_s == 0.0
         if self.lost is None and (command.bends or command.insert_mm_per_s != 0.0):
             outcome = both(outcome, self._command(command, dt))
-        if self._steps % _TIMED == 0:
+        if self.times_queries and self._steps % _TIMED == 0:
             frames, asked = self.snake.frames(self.q, self._conformed.base), perf_counter()
             self.query.deviations(self._packed, frames, self._windows)
             self._query_s = perf_counter() - asked
@@ -193,6 +200,17 @@ class SnakeDrive(DistalSteps):
         forces = self.hand.step(before, after, dt, self._deviation.depth[self._first :], self._outwards(after))
         self.state = self._state("looking" if looking else "inserting", outcome, forces, perf_counter() - began)
         return self.state
+
+    def copy(self) -> Self:
+        """A drive that goes on from here by itself: steps of one leave the other as it is.
+
+        What a step replaces and never writes into, which is every array, is shared; and so are the scratch arrays of
+        queries, so two copies do not step at the same time.
+        """
+        other = copy(self)
+        other.control, other.hand = copy(self.control), copy(self.hand)
+        other._live, other._waypoints, other._trail = copy(self._live), self._waypoints.copy(), self._trail.copy()
+        return other
 
     # What a step may do
 
@@ -221,70 +239,79 @@ class SnakeDrive(DistalSteps):
             ahead_s, ahead = self._waypoint(1.0 if wanted_mm > 0.0 else -1.0)
         except LookupError as end:
             return Outcome("held", str(end), "end")
-        way, most = ahead_s - self.tip_s, self.settings.insertion_step_mm
+        remaining, most = ahead_s - self.tip_s, self.settings.insertion_step_mm
         ratio = self._fastest(ahead, dt)
-        part_of_way = min(abs(wanted_mm), most) / abs(way)
-        within = min(1.0, part_of_way, 1.0 / ratio if ratio > 0.0 else 1.0)
+        part = min(abs(wanted_mm), most) / abs(remaining)
+        within = min(1.0, part, 1.0 / ratio if ratio > 0.0 else 1.0)
         done = Outcome("moved")
-        if within < min(1.0, part_of_way):
+        if within < min(1.0, part):
             done = self._fast()
-        elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(way)) and 0.0 < ahead_s < self.length_mm:
+        elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(remaining)) and 0.0 < ahead_s < self.length_mm:
             done = Outcome("shrunk", f"a step goes {most:g} mm at most, and to the next planned shape", "step")
-        for share in SHARES:
-            part = share * within
-            if self.tip_s + part * way == self.tip_s:  # eased, the robot would move without coming any nearer
-                return self._stopped("held")
-            if self._certified(blended(self._conformed, ahead, part), dt):
-                self.tip_s = self._conformed.tip_s
-                if self._goal is not None:  # what the tissue asks for goes in with the robot
-                    self._goal = blended(self._goal, ahead, part)
-                if part >= 1.0:
-                    self._way.passed()
-                self._settled = False
-                return done if share == 1.0 else self._stopped("shrunk")
-        return self._stopped("held")
 
-    def _waypoint(self, sign: float) -> tuple[float, Conformed]:
+        def is_admissible(share: float) -> bool:
+            part = share * within
+            advances = self.tip_s + part * remaining != self.tip_s  # else joints would move and the tip would not
+            return advances and self._certified(blended(self._conformed, ahead, part), dt)
+
+        share = largest_share(is_admissible)
+        if share > 0.0:
+            self.tip_s = self._conformed.tip_s
+            if self._goal is not None:  # what the tissue asks for goes in with the robot
+                self._goal = blended(self._goal, ahead, share * within)
+            if share * within >= 1.0:
+                self._waypoints.passed()
+            self._settled = False
+        return done if share == 1.0 else self._backtracked(share)
+
+    def _waypoint(self, sign: float) -> tuple[float, ShapeSolution]:
         """Where the insertion goes next, moved off the wall where that is needed.
 
         Raises:
             LookupError: there is nowhere to go.
         """
-        place, shape, new = self._way.ahead(self.tip_s, sign)
+        place, shape, new = self._waypoints.ahead(self.tip_s, sign)
         if not new:
             return place, shape
+        if not _in_order(shape.joint_s):
+            self._waypoints.restart(self._conformed)
+            raise LookupError("no shape conforms to the path there")
         known = self._windows, self._measured
         self._look(shape.joint_s)
         better = moved_off(shape, self.snake, self.query, self._packed, self._windows, self._bounds())
         self._windows, self._measured = known
         if better is not None:
-            self._way.correct(better)
+            self._waypoints.correct(better)
         return place, better or shape
 
     def plan_anew(self, waypoint_mm: float) -> None:
         """Forget what was planned ahead; from here on in shapes ``waypoint_mm`` apart."""
-        self._way.spacing_mm = waypoint_mm
-        self._way.restart(self._conformed)
+        self._waypoints.spacing_mm = waypoint_mm
+        self._waypoints.restart(self._conformed)
 
     def _follow_tissue(self, dt: float) -> Outcome:
         """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
-        now = self._live.look(self.t)
+        self._see(dt)
         if self.lost is not None:
             return Outcome("held", self.lost, "tissue")
-        if now is not None:
-            self._packed, self._way.curve = now
-            self.tip_s = min(self.tip_s, self._way.curve.length)
-            most = TISSUE_SHARE * self.settings.speed_max * max(self.settings.tissue_s, dt)
-            self._goal = self._way.at(self.tip_s, self._conformed, most)
-            self._way.restart(self._goal)
-            self._measure()
         was, outcome = self._conformed, self._to_goal(dt)
         left = self._left(dt)
-        if left >= _LEAST * dt and (self._deviation.depth > self._bounds()).any():
+        if left >= _LEAST * dt and (self._deviation.depth > self._retreat_beyond()).any():
             self._retreat(left)
         if self._settled and (outcome.name != "rest" or self._conformed is not was):
-            self.control.move_to(self.place())
+            self.control.move_to(self.distal_context())
         return outcome
+
+    def _see(self, dt: float) -> None:
+        """Look at the tissue, if it is time to: the pathway of now, and the shape that conforms to it as the goal."""
+        now = self._live.look(self.t)
+        if now is not None:
+            self._packed, self._waypoints.curve = now
+            self.tip_s = min(self.tip_s, self._waypoints.curve.length)
+            most = TISSUE_SHARE * self.settings.speed_max * max(self.settings.tissue_s, dt)
+            self._goal = self._waypoints.at(self.tip_s, self._conformed, most)
+            self._waypoints.restart(self._goal)
+            self._measure()
 
     def _to_goal(self, dt: float) -> Outcome:
         """Towards the shape that the tissue asks for, so fast that it is there when the tissue is looked at again."""
@@ -292,37 +319,38 @@ class SnakeDrive(DistalSteps):
         if goal is None:
             return Outcome("rest")
         due = self._live.share(self.t, dt)
-        for share in SHARES:
-            whole = share * due == 1.0 and self._fastest(goal, dt) <= 1.0
-            if self._certified(blended(self._conformed, goal, share * due), dt):
-                self._goal = None if whole else goal
-                return Outcome("moved") if share == 1.0 else self._stopped("shrunk")
-        self._goal = None  # until the tissue has moved on
-        self._way.restart(self._conformed)
-        return self._stopped("held")
+        whole = due == 1.0 and self._fastest(goal, dt) <= 1.0
+        share = largest_share(lambda share: self._certified(blended(self._conformed, goal, share * due), dt))
+        self._goal = None if share == 0.0 or (whole and share == 1.0) else goal
+        if share == 0.0:  # nothing is followed until the tissue has moved on
+            self._waypoints.restart(self._conformed)
+        return self._backtracked(share)
 
-    def _bent(self, conformed: Conformed) -> Array:
+    def _bent(self, conformed: ShapeSolution) -> Array:
         """Joints (2L,) of a conforming shape with the bend that the distal links have."""
         bend = self.q - self._conformed.q
         bend[: 2 * self._first] = 0.0
         return self.snake.clamp(conformed.q + bend)
 
-    def _fastest(self, wanted: Conformed, dt: float) -> float:
+    def _fastest(self, wanted: ShapeSolution, dt: float) -> float:
         """Speed of the fastest joint on the way there, of what joints may do; a bend at a joint's end is no help."""
         return float(np.abs(wanted.q - self._conformed.q).max()) / (self.settings.speed_max * dt)
 
-    def _certified(self, wanted: Conformed, dt: float) -> bool:
+    def _certified(self, wanted: ShapeSolution, dt: float) -> bool:
         """Go to another conforming shape if the hard limits let it, as far as the joints' speed allows."""
         ratio = self._fastest(wanted, dt)
         if ratio > 1.0:
             wanted = blended(self._conformed, wanted, 1.0 / ratio)
+        if not _in_order(wanted.joint_s):
+            self._refused = None
+            return False
         windows, measured = self._windows, self._measured
         self._look(wanted.joint_s)
-        start, end = Pose(self._conformed.base, self.q), Pose(wanted.base, self._bent(wanted))
+        start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
         known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
-        if not verdict.taken and np.isfinite(verdict.deviation.depth).all():
-            wanted, end = self._eased(wanted, end, dt)
+        if self.eases and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
+            wanted, end = self._projected(wanted, end, dt)
             verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
@@ -334,34 +362,36 @@ class SnakeDrive(DistalSteps):
 
     def _retreat(self, dt: float) -> None:
         """Back towards the bounds that the tissue's motion has left links beyond, as fast as joints may."""
-        here = Pose(self._conformed.base, self.q)
-        wanted, end = self._eased(self._conformed, here, dt)
+        here = Configuration(self._conformed.base, self.q)
+        wanted, end = self._projected(self._conformed, here, dt)
         verdict = self._limits.certify(self._packed, self._windows, here, end, self._bounds(), self._deviation.depth)
         if verdict.taken:
             self._conformed, self.q = wanted, np.array(end.q)
             self._keep(verdict.deviation)
 
-    def _eased(self, wanted: Conformed, end: Pose, dt: float) -> tuple[Conformed, Pose]:
+    def _projected(self, wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
         """The nearest shape that keeps the bounds, if there is one; the operator's bend stays as it is."""
-        place = Place(self.snake, self.query, end.base, end.q, self._packed, self._windows, self._bounds())
-        q = eased(place, self.q, self.settings.speed_max * dt)
+        context = DistalContext(self.snake, self.query, end.base, end.q, self._packed, self._windows, self._bounds())
+        q = projected_to_limits(context, self.q, self.settings.speed_max * dt)
         if q is None:
             return wanted, end
-        return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Pose(end.base, q)
+        return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Configuration(end.base, q)
 
     # What is known of the robot
 
     def _look(self, joint_s: Array) -> None:
         """Windows of the links for joints at these arc lengths, and which links are inside."""
-        low, high = joint_s[:-1] - WINDOW_MM, joint_s[1:] + WINDOW_MM
-        low[self._first :], high[self._first :] = low[self._first], high[-1]
-        self._windows = np.array([self.pathway.window(*pair) for pair in zip(low, high, strict=True)], dtype=np.int64)
+        self._windows = link_windows(self.pathway, joint_s, self._first)
         self._measured = joint_s[:-1] >= self._entrance
 
     def _bounds(self) -> Array:
         """b_i of the links that are inside; less a reserve where the pathway moves between two of its moments."""
         reserve = 0.0 if self.pathway.motion is None else TISSUE_RESERVE_MM
         return np.where(self._measured, np.maximum(self.bound - reserve, 0.0), np.inf)
+
+    def _retreat_beyond(self) -> Array:
+        """(L,) mm: a link that is deeper is to retreat at once, whatever that costs."""
+        return self._bounds()
 
     def _measure(self) -> None:
         frames = self.snake.frames(self.q, self._conformed.base)
@@ -386,3 +416,8 @@ class SnakeDrive(DistalSteps):
             self._conformed.joint_s, self.control.steering, self._packed, self._windows, self._measured,
             self._deviation, forces, *outcome, self._query_s, spent,
         )  # fmt: skip
+
+
+def _in_order(joint_s: Array) -> bool:
+    """Whether joints lie one after the other along the curve: a shape in which they do not has no windows."""
+    return bool((joint_s[1:] >= joint_s[:-1]).all() and np.isfinite(joint_s).all())

@@ -24,6 +24,12 @@ class Trail:
         self.back = False
         self._kept: list[tuple[Array, Steering]] = []
 
+    def copy(self) -> Trail:
+        """A trail that goes on by itself."""
+        other = Trail()
+        other.back, other._kept = self.back, list(self._kept)
+        return other
+
     def __len__(self) -> int:
         return len(self._kept)
 

@@ -44,9 +44,9 @@ class HandForces:
         """
         share = 1.0 - math.exp(-dt / MEAN_S)
         seen = self._distal.camera(before, _FRAME_OF_L)
-        way = seen[:3, :2].T @ (self._distal.camera(after, _FRAME_OF_L)[:3, 3] - seen[:3, 3])
+        displacement = seen[:3, :2].T @ (self._distal.camera(after, _FRAME_OF_L)[:3, 3] - seen[:3, 3])
         speed_more = share * ((after - before) / dt - self._speed)
-        velocity_more = share * (way / dt - self._velocity)
+        velocity_more = share * (displacement / dt - self._velocity)
         self._speed, self._velocity = self._speed + speed_more, self._velocity + velocity_more
         torque = self._dynamics.torque(after, self._speed, speed_more / dt, _NO_GRAVITY)
         jacobian = np.column_stack([outwards, np.zeros(2)])

@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 ROUNDING_MM = 1e-9  # [mm] so much deeper than it was known to be a link may be found that has not moved
-WAY_TOLERANCE_MM = 0.05  # [mm] so much beyond its bound a link may be between two poses that were measured
+MOTION_TOLERANCE_MM = 0.05  # [mm] so much beyond its bound a link may be between two poses that were measured
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class Configuration:
     """Where a snake is: base (4, 4) transform_base_to_patient, q (2L,) rad; both are copied and read-only.
 
     Raises:
@@ -85,7 +85,7 @@ class HardLimits:
         self.query, self.snake, self.bound, self.first = query, snake, given, first
         points = query.vertices.points
         shape = np.zeros(SHAPE_SIZE)
-        shape[LENGTH], shape[TOLERANCE] = snake.length_mm, WAY_TOLERANCE_MM
+        shape[LENGTH], shape[TOLERANCE] = snake.length_mm, MOTION_TOLERANCE_MM
         # From the joint that a link hangs on, which is its own length behind its frame, to its farthest vertex.
         shape[REACH] = float(np.linalg.norm(points + np.array([0.0, 0.0, snake.length_mm]), axis=1).max())
         shape[LOW : LOW + 3], shape[HIGH : HIGH + 3] = points.min(axis=0), points.max(axis=0)
@@ -96,12 +96,12 @@ class HardLimits:
         self,
         packed: PackedPathway,
         windows: Index,
-        before: Pose,
-        after: Pose,
+        before: Configuration,
+        after: Configuration,
         bound: Array | None = None,
         known: Array | None = None,
     ) -> Verdict:
-        """Whether the motion from one pose to the other keeps every link within its bound, all the way.
+        """Whether the motion from one pose to the other keeps every link within its bound throughout.
 
         Joints go linearly, the base's origin in a straight line, its axes by one turn. A link that is beyond its bound
         at the start, because the pathway moved, may go nowhere deeper than it is; one that is, because it is measured
@@ -116,7 +116,7 @@ class HardLimits:
 
         Raises:
             InputError: arrays of other shapes or kinds, windows that are empty or not in the pathway, bounds below 0
-                or not numbers, a pathway with values that are none. Poses that are not finite are refused instead.
+                or not numbers, a pathway with non-finite values. Non-finite configurations are refused instead.
         """
         links = self.snake.links
         limit = self.bound if bound is None else bound
@@ -137,7 +137,7 @@ class HardLimits:
         return Verdict(False, part, found, poses, self._reason(found, limit))
 
     def _checked(
-        self, packed: PackedPathway, windows: Index, before: Pose, after: Pose, bound: Array
+        self, packed: PackedPathway, windows: Index, before: Configuration, after: Configuration, bound: Array
     ) -> tuple[Index, Array]:
         """Windows and bounds as the kernel reads them, which looks at no shape and no number of a row."""
         links = self.snake.links

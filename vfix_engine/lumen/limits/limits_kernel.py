@@ -1,4 +1,4 @@
-"""Compiled certificate of one motion of a snake: the way is measured, and halved where the bound is coarse.
+"""Compiled certificate of one motion of a snake: the motion is measured, and halved where the bound is coarse.
 
 The proof is in docs/safety.md, "The snake in its pathway".
 """
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...geometry.compiled import compiled
 from ...robots.snake_kernel import snake_frames
-from ..pathway.packed import CORE, SLOPE, PackedPathway
+from ..pathway.packed import INSCRIBED_RADIUS, LIPSCHITZ, PackedPathway
 from ..query.query_blocks import VertexBlocks
 from ..query.query_fast import Deviations, link_deviations
 from ..query.query_lanes import WORK
@@ -25,7 +25,7 @@ Index = NDArray[np.int64]
 LENGTH, REACH, TOLERANCE, LOW, HIGH = 0, 1, 2, 3, 6
 SHAPE_SIZE = 9
 LEAST_PART = 1.0 / 4096.0  # of a motion; one that has to be parted further is refused
-DEEPEST = 0.9  # of the narrowest core of a window: so deep a slope of the deviation is proven
+DEEPEST = 0.9  # of a window's least inscribed radius: the Lipschitz constant is proven for deviations up to that
 
 
 @compiled
@@ -149,26 +149,26 @@ def _way_is_kept(
     for link in range(len(before)):
         if limit[link] == np.inf:
             continue
-        way = _chord(here[link], there[link], shape) + 0.25 * bow[link] * part * part
+        travel = _chord(here[link], there[link], shape) + 0.25 * bow[link] * part * part
         summed, first, last = before[link] + after[link], window[link, 0], window[link, 1]
         whole = max(before[link], after[link]) <= level[link]
-        whole = whole and 0.5 * (summed + steep[link] * way) <= level[link] + tolerance
+        whole = whole and 0.5 * (summed + steep[link] * travel) <= level[link] + tolerance
         ends = (
-            far_from_disc(rows, first, False, here[link], low_high, way)
-            and far_from_disc(rows, first, False, there[link], low_high, way)
-            and far_from_disc(rows, last - 1, True, here[link], low_high, way)
-            and far_from_disc(rows, last - 1, True, there[link], low_high, way)
+            far_from_disc(rows, first, False, here[link], low_high, travel)
+            and far_from_disc(rows, first, False, there[link], low_high, travel)
+            and far_from_disc(rows, last - 1, True, here[link], low_high, travel)
+            and far_from_disc(rows, last - 1, True, there[link], low_high, travel)
         )
         if whole and ends:
             continue
-        if ends and level[link] == limit[link]:  # a core is wide enough for the limit: parting costs less
+        if ends and level[link] == limit[link]:  # inscribed radii are wide enough for the limit: halving costs less
             return False
         most = limit[link] + tolerance
         if not (
-            0.5 * (summed + way) <= most
+            0.5 * (summed + travel) <= most
             and vertices_are_kept(
-                rows, polar, first, last, here[link], there[link], lanes, start[link], start[link + 1], low_high, way,
-                level[link] + tolerance, steep[link], most,
+                rows, polar, first, last, here[link], there[link], lanes, start[link], start[link + 1], low_high,
+                travel, level[link] + tolerance, steep[link], most,
             )
         ):  # fmt: skip
             return False
@@ -177,27 +177,27 @@ def _way_is_kept(
 
 @compiled
 def _slopes(rows: Array, first: int, last: int, limit: float, tolerance: float) -> tuple[float, float]:
-    """Of a window: a depth in mm, and the slope Λ up to that depth and the tolerance.
+    """Of a window: a depth in mm, and the Lipschitz constant Λ up to that depth and the tolerance.
 
-    The depth is the limit; where that and the tolerance are more than ``DEEPEST`` of the narrowest core, it is less:
-    the two are that. A point that deviates by δ has h ≥ core - δ from the axis of the segment that it has it from, and
-    Λ = √(1 + (K / h)²); see ``clearance.slope``.
+    The depth is the limit; where that and the tolerance are more than ``DEEPEST`` of the least inscribed radius c, it
+    is less: the two are that. A point that deviates by δ has h ≥ c - δ from the axis of the segment it is measured
+    to, and Λ = √(1 + (K / h)²); see ``clearance.lipschitz_constant``.
     """
     narrowest = np.inf
     for j in range(first, last):
-        narrowest = min(narrowest, rows[j, CORE])
+        narrowest = min(narrowest, rows[j, INSCRIBED_RADIUS])
     level, steep = min(limit, DEEPEST * narrowest - tolerance), 1.0
     for j in range(first, last):
-        core = rows[j, CORE]
-        height = core - level - tolerance
-        turned = 0.25 * (rows[j, SLOPE] * rows[j, SLOPE] - 1.0) * core * core
+        inscribed = rows[j, INSCRIBED_RADIUS]
+        height = inscribed - level - tolerance
+        turned = 0.25 * (rows[j, LIPSCHITZ] * rows[j, LIPSCHITZ] - 1.0) * inscribed * inscribed
         steep = max(steep, sqrt(1.0 + turned / (height * height)))
     return level, steep
 
 
 @compiled
 def _chord(here: Array, there: Array, shape: Array) -> float:
-    """The longest way in mm, as the crow flies, of a link's vertices: of the corners of their box, being convex."""
+    """The longest displacement in mm of a link's vertices: of the corners of their box, being convex."""
     longest = 0.0
     for corner in range(8):
         x = shape[LOW] if corner & 1 else shape[HIGH]
@@ -208,8 +208,8 @@ def _chord(here: Array, there: Array, shape: Array) -> float:
             a = there[row, 0] - here[row, 0]
             b = there[row, 1] - here[row, 1]
             c = there[row, 2] - here[row, 2]
-            way = a * x + b * y + c * z + there[row, 3] - here[row, 3]
-            square += way * way
+            travel = a * x + b * y + c * z + there[row, 3] - here[row, 3]
+            square += travel * travel
         longest = max(longest, square)
     return sqrt(longest)
 
@@ -251,7 +251,7 @@ def _turn_between(base: Array, base_end: Array, turn: Array) -> None:
 def _place(
     base: Array, base_end: Array, turn: Array, q: Array, q_end: Array, to: float, pose: Array, joints: Array
 ) -> None:
-    """The pose at ``to`` of the way; at 1 it is the end, bit by bit."""
+    """The pose at ``to`` of the motion; at 1 it is the end, bit by bit."""
     angle = to * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
     x, y, z = turn[0], turn[1], turn[2]
     if angle > 0.0:

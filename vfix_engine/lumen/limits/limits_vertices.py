@@ -1,6 +1,6 @@
-"""Compiled certificate of the way of one link, vertex by vertex: where the bound about the whole link proves nothing.
+"""Compiled certificate of one link's motion, vertex by vertex: where the bound about the whole link proves nothing.
 
-That is where cores are narrow against the bound, and near the ends of a link's window. The proof is lemma 7 of
+That is where inscribed radii are small against the bound, and near the ends of a link's window. The proof is lemma 7 of
 docs/safety.md, "The snake in its pathway".
 """
 
@@ -12,15 +12,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry.compiled import compiled
-from ..pathway.packed import AXIS, CORE, END, END_RADIUS, END_TANGENT, SLOPE, START, START_RADIUS, START_TANGENT
+from ..pathway.packed import (
+    AXIS,
+    END,
+    END_RADIUS,
+    END_TANGENT,
+    INSCRIBED_RADIUS,
+    LIPSCHITZ,
+    START,
+    START_RADIUS,
+    START_TANGENT,
+)
 from ..query.section import section_distance
 
 Array = NDArray[np.float64]
 
 
 @compiled
-def far_from_disc(rows: Array, j: int, end: bool, frame: Array, low_high: Array, way: float) -> bool:
-    """Whether the disc of segment j's first contour, or its last, is more than ``way`` from a box in a frame (3, 4).
+def far_from_disc(rows: Array, j: int, end: bool, frame: Array, low_high: Array, travel: float) -> bool:
+    """Whether the disc of segment j's first contour, or its last, is more than ``travel`` from a box in a frame (3, 4).
 
     The box, ``low_high`` (6,) mm in that frame, is taken as the ball about it, and a polar contour as its largest
     radius.
@@ -36,7 +46,7 @@ def far_from_disc(rows: Array, j: int, end: bool, frame: Array, low_high: Array,
         square += gap * gap
     beside = sqrt(max(square - along * along, 0.0)) - rows[j, size]
     away = sqrt(along * along + max(beside, 0.0) * max(beside, 0.0))
-    return away > sqrt(ball) + way
+    return away > sqrt(ball) + travel
 
 
 @compiled
@@ -51,28 +61,28 @@ def vertices_are_kept(
     block: int,
     end: int,
     low_high: Array,
-    way: float,
+    travel: float,
     shallow: float,
     rate: float,
     most: float,
 ) -> bool:
-    """Whether no vertex of a link can be deeper than ``most`` mm on the way from one measured frame to another.
+    """Whether no vertex of a link can be deeper than ``most`` mm on the motion from one measured frame to another.
 
     Args:
         first, last: its window; segments whose outer disc the link may reach are left out, which makes no vertex less
             deep.
         here, there: (3, 4) frames; lanes: of ``vertex_blocks``, the link's are ``block`` to ``end`` - 1.
-        low_high: (6,) its vertices' box; way: mm, no vertex is ever farther than that from where it is in either frame.
-        shallow, rate: the slope Λ wherever a deviation is at most so deep.
+        low_high: (6,) its vertices' box; travel: mm, no vertex goes farther than that from either of its two places.
+        shallow, rate: the Lipschitz constant Λ wherever a deviation is at most so deep.
     """
     while first < last and not (
-        far_from_disc(rows, first, False, here, low_high, way)
-        and far_from_disc(rows, first, False, there, low_high, way)
+        far_from_disc(rows, first, False, here, low_high, travel)
+        and far_from_disc(rows, first, False, there, low_high, travel)
     ):
         first += 1
     while first < last and not (
-        far_from_disc(rows, last - 1, True, here, low_high, way)
-        and far_from_disc(rows, last - 1, True, there, low_high, way)
+        far_from_disc(rows, last - 1, True, here, low_high, travel)
+        and far_from_disc(rows, last - 1, True, there, low_high, travel)
     ):
         last -= 1
     if not first < last:
@@ -80,9 +90,9 @@ def vertices_are_kept(
     for k in range(block, end):
         for lane in range(16):
             x, y, z = lanes[k, lane], lanes[k, 16 + lane], lanes[k, 32 + lane]
-            one, steep = _growth(rows, polar, first, last, here, x, y, z, way, shallow, rate)
-            two, steeper = _growth(rows, polar, first, last, there, x, y, z, way, shallow, rate)
-            if not 0.5 * (one + two + max(steep, steeper) * way) <= most:
+            one, steep = _growth(rows, polar, first, last, here, x, y, z, travel, shallow, rate)
+            two, steeper = _growth(rows, polar, first, last, there, x, y, z, travel, shallow, rate)
+            if not 0.5 * (one + two + max(steep, steeper) * travel) <= most:
                 return False
     return True
 
@@ -97,11 +107,11 @@ def _growth(
     a: float,
     b: float,
     c: float,
-    way: float,
+    travel: float,
     shallow: float,
     rate: float,
 ) -> tuple[float, float]:
-    """Deviation of a vertex (a, b, c) of a link, and by how much it can grow per mm within ``way`` mm of there."""
+    """Deviation of a vertex (a, b, c) of a link, and by how much it can grow per mm within ``travel`` mm of there."""
     x = frame[0, 0] * a + frame[0, 1] * b + frame[0, 2] * c + frame[0, 3]
     y = frame[1, 0] * a + frame[1, 1] * b + frame[1, 2] * c + frame[1, 3]
     z = frame[2, 0] * a + frame[2, 1] * b + frame[2, 2] * c + frame[2, 3]
@@ -109,7 +119,7 @@ def _growth(
     for j in range(first, last):
         gap = section_distance(x, y, z, rows, polar, j)[0]
         if not gap > 0.0:
-            return 0.0, rate if rate * way <= shallow else np.inf
+            return 0.0, rate if rate * travel <= shallow else np.inf
         if gap < least:
             least, nearest = gap, j
     j, along, square = nearest, 0.0, 0.0
@@ -117,8 +127,8 @@ def _growth(
         gap = (x if i == 0 else (y if i == 1 else z)) - rows[j, i]
         along += gap * rows[j, AXIS + i]
         square += gap * gap
-    height = sqrt(max(square - along * along, 0.0)) - way
+    height = sqrt(max(square - along * along, 0.0)) - travel
     if not height > 0.0:
         return least, np.inf
-    turned = 0.5 * rows[j, CORE] * sqrt(max(rows[j, SLOPE] * rows[j, SLOPE] - 1.0, 0.0)) / height
+    turned = 0.5 * rows[j, INSCRIBED_RADIUS] * sqrt(max(rows[j, LIPSCHITZ] * rows[j, LIPSCHITZ] - 1.0, 0.0)) / height
     return least, sqrt(1.0 + turned * turned)

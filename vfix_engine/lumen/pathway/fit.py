@@ -15,7 +15,7 @@ from ...geometry.mesh import TriangleMesh
 from ...given import place_words, whole, within
 from ..anatomy.curve import Curve
 from ..anatomy.transport import transported
-from ..anatomy.wall import Wall, outward_side, room
+from ..anatomy.wall import Wall, free_distance, outward_side
 from .checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED, rim_points
 from .interpolation import Interpolation, spline_maps
 from .pathway import Pathway
@@ -81,7 +81,7 @@ def fit_pathway(
     around = _around(tangent, first, _RAYS if angles == 1 else angles)
     distance, side = wall.seen(np.broadcast_to(centre[:, None], around.shape), around)
     _check_inside(wall, outward, centre, fine.places, _STILL_BEHIND)
-    seen = np.minimum(room(distance, side, outward), _inner_side(centre, tangent, around))
+    seen = np.minimum(free_distance(distance, side, outward), _inner_side(centre, tangent, around))
     radius = _radii(seen, parts, angles, quantile)
     if not np.isfinite(radius).all():
         nowhere = int(np.flatnonzero(~np.isfinite(radius).all(axis=1))[0])
@@ -114,7 +114,7 @@ def containment(mesh: TriangleMesh, pathway: Pathway) -> Containment:
     outward = outward_side(side)
     area = rim * np.gradient(found.s)[:, None]
     area /= area.sum()
-    behind = rim > room(distance, side, outward)
+    behind = rim > free_distance(distance, side, outward)
     points = (found.centre[:, None] + rim[..., None] * ray)[behind]
     clear = wall.clearance(points, outward)[0]
     beyond = clear < 0.0
@@ -142,7 +142,7 @@ def _width(wall: Wall, curve: Curve) -> tuple[Array, Array, int]:
     around = _around(tangent, transported(centre, tangent), _RAYS // 2)
     distance, side = wall.seen(np.broadcast_to(centre[:, None], around.shape), around)
     outward = outward_side(side)
-    width = np.quantile(room(distance, side, outward), 0.3, axis=1, method="lower")
+    width = np.quantile(free_distance(distance, side, outward), 0.3, axis=1, method="lower")
     closed = np.isfinite(width)
     if not closed.any():
         raise PathwayError("the curve sees no wall around itself: it does not lie in this lumen")

@@ -17,11 +17,13 @@ START, END = 0, 3  # P_j, P_{j+1} mm
 START_TANGENT, END_TANGENT = 6, 9  # M_j, M_{j+1}
 START_RADIUS, END_RADIUS = 12, 13  # the contours' largest radius, mm
 BALL, BALL_RADIUS = 14, 17  # holds both contours' discs, so the whole segment
-CORE = 18  # mm; every point between the contours' planes that is nearer to the axis line is inside
+INSCRIBED_RADIUS = 18  # mm; every point between the contours' planes that is nearer to the axis line is inside
 AXIS, LENGTH = 19, 22  # unit vector from P_j to P_{j+1} and their distance in mm
 START_FIRST, START_SECOND, END_FIRST, END_SECOND = 23, 26, 29, 32  # directions of the polar angles 0 and π/2
 SECTION = 35  # so many columns are what section.py reads
-SLOPE = 35  # Λ_j: the deviation from the segment changes by no more than that per mm, outside half the core
+LIPSCHITZ = (
+    35  # Λ_j: the deviation from the segment changes by no more than that per mm beyond half the inscribed radius
+)
 INNER_LINE = 36  # height mm, slope, factor and √(1 + slope²) of the line below the wall (inner_line.py)
 START_FACING, END_FACING = 40, 41  # M_j·e, M_{j+1}·e
 START_LEAN, END_LEAN = 42, 43  # M_j·w, M_{j+1}·w; w: first_j made perpendicular to e, the plane of a point on the axis
@@ -30,7 +32,7 @@ BEHIND, BEYOND = 56, 57  # mm; no part of the wall is farther behind the first c
 ROW = 58
 
 FARTHEST_MM = 1e9  # beyond it is no place, and products of several numbers overflow
-_ROUNDING = 1e-12  # of a length: what ball and core give away to rounding
+_ROUNDING = 1e-12  # of a length: what ball and inscribed radius give away to rounding
 
 
 class PackedPathway(NamedTuple):
@@ -65,9 +67,9 @@ def check_packed(packed: PackedPathway) -> None:
         )
     if polar.shape[1] < 1 or polar.shape[1] == 2:
         raise InputError(f"contours of {polar.shape[1]} radii: give one for circles, else at least three")
-    # The slope is infinite where a segment has no core.
-    places = np.abs(rows[:, :SLOPE]).max() <= FARTHEST_MM and polar.max() <= FARTHEST_MM
-    if not (places and np.isfinite(rows[:, SLOPE + 1 :]).all() and (polar > 0.0).all()) or np.isnan(rows).any():
+    # The Lipschitz constant is infinite where the inscribed radius is 0.
+    places = np.abs(rows[:, :LIPSCHITZ]).max() <= FARTHEST_MM and polar.max() <= FARTHEST_MM
+    if not (places and np.isfinite(rows[:, LIPSCHITZ + 1 :]).all() and (polar > 0.0).all()) or np.isnan(rows).any():
         raise InputError("a packed pathway holds a value that is not finite: take it from Pathway.packed")
 
 
@@ -97,12 +99,12 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     )
     # In the plane of the axis and a point the contour's rim is at the height R a / √(a² + b²) above the axis, where
     # a = M·e and b is M along the other direction of that plane; a² + b² ≤ 1. Between the rims lies a straight line.
-    core = np.maximum(np.minimum(smallest[:-1] * facing[0], smallest[1:] * facing[1]) * (1.0 - _ROUNDING), 0.0)
-    rows[:, CORE] = core
+    inscribed = np.maximum(np.minimum(smallest[:-1] * facing[0], smallest[1:] * facing[1]) * (1.0 - _ROUNDING), 0.0)
+    rows[:, INSCRIBED_RADIUS] = inscribed
     rows[:, AXIS : AXIS + 3], rows[:, LENGTH] = axis, length
     rows[:, START_FIRST : START_FIRST + 3], rows[:, START_SECOND : START_SECOND + 3] = first[:-1], second[:-1]
     rows[:, END_FIRST : END_FIRST + 3], rows[:, END_SECOND : END_SECOND + 3] = first[1:], second[1:]
-    rows[:, SLOPE] = _slope(polar, core, facing)
+    rows[:, LIPSCHITZ] = _lipschitz(polar, inscribed, facing)
     rows[:, INNER_LINE : INNER_LINE + 4] = inner_lines(smallest, length, facing)
     rows[:, START_FACING], rows[:, END_FACING] = facing
     across = first[:-1] - np.einsum("ij,ij->i", first[:-1], axis)[:, None] * axis
@@ -140,9 +142,10 @@ def _farthest(half: Array, radius: Array, facing: Array) -> Array:
     return far
 
 
-def _slope(polar: Array, core: Array, facing: tuple[Array, Array]) -> Array:
-    """Λ_j (S,) = √(1 + (2 K_j / core_j)²): ``clearance.slope`` says what it bounds and why. Infinite without a core.
+def _lipschitz(polar: Array, inscribed: Array, facing: tuple[Array, Array]) -> Array:
+    """Λ_j (S,) = √(1 + (2 K_j / c_j)²), c_j the inscribed radius; infinite where that is 0.
 
+    ``clearance.lipschitz_constant`` says what it bounds and why.
     K_j is how far an end of the wall moves in its section per angle that the section turns about the axis: by R tan β
     across, as the contour leans, and by |R'| / cos β along, cos β = M·e.
     """
@@ -151,7 +154,7 @@ def _slope(polar: Array, core: Array, facing: tuple[Array, Array]) -> Array:
     largest = polar.max(axis=1)
     with np.errstate(divide="ignore"):
         turned = [
-            np.hypot(radius * np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), change) / (0.5 * cosine * core)
+            np.hypot(radius * np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), change) / (0.5 * cosine * inscribed)
             for radius, change, cosine in ((largest[:-1], rate[:-1], facing[0]), (largest[1:], rate[1:], facing[1]))
         ]
         return np.asarray(np.hypot(1.0, np.maximum(*turned)))

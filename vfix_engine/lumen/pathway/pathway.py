@@ -152,14 +152,25 @@ class Pathway:
         Raises:
             PathwayError: an arc length that is not finite, or s_low beyond s_high.
         """
-        if not (np.isfinite(s_low) and np.isfinite(s_high) and s_low <= s_high):
-            raise PathwayError(f"no window from {s_low} to {s_high} mm")
-        segments = len(self._rest.rows)
-        before = 0 if self.closed_ends else 1
-        first = int(np.searchsorted(self.s, s_low, side="right")) - 1 + before
-        last = int(np.searchsorted(self.s, s_high, side="left")) + before
-        first = min(max(first - 1, 0), segments - 1)
-        return first, max(min(last + 1, segments), first + 1)
+        first, last = self.windows(np.array([s_low]), np.array([s_high]))[0].tolist()
+        return first, last
+
+    def windows(self, s_low: Array, s_high: Array) -> NDArray[np.int64]:
+        """``window`` of many arcs (L,) at once: (L, 2).
+
+        Raises:
+            PathwayError: as ``window``.
+        """
+        bad = np.flatnonzero(~((s_low <= s_high) & np.isfinite(s_low) & np.isfinite(s_high)))
+        if len(bad):
+            raise PathwayError(f"no window from {s_low[bad[0]]} to {s_high[bad[0]]} mm")
+        segments, before = len(self._rest.rows), 0 if self.closed_ends else 1
+        found = np.empty((len(s_low), 2), dtype=np.int64)
+        first = np.searchsorted(self.s, s_low, side="right") - 2 + before
+        found[:, 0] = np.minimum(np.maximum(first, 0), segments - 1)
+        last = np.minimum(np.searchsorted(self.s, s_high, side="left") + before + 1, segments)
+        found[:, 1] = np.maximum(last, found[:, 0] + 1)
+        return found
 
     def moved(self, motion: TissueMotion | None) -> Pathway:
         """The same pathway with that motion instead of its own."""

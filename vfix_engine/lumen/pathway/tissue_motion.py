@@ -2,11 +2,13 @@
 
 A motion takes the arc lengths (C,) of the control contours at rest in mm and the time in s, and gives their
 displacements (C, 3) in mm and the factors (C,) of their radii. Any such function will do; these are two, and their sum.
+They are plain values, so that a drive in moving tissue can be sent to another process and written down.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +20,51 @@ from .pathway import TissueMotion
 Array = NDArray[np.float64]
 
 _MOST_MM = 100.0  # of breathing, more is a slip of the pen
+
+
+@dataclass(frozen=True)
+class Breathing:
+    """``breathing`` along a unit vector ``along``; the other fields as there."""
+
+    along: tuple[float, float, float]
+    amplitude_mm: float
+    period_s: float
+    falloff_s: float | None
+
+    def __call__(self, s: Array, t: float) -> tuple[Array, Array]:
+        """Displacements (C, 3) in mm and factors (C,) at the arc lengths s (C,) in mm and the time t in s."""
+        share = 0.5 * self.amplitude_mm * (1.0 - math.cos(2.0 * math.pi * t / self.period_s))
+        weight = np.ones(len(s)) if self.falloff_s is None else 1.0 - np.exp(-np.maximum(s, 0.0) / self.falloff_s)
+        return (share * weight)[:, None] * np.array(self.along), np.ones(len(s))
+
+
+@dataclass(frozen=True)
+class Peristalsis:
+    """``peristalsis`` with the fields named there."""
+
+    amplitude: float
+    wavelength_mm: float
+    speed_mm_per_s: float
+
+    def __call__(self, s: Array, t: float) -> tuple[Array, Array]:
+        """Displacements (C, 3) in mm and factors (C,) at the arc lengths s (C,) in mm and the time t in s."""
+        phase = 2.0 * math.pi * (s - self.speed_mm_per_s * t) / self.wavelength_mm
+        return np.zeros((len(s), 3)), 1.0 - 0.5 * self.amplitude * (1.0 + np.cos(phase))
+
+
+@dataclass(frozen=True)
+class Together:
+    """``together`` of several motions."""
+
+    motions: tuple[TissueMotion, ...]
+
+    def __call__(self, s: Array, t: float) -> tuple[Array, Array]:
+        """Sum of the displacements (C, 3) in mm and product of the factors (C,)."""
+        shift, factor = np.zeros((len(s), 3)), np.ones(len(s))
+        for one in self.motions:
+            moved, narrowed = one(s, t)
+            shift, factor = shift + moved, factor * narrowed
+        return shift, factor
 
 
 def breathing(
@@ -43,13 +90,8 @@ def breathing(
     positive("breathing's period in s", period_s, PathwayError)
     if falloff_s is not None:
         positive("breathing's fall-off in mm", falloff_s, PathwayError)
-
-    def motion(s: Array, t: float) -> tuple[Array, Array]:
-        share = 0.5 * amplitude_mm * (1.0 - math.cos(2.0 * math.pi * t / period_s))
-        weight = np.ones(len(s)) if falloff_s is None else 1.0 - np.exp(-np.maximum(s, 0.0) / falloff_s)
-        return (share * weight)[:, None] * along, np.ones(len(s))
-
-    return motion
+    x, y, z = along.tolist()
+    return Breathing((x, y, z), float(amplitude_mm), float(period_s), None if falloff_s is None else float(falloff_s))
 
 
 def peristalsis(amplitude: float = 0.15, wavelength_mm: float = 120.0, speed_mm_per_s: float = 20.0) -> TissueMotion:
@@ -69,22 +111,9 @@ def peristalsis(amplitude: float = 0.15, wavelength_mm: float = 120.0, speed_mm_
         )
     positive("peristalsis's wavelength in mm", wavelength_mm, PathwayError)
     real("peristalsis's speed in mm/s", speed_mm_per_s, PathwayError)
-
-    def motion(s: Array, t: float) -> tuple[Array, Array]:
-        phase = 2.0 * math.pi * (s - speed_mm_per_s * t) / wavelength_mm
-        return np.zeros((len(s), 3)), 1.0 - 0.5 * amplitude * (1.0 + np.cos(phase))
-
-    return motion
+    return Peristalsis(float(amplitude), float(wavelength_mm), float(speed_mm_per_s))
 
 
 def together(*motions: TissueMotion) -> TissueMotion:
     """Several motions at once: the sum of their displacements, the product of their factors."""
-
-    def motion(s: Array, t: float) -> tuple[Array, Array]:
-        shift, factor = np.zeros((len(s), 3)), np.ones(len(s))
-        for one in motions:
-            moved, narrowed = one(s, t)
-            shift, factor = shift + moved, factor * narrowed
-        return shift, factor
-
-    return motion
+    return Together(motions)

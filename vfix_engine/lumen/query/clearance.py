@@ -1,4 +1,4 @@
-"""How much room a snake's vertices have in their pathway, where it grows less, and how fast it can: for a QP's rows.
+"""How much clearance a snake's vertices have in their pathway, where it falls, and how fast it can: for a QP's rows.
 
 The signed clearance of a vertex is δ of eq. 8 (Kwok 2013) outside of the window, and inside minus the least distance
 to the walls v2 v3 of the window's sections.
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputError
-from ..pathway.packed import CORE, SLOPE
+from ..pathway.packed import INSCRIBED_RADIUS, LIPSCHITZ
 from .clearance_kernel import choose_binding, vertex_clearances
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def binding_vertices(
     return Binding(link, vertex, point, signed[vertex], gradient[vertex])
 
 
-def slope(packed: PackedPathway, first: int, last: int, deviation_mm: float | None = None) -> float:
+def lipschitz_constant(packed: PackedPathway, first: int, last: int, deviation_mm: float | None = None) -> float:
     """Λ with |δ(x) - δ(y)| ≤ Λ ‖x - y‖ for the deviation δ of eq. 8 from the segments ``first`` … ``last`` - 1.
 
     In the section's own coordinates, t along the axis and h from it, the distance to the wall changes by no more than
@@ -102,12 +102,12 @@ def slope(packed: PackedPathway, first: int, last: int, deviation_mm: float | No
         K = max over both contours of √((R tan β)² + (R' / cos β)²),   cos β = M·e, R' = dR/dψ.
 
     Turning takes h dφ of a way that is perpendicular to the section, so Λ = √(1 + (K / h)²). A point whose deviation is
-    δ has h ≥ core - δ from the axis of the segment that it has it from, and so has every point of the way where δ is
-    no more than that.
+    δ has h ≥ c - δ from the axis of the segment that it is measured to, c its inscribed radius, and so has every point
+    of the straight line where δ is no more than that.
 
     Args:
-        deviation_mm: the largest deviation that is asked for, less than every core. None: half of each core, and any
-            deviation of points between their segment's planes, whose h is no less than its core.
+        deviation_mm: the largest deviation that is asked for, less than every inscribed radius. None: half of each
+            inscribed radius, and any deviation of points between their segment's planes, whose h is no less than that.
 
     It holds for two points whose straight way stays between the outer planes of the window: there a point inside of a
     segment leaves it through the wall, where δ grows from 0, or into a neighbour, which has the same section there.
@@ -115,9 +115,11 @@ def slope(packed: PackedPathway, first: int, last: int, deviation_mm: float | No
     """
     rows = packed.rows[first:last]
     if deviation_mm is None:
-        return float(rows[:, SLOPE].max())
-    core = rows[:, CORE]
-    if not 0.0 <= deviation_mm < core.min():
-        raise InputError(f"a deviation of {deviation_mm} mm, but the narrowest core is {core.min():.3f} mm")
-    turned = np.sqrt(np.maximum(rows[:, SLOPE] ** 2 - 1.0, 0.0)) * 0.5 * core / (core - deviation_mm)
+        return float(rows[:, LIPSCHITZ].max())
+    inscribed = rows[:, INSCRIBED_RADIUS]
+    if not 0.0 <= deviation_mm < inscribed.min():
+        raise InputError(
+            f"a deviation of {deviation_mm} mm, but the least inscribed radius is {inscribed.min():.3f} mm"
+        )
+    turned = np.sqrt(np.maximum(rows[:, LIPSCHITZ] ** 2 - 1.0, 0.0)) * 0.5 * inscribed / (inscribed - deviation_mm)
     return hypot(1.0, float(turned.max()))

@@ -94,7 +94,7 @@ class GpuQuery:
         self._start = self._cuda.to_device(start.astype(np.int64))
         self._sent: tuple[Any, Any] | None = None  # vertices in the patient frame, here and there
         self._packed: PackedPathway | None = None
-        self._room: _Room | None = None
+        self._workspace: _Workspace | None = None
         self._grid: tuple[int, Any] | None = None
 
     def deviations(self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]) -> Deviations:
@@ -133,18 +133,23 @@ class GpuQuery:
     def _asked(self, packed: PackedPathway, poses: Array, window: Index, points: Any) -> Deviations:
         """Deviations (K, L) of the poses (K, L, 3, 4)."""
         count, links = len(poses), self.links
-        if self._room is None or not self._room.fits(count, packed):
-            self._room, self._packed = _Room(self._cuda, count, links, self._blocks, packed), None
-        room, stream = self._room, self._stream
-        room.asked[:count, :, :12] = poses.reshape(count, links, 12)
-        room.asked[:count, :, 12:] = window
+        if self._workspace is None or not self._workspace.fits(count, packed):
+            self._workspace, self._packed = _Workspace(self._cuda, count, links, self._blocks, packed), None
+        buffers, stream = self._workspace, self._stream
+        buffers.asked[:count, :, :12] = poses.reshape(count, links, 12)
+        buffers.asked[:count, :, 12:] = window
         anew = self._packed is not packed or packed.rows.flags.writeable or packed.polar.flags.writeable
-        room.send(packed if anew else None, stream)
+        buffers.send(packed if anew else None, stream)
         self._packed = packed
         self._launch(count * links)(
-            points, self._start, room.asked_there, room.rows_there, room.polar_there, room.found_there
+            points,
+            self._start,
+            buffers.asked_there,
+            buffers.rows_there,
+            buffers.polar_there,
+            buffers.found_there,
         )
-        told = room.receive(count * links, stream)
+        told = buffers.receive(count * links, stream)
         deepest = told[:, :, 0].argmax(axis=1)  # the first of equals
         best = told[np.arange(count * links), deepest].reshape(count, links, FOUND)
         return Deviations(best[:, :, 0].copy(), best[:, :, 1].astype(np.int64), best[:, :, 2].astype(np.int64))
@@ -158,7 +163,7 @@ class GpuQuery:
         return self._grid[1]
 
 
-class _Room:
+class _Workspace:
     """Memory on both sides for up to so many poses of one size of pathway.
 
     Poses, rows and radii lie in one piece, so that whatever has changed is one copy.

@@ -1,0 +1,8 @@
+"""The time as it is stored and written."""
+
+from datetime import UTC, datetime
+
+
+def utc_now() -> str:
+    """The time now, ISO 8601 in UTC."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -1,0 +1,26 @@
+"""Fields of commands, bounded and finite (HAZ-05), and the base class of all commands."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+Identifier = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")]
+Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=120)]
+Coordinate = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]  # [mm]
+Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
+Direction = Literal[-1, 0, 1]
+Axis = Literal["axial", "coronal", "sagittal"]
+RequestId = Annotated[int, Field(ge=0, le=2**53)]
+
+
+class Command(BaseModel):
+    """A request of a client; ``id`` asks for a reply."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    id: RequestId | None = None
+
+    def stream(self) -> str | None:
+        """The name of the stream that this command belongs to, of which only the newest counts; None outside of one."""
+        return None

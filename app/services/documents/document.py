@@ -1,0 +1,52 @@
+"""A document as a value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic, Literal, TypeVar
+
+Content = TypeVar("Content")
+
+
+@dataclass(frozen=True)
+class Ref:
+    """What a document refers to, by id: a structure of its case, or another document."""
+
+    kind: Literal["structure", "document"]
+    id: str
+
+
+@dataclass(frozen=True)
+class Document(Generic[Content]):
+    """A stored document. `revision` grows with every change; a deleted one carries the time it was deleted at.
+
+    schema: that of its content in this version. case_hash: of the case's content when the document was made.
+    unreadable: in a list, why the content cannot be read; it is empty there then.
+    """
+
+    id: str
+    kind: str
+    schema: str
+    name: str
+    case_id: str
+    case_hash: str
+    content: Content
+    refs: tuple[Ref, ...]
+    created: str
+    modified: str
+    revision: int
+    locked: bool
+    deleted_at: str | None
+    unreadable: str = ""
+
+
+@dataclass(frozen=True)
+class DocumentTitle:
+    """A line of a list of documents: all but the content."""
+
+    id: str
+    name: str
+    case_id: str
+    modified: str
+    locked: bool
+    deleted_at: str | None

@@ -1,0 +1,123 @@
+"""Edits of one document: checked, stored before they return, and undone and redone across restarts."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any, Generic
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.orm import Session
+
+from app.services.documents.document import Content, Document
+from app.services.documents.kind import SETTINGS, DocumentKind
+from app.services.documents.rows import (
+    check_revision,
+    content_of,
+    content_with,
+    find_row,
+    list_document,
+    read_document,
+    touch,
+    write_state,
+)
+from app.store import Store
+from app.store.models import DocumentRow, DocumentStateRow
+
+MAX_STATES = 500  # states of a document's history that are kept
+
+
+class DocumentEditor(Generic[Content]):
+    """The one way to change a document, for the page and every other client; may be called from any thread.
+
+    Each edit is one durable transaction (HAZ-24) and returns the document that it made.
+    `expected_revision` is the revision the caller saw: where the document has moved on, the kind's conflict is raised
+    and nothing changes. A locked document refuses every edit.
+    """
+
+    def __init__(self, store: Store, kind: DocumentKind[Content], document_id: str) -> None:
+        self._store, self._kind = store, kind
+        self._id = document_id
+        self._lock = threading.RLock()
+
+    @property
+    def document(self) -> Document[Content]:
+        """The document as stored now."""
+        with self._store.reading() as session:
+            return read_document(session, self._kind, self._id)
+
+    def history(self) -> tuple[bool, bool]:
+        """Whether there is something to undo, and something to redo; neither on a locked document."""
+        with self._store.reading() as session:
+            row = find_row(session, self._kind, self._id)
+            low, high = _span(session, self._id)
+            return not row.locked and low < row.cursor, not row.locked and row.cursor < high
+
+    def edit(self, change: Callable[[Content], Content], *, expected_revision: int | None = None) -> Document[Content]:
+        """Apply a change as the newest state of the history; what had been undone is gone."""
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision)
+            content = self._kind.check(change(content_of(session, self._kind, row)))
+            states = DocumentStateRow.document_id == self._id
+            session.execute(delete(DocumentStateRow).where(states, DocumentStateRow.position > row.cursor))
+            row.cursor += 1
+            write_state(session, self._kind, row, content)
+            session.execute(
+                delete(DocumentStateRow).where(states, DocumentStateRow.position <= row.cursor - MAX_STATES)
+            )
+            touch(row)
+            return read_document(session, self._kind, self._id)
+
+    def set_settings(self, settings: Mapping[str, Any], *, expected_revision: int | None = None) -> Document[Content]:
+        """Set some settings; the others stay. Not a step of the history: undo and redo leave them."""
+        if not self._kind.has_settings:
+            raise self._kind.errors.refused(f"a {self._kind.noun} has no settings.")
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision)
+            content = content_with(session, self._kind, row, settings)
+            row.settings = self._kind.write(content)[SETTINGS]
+            touch(row)
+            return read_document(session, self._kind, self._id)
+
+    def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> Document[Content]:
+        """Lock the document against edits, or unlock it; not a step of the history."""
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision, even_locked=True)
+            if row.locked != locked:
+                row.locked = locked
+                touch(row)
+            return list_document(session, self._kind, row)
+
+    def undo(self, *, expected_revision: int | None = None) -> Document[Content]:
+        """Go back to the state before the newest edit. Raises the kind's refusal when there is none."""
+        return self._move(-1, expected_revision)
+
+    def redo(self, *, expected_revision: int | None = None) -> Document[Content]:
+        """Take an undo back. Raises the kind's refusal when there is none to take back."""
+        return self._move(+1, expected_revision)
+
+    def _move(self, by: int, expected_revision: int | None) -> Document[Content]:
+        with self._lock, self._store.writing() as session:
+            row = self._open(session, expected_revision)
+            low, high = _span(session, self._id)
+            if not low <= row.cursor + by <= high:
+                raise self._kind.errors.refused(f"there is nothing to {'undo' if by < 0 else 'redo'}.")
+            row.cursor += by
+            touch(row)
+            return list_document(session, self._kind, row)
+
+    def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> DocumentRow:
+        row, noun = find_row(session, self._kind, self._id), self._kind.noun
+        if row.deleted_at is not None:
+            raise self._kind.errors.refused(f"the {noun} is deleted; restore it first.")
+        check_revision(row, expected_revision, self._kind)
+        if row.locked and not even_locked:
+            raise self._kind.errors.locked(f"the {noun} is locked; unlock it to change it.")
+        return row
+
+
+def _span(session: Session, document_id: str) -> tuple[int, int]:
+    """First and last position of the history."""
+    positions = select(func.min(DocumentStateRow.position), func.max(DocumentStateRow.position))
+    low, high = session.execute(positions.where(DocumentStateRow.document_id == document_id)).one()
+    return int(low), int(high)

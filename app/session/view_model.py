@@ -1,0 +1,62 @@
+"""The view model: named sections of plain JSON values, each with the revision of its last change."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any
+
+_NONE: tuple[int, object] = (0, object())  # what is not there yet differs from everything, None included
+
+
+class ViewModel:
+    """Thread-safe, latest wins: a slow reader gets the newest state, never a queue of old ones (HAZ-31)."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._sections: dict[str, tuple[int, object]] = {}
+        self._staged: dict[str, object] = {}
+        self._revision = 0
+        self._listeners: list[Callable[[], None]] = []
+
+    def publish(self, sections: Mapping[str, object]) -> None:
+        """Lay sections out by name; they are shown with the next :meth:`commit`. Called on one thread only.
+
+        Each section is a mapping or None; app/messages/sections.py has the types.
+        """
+        self._staged |= sections
+
+    def commit(self) -> None:
+        """Show everything laid out at once, so that no reader sees half of a change; what is the same is no news."""
+        staged, self._staged = self._staged, {}
+        with self._lock:
+            news = {name: new for name, new in staged.items() if self._sections.get(name, _NONE)[1] != new}
+            if not news:
+                return
+            self._revision += 1
+            self._sections |= {name: (self._revision, section) for name, section in news.items()}
+            listeners = tuple(self._listeners)
+        for listener in listeners:
+            listener()
+
+    def changed_since(self, revision: int) -> tuple[int, dict[str, object]]:
+        """The newest revision and every section that changed after ``revision``."""
+        with self._lock:
+            changed = {name: value for name, (at, value) in self._sections.items() if at > revision}
+            return self._revision, changed
+
+    def read(self, name: str) -> Any:
+        with self._lock:
+            known = self._sections.get(name)
+            return None if known is None else known[1]
+
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call ``listener`` after each change; the returned function ends it."""
+        with self._lock:
+            self._listeners.append(listener)
+
+        def unsubscribe() -> None:
+            with self._lock:
+                self._listeners.remove(listener)
+
+        return unsubscribe

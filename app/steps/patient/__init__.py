@@ -1,0 +1,1 @@
+"""Patient: which case is open, and how a new one comes in."""

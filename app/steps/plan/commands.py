@@ -1,0 +1,76 @@
+"""Commands of the Plan step."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from app.messages.fields import Command, Identifier, Name, Position
+
+
+class PlanCommand(Command):
+    type: Literal["plan.open", "plan.duplicate", "plan.delete", "plan.restore"]
+    plan_id: Identifier
+
+
+class RenamePlan(Command):
+    type: Literal["plan.rename"]
+    plan_id: Identifier
+    name: Name
+
+
+class NewPlan(Command):
+    type: Literal["plan.new"]
+    name: Name
+
+
+class ItemCommand(Command):
+    type: Literal["item.select", "item.delete", "item.drop", "point.insert_after"]
+    item_id: Identifier
+
+
+class DragItem(Command):
+    type: Literal["item.drag"]
+    item_id: Identifier
+    position: Position
+
+    def stream(self) -> str:
+        return f"{self.type}.{self.item_id}"
+
+
+class RenameItem(Command):
+    type: Literal["item.rename"]
+    item_id: Identifier
+    label: Name
+
+
+class AddMode(Command):
+    type: Literal["add.mode"]
+    kind: Literal["point", "target", "none"]
+
+
+class EditCommand(Command):
+    type: Literal["undo", "redo", "ghost.confirm", "ghost.cancel"]
+
+
+class Lock(Command):
+    type: Literal["lock"]
+    locked: bool
+
+
+class PickOnSlice(Command):
+    type: Literal["pick.slice"]
+    position: Position
+
+
+COMMANDS: tuple[type[Command], ...] = (
+    PlanCommand,
+    RenamePlan,
+    NewPlan,
+    ItemCommand,
+    DragItem,
+    RenameItem,
+    AddMode,
+    EditCommand,
+    Lock,
+    PickOnSlice,
+)

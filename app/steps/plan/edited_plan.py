@@ -1,0 +1,275 @@
+"""A tab's desk for one plan: selection, ghost, drags and what a click adds; every edit goes through the editor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from app.messages.sections import AddKind, CurveSection, ItemKind, ItemsSection, PlanSection
+from app.scene.plan import PlanItem
+from app.services import Services
+from app.services.plans import Plan
+from app.services.tissue_words import place_words
+from vfix_engine.errors import PlanError
+from vfix_engine.geometry.path import SplinePath
+
+Floats = npt.NDArray[np.float64]
+Position = tuple[float, float, float]
+T = TypeVar("T")
+
+CURVE_SAMPLES = 160
+MOVED_WORTH_SAYING_MM = 0.05
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """Where a click would add: the snapped place, how far it moved, and what it lies in where that is no air inside."""
+
+    kind: ItemKind
+    position: Position
+    moved_mm: float
+    words: str
+    lies_in: str = ""
+
+
+class EditedPlan:
+    """What one tab does with one plan. Not thread-safe: its workspace's thread owns it."""
+
+    def __init__(self, services: Services, plan_id: str) -> None:
+        self._services = services
+        self._editor = services.plans.editor(plan_id)
+        self._dragged: dict[str, Position] = {}
+        self.refresh()
+        self.selected: str | None = None
+        self.add_mode: AddKind = "point"
+        self.insert_after: str | None = None
+        self.ghost: Ghost | None = None
+        self._path: tuple[tuple[Position, ...], SplinePath | None] | None = None
+
+    # -- what there is
+
+    def refresh(self) -> None:
+        """Read the plan anew: after each edit, and now and then because other tabs edit too."""
+        self.plan = self._editor.plan
+        self.can_undo, self.can_redo = self._editor.history()
+        known = {entry.id for entry in (*self.plan.points, *self.plan.targets)}
+        self._dragged = {item_id: place for item_id, place in self._dragged.items() if item_id in known}
+
+    def _edit(self, change: Callable[..., T], *arguments: Any, **options: Any) -> T:
+        """Do an edit on the revision that is shown; when the plan has moved on, it is shown and the edit refused."""
+        try:
+            return change(*arguments, expected_revision=self.plan.revision, **options)
+        finally:
+            self.refresh()
+
+    @property
+    def plan_id(self) -> str:
+        return self.plan.id
+
+    @property
+    def locked(self) -> bool:
+        return self.plan.locked
+
+    def items(self) -> list[PlanItem]:
+        """Points and targets, with a place under a dragging hand where there is one."""
+        return [replace(item, position=self._dragged.get(item.id, item.position)) for item in plan_items(self.plan)]
+
+    def points(self) -> list[Position]:
+        return [item.position for item in self.items() if item.kind == "point"]
+
+    @property
+    def dragging(self) -> bool:
+        """A hand is moving an item; the plan in the store is still the one before."""
+        return bool(self._dragged)
+
+    def path(self) -> SplinePath | None:
+        """The spline through the points, None while there is none."""
+        points = tuple(self.points())
+        if self._path is None or self._path[0] != points:
+            self._path = (points, _spline(points))
+        return self._path[1]
+
+    def view(self) -> PlanSection:
+        """The page's section."""
+        plan, items, path = self.plan, self.items(), self.path()
+        return {
+            "id": plan.id,
+            "name": plan.name,
+            "frame": plan.frame,
+            "unit": plan.unit,
+            **entries(items),
+            "selected": self.selected,
+            "locked": plan.locked,
+            "can_undo": self.can_undo,
+            "can_redo": self.can_redo,
+            "add_mode": self.add_mode,
+            "degree": 0 if path is None else int(path.degree),
+            "length_mm": 0.0 if path is None else float(path.length),
+            "ghost": None
+            if self.ghost is None
+            else {
+                "kind": self.ghost.kind,
+                "position": list(self.ghost.position),
+                "words": f"{self.ghost.words} {self.ghost.lies_in}".strip(),
+            },
+        }
+
+    def kind_of(self, item_id: str) -> ItemKind:
+        """Raises PlanError when there is no such point or target."""
+        for item in self.items():
+            if item.id == item_id:
+                return "point" if item.kind == "point" else "target"
+        raise PlanError("that point is not in the plan any more.")
+
+    # -- edits
+
+    def pick(self, position: Floats, on_bone: bool) -> None:
+        """A click at (3,): shows the ghost of what it would add."""
+        if self.add_mode == "none" or self.locked:
+            return
+        if self.add_mode == "target":
+            self.ghost = Ghost("target", _position(position), 0.0, "Target where you clicked.")
+            return
+        fitted = self._services.planning.fit_point(self.plan_id, _position(position))
+        moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
+        words = moved or "Clear of bone here."
+        self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, place_words(fitted.lies_in))
+
+    def confirm(self) -> None:
+        ghost, self.ghost = self.ghost, None
+        if ghost is None:
+            return
+        if ghost.kind == "target":
+            self.selected = self._edit(self._editor.add_target, ghost.position)
+            return
+        index = self._insert_index()
+        self.selected = self._edit(self._editor.add_point, ghost.position, index=index)
+        if self.insert_after is not None:
+            self.insert_after = None
+
+    def _insert_index(self) -> int | None:
+        ids = [point.id for point in self.plan.points]
+        return ids.index(self.insert_after) + 1 if self.insert_after in ids else None
+
+    def cancel(self) -> None:
+        self.ghost = None
+        self.insert_after = None
+        self.let_go()
+
+    def let_go(self) -> None:
+        """Whatever a hand was dragging is back where it is stored."""
+        self._dragged.clear()
+
+    def insert_between(self, item_id: str) -> None:
+        """A ghost half way along the path between a point and the next one."""
+        ids = [point.id for point in self.plan.points]
+        path = self.path()
+        if path is None or item_id not in ids or item_id == ids[-1]:
+            raise PlanError("a point can be inserted between two points only.")
+        index = ids.index(item_id)
+        points = np.array(self.points())
+        ahead = [path.closest(points[i])[0] for i in (index, index + 1)]
+        middle = np.asarray(path.position(0.5 * (ahead[0] + ahead[1])))
+        self.add_mode, self.insert_after = "point", item_id
+        self.pick(middle, on_bone=False)
+
+    def drag(self, item_id: str, position: Position) -> None:
+        """The item follows the hand; nothing is stored yet."""
+        if not self.locked:
+            self.kind_of(item_id)
+            self.selected = item_id
+            self._dragged[item_id] = position
+
+    def drop(self, item_id: str) -> str:
+        """Store where the item was dragged to; returns words when it was moved off bone or lies outside the airway."""
+        position = self._dragged.pop(item_id, None)
+        if position is None or self.locked:
+            return ""
+        if self.kind_of(item_id) == "target":
+            self._edit(self._editor.move_target, item_id, position)
+            return ""
+        fitted = self._services.planning.fit_point(self.plan_id, position)
+        self._edit(self._editor.move_point, item_id, fitted.position)
+        moved = f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > 0.2 else ""
+        # Without a CT nothing is known of any place: the ghost says so, a drop need not say it each time.
+        return f"{moved} {'' if fitted.lies_in == 'not_known' else place_words(fitted.lies_in)}".strip()
+
+    def delete(self, item_id: str) -> None:
+        self.let_go()
+        if self.kind_of(item_id) == "target":
+            self._edit(self._editor.delete_target, item_id)
+        else:
+            self._edit(self._editor.delete_point, item_id)
+        if self.selected == item_id:
+            self.selected = None
+
+    def rename(self, item_id: str, label: str) -> None:
+        self._edit(self._editor.rename_point, item_id, label)
+
+    def set_locked(self, locked: bool) -> None:
+        self.cancel()
+        self._edit(self._editor.set_locked, locked)
+
+    def undo(self) -> str:
+        """Returns words where there is nothing to undo: a key pressed once too often is no error."""
+        return self._step(self._editor.undo, self.can_undo, "undo")
+
+    def redo(self) -> str:
+        """Returns words where there is nothing to redo."""
+        return self._step(self._editor.redo, self.can_redo, "redo")
+
+    def _step(self, act: Callable[..., object], possible: bool, name: str) -> str:
+        self.cancel()
+        if not possible and not self.locked:
+            return f"There is nothing to {name}."
+        self._edit(act)
+        return ""
+
+
+def _spline(points: tuple[Position, ...]) -> SplinePath | None:
+    if len(points) < 2:
+        return None
+    try:
+        return SplinePath(np.array(points))
+    except PlanError:
+        return None  # two points on one spot, while one is being dragged over the other
+
+
+def curve_points(path: SplinePath | None) -> Floats | None:
+    """At most CURVE_SAMPLES places along a path."""
+    if path is None:
+        return None
+    return np.asarray(path.position(np.linspace(0.0, path.length, CURVE_SAMPLES)))
+
+
+def curve_section(places: Floats | None) -> CurveSection:
+    """The page's section of a curve (n, 3)."""
+    return {"points": [] if places is None else np.round(places[::2], 2).tolist()}
+
+
+def plan_items(plan: Plan) -> list[PlanItem]:
+    """Points and targets of a plan, as they are drawn and driven."""
+    return [
+        PlanItem(entry.id, kind, entry.label, _position(entry.position))
+        for kind, listed in (("point", plan.points), ("target", plan.targets))
+        for entry in listed
+    ]
+
+
+def entries(items: Iterable[PlanItem]) -> ItemsSection:
+    """Points and targets as the page's sections have them."""
+    found: ItemsSection = {"points": [], "targets": []}
+    for item in items:
+        position = [round(value, 4) for value in item.position]
+        listed = found["points"] if item.kind == "point" else found["targets"]
+        listed.append({"id": item.id, "label": item.label, "position": position})
+    return found
+
+
+def _position(values: Any) -> Position:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

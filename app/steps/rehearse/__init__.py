@@ -1,0 +1,1 @@
+"""Rehearse: a robot that clients share, one of which holds its handle."""

@@ -1,0 +1,42 @@
+"""Commands of the Rehearse step."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from app.messages.fields import Command, Direction, Identifier
+
+
+class DriveCommand(Command):
+    type: Literal["rehearsal.start", "rehearsal.pause", "rehearsal.reset", "rehearsal.end"]
+
+
+class SetMode(Command):
+    type: Literal["rehearsal.mode"]
+    mode: Literal["path", "free", "inspect"]
+    target_id: Identifier | None = None
+
+
+class SetRehearsalSettings(Command):
+    type: Literal["rehearsal.settings"]
+    values: Annotated[
+        dict[Identifier, Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]], Field(max_length=16)
+    ]
+
+
+class HandCommand(Command):
+    """What a hand on the handle sends: answered at once, never queued behind other work."""
+
+    type: Literal["heartbeat", "grip.release", "rehearsal.take", "rehearsal.let_go"]
+
+
+class Push(Command):
+    """A key or button for motion along the path or about the shaft; answered at once as well."""
+
+    type: Literal["drive", "twist"]
+    direction: Direction
+
+
+COMMANDS: tuple[type[Command], ...] = (DriveCommand, SetMode, SetRehearsalSettings, HandCommand, Push)

@@ -1,0 +1,34 @@
+"""The hint line of the Rehearse step: what to do next, in one sentence."""
+
+from __future__ import annotations
+
+
+def rehearse_hint(
+    points: int, state: str, mine: bool, free: bool, mode: str, done: bool, targets: int, changed: bool
+) -> str:
+    """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven."""
+    if points < 2:
+        return "A rehearsal needs a path of two points at least. Go back to Plan."
+    if state == "absent":
+        return "Press Start: the robot is placed at the entry."
+    if state == "failed":
+        return "The robot could not be placed; the panel says why. Change the path, or try again with Start."
+    if state == "starting":
+        return "The robot is being placed at the entry."
+    if state == "silent":
+        return "The control process does not answer. End it in the panel, then start again."
+    if free:
+        return "Nobody holds the handle. Take it over in the panel to drive."
+    if not mine:
+        return "You are watching. Another window holds the handle; Pause stops the robot all the same."
+    if changed:
+        return "The plan has changed. Reset to entry takes it as it is now; until then the path before is driven."
+    if state == "paused":
+        return "Paused. Press Continue to go on from here, or Reset to entry."
+    if state != "running":
+        return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
+    if mode == "inspect":
+        return "Drag the sphere sideways: the tool swings about the target it looks at."
+    if done and targets:
+        return "The end of the path is reached. Choose Inspect to look at a target."
+    return "Drag the blue sphere on the shaft, or hold ↑ and ↓. The margin to the bone surface is kept."

@@ -1,0 +1,143 @@
+"""A snapshot of the rehearsal as the page's sections."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from app.messages.sections import DetailsSection, MotionView, RehearsalSection, RehearsalState, SettingsSection
+from vfix_engine.control import ControlSettings
+from vfix_engine.simulation.snapshot import Snapshot, Timing
+
+# What a person at the page may turn; the rest stays as the plan says.
+SHOWN_SETTINGS = {
+    "margin_mm": (0.05, 2, (0.1, 1.5)),
+    "stiffness_n_per_mm": (0.05, 2, (0.05, 1.0)),
+    "force_cap_n": (0.5, 1, (0.5, 10.0)),
+    "gain_mm_per_s_per_n": (0.1, 1, (0.5, 5.0)),
+    "view_distance_mm": (1.0, 0, (5.0, 40.0)),
+}
+
+
+FELT_N = 0.05  # a force on the grip that is worth a word
+STOOD_MM = 1e-3  # a grip that moved less between two pictures stands
+_ACROSS = {  # by phase: why a force moves nothing although nothing is in the way
+    "follow": "The pull is across the path: it moves the tool neither forward nor back",
+    "done": "The pull is across the path: it moves the tool neither forward nor back",
+    "inspect_hold": "The pull is along the shaft: it does not turn the tool about the target",
+}
+_STANDS = "The pull points where the tool does not go in this mode"
+
+
+def rehearsal_section(
+    snapshot: Snapshot | None,
+    state: RehearsalState,
+    words: str,
+    mine: bool,
+    holder: bool,
+    before: Snapshot | None = None,
+) -> RehearsalSection:
+    """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
+    base: RehearsalSection = {
+        "state": state,
+        "words": words,
+        "mine": mine,
+        "holder": "Another window" if holder and not mine else None,
+        "can_take": not holder,
+    }
+    if snapshot is None or state not in ("ready", "running", "paused"):
+        return base
+    motion: MotionView = {
+        "mode": snapshot.mode,
+        "phase": snapshot.phase,
+        "held": snapshot.held,
+        "reason": snapshot.reason,
+        "holding": holding_words(snapshot, before),
+        "force_n": _number(np.linalg.norm(snapshot.force), 3),
+        "tip_error_mm": _number(snapshot.tip_error_mm, 4),
+        "clearance_mm": _number(snapshot.clearance_mm, 3),
+        "clearance_capped": bool(snapshot.clearance_mm >= snapshot.threshold_mm),
+        "margin_mm": _number(snapshot.margin_mm, 3),
+        "progress_mm": _number(snapshot.progress_mm, 2),
+        "length_mm": _number(snapshot.length_mm, 2),
+        "target_error_mm": _number(snapshot.target_error_mm, 4),
+        "path_done": snapshot.phase == "done" or snapshot.mode == "inspect",
+        "tip": _place(snapshot.tip),
+        "grip": _place(snapshot.grip),
+        "virtual_point": _place(snapshot.virtual_point),
+    }
+    return {**base, **motion}
+
+
+def holding_words(snapshot: Snapshot, before: Snapshot | None) -> str:
+    """What holds the tool, as a sentence; a tool that stands against a force is not free to move."""
+    if snapshot.reason or snapshot.held:
+        return snapshot.reason or "held"
+    driven = before is not None and snapshot.steps > before.steps
+    stands = before is not None and float(np.linalg.norm(snapshot.grip - before.grip)) < STOOD_MM
+    if driven and stands and float(np.linalg.norm(snapshot.force)) > FELT_N:
+        return _ACROSS.get(snapshot.phase, _STANDS)
+    return "Nothing, the tool is free to move"
+
+
+def details_section(snapshot: Snapshot | None) -> DetailsSection:
+    """How the control loop is doing."""
+    if snapshot is None:
+        return {}
+    timing = snapshot.timing
+    return {
+        "loop_hz": _number(timing.loop_hz, 0),
+        "step_us": _number(timing.step_us, 0),
+        "step_us_p99": _number(timing.step_us_p99, 0),
+        "lateness_us_p50": _number(timing.lateness_us_p50, 1),
+        "lateness_us_p99": _number(timing.lateness_us_p99, 1),
+        "overruns": timing.overruns,
+        "rows": snapshot.rows,
+        "steps": snapshot.steps,
+        "priority": _priority(timing),
+    }
+
+
+def _priority(timing: Timing) -> str:
+    """Whether the loop has its real-time priority now, and why not."""
+    if timing.real_time:
+        return "Held"
+    return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
+
+
+def settings_section(settings: ControlSettings, answered: int, refusal: str = "", warning: str = "") -> SettingsSection:
+    """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
+
+    refusal: why the newest change was not taken. warning: what the margin in force does not cover; '' where it covers
+    all.
+    """
+    bounds, values = ControlSettings.bounds(), settings.to_dict()
+    return {
+        "answered": answered,
+        "words": refusal,
+        "warning": warning,
+        "fields": [
+            {
+                "name": name,
+                "label": bounds[name].label,
+                "unit": bounds[name].unit,
+                "lo": low,
+                "hi": high,
+                "step": step,
+                "digits": digits,
+                "value": round(values[name], 4),
+            }
+            for name, (step, digits, (low, high)) in SHOWN_SETTINGS.items()
+        ],
+    }
+
+
+def _number(value: Any, digits: int) -> float | None:
+    number = float(value)
+    return round(number, digits) if math.isfinite(number) else None
+
+
+def _place(values: Any) -> list[float]:
+    return [round(float(value), 4) for value in values]

@@ -1,0 +1,58 @@
+"""Commands for what every step shares: slices, the look of the anatomy, and the camera."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StringConstraints
+
+from app.messages.fields import Axis, Command, Coordinate, Position
+
+
+class SetCross(Command):
+    type: Literal["slice.cross"]
+    position: Position
+
+    def stream(self) -> str:
+        return self.type
+
+
+class SetSlice(Command):
+    type: Literal["slice.set"]
+    axis: Axis
+    position: Coordinate
+
+    def stream(self) -> str:
+        return f"{self.type}.{self.axis}"
+
+
+class SetWindow(Command):
+    type: Literal["slice.window"]
+    name: Annotated[str, StringConstraints(max_length=24, pattern=r"^[a-z]+$")]
+    window: Annotated[float, Field(ge=1, le=10000, allow_inf_nan=False)]  # [HU]
+    level: Annotated[float, Field(ge=-2000, le=4000, allow_inf_nan=False)]  # [HU]
+
+
+class SetView(Command):
+    type: Literal["view.set"]
+    opacity: Annotated[float, Field(ge=0.1, le=1.0, allow_inf_nan=False)] | None = None
+    cut: Literal["whole", "left", "right"] | None = None
+    slices: Literal["none", "axial", "coronal", "sagittal", "all"] | None = None
+
+    def stream(self) -> str | None:
+        return self.type if self.cut is None and self.slices is None else None
+
+
+class SetCamera(Command):
+    type: Literal["view.camera"]
+    view: Literal["anterior", "left", "right", "superior", "oblique", "nose"]
+
+
+class Project(Command):
+    """Where on the canvas do these places appear? Asked by tests and by whoever scripts the page."""
+
+    type: Literal["project"]
+    points: Annotated[list[Position], Field(max_length=1000)]
+
+
+COMMANDS: tuple[type[Command], ...] = (SetCross, SetSlice, SetWindow, SetView, SetCamera, Project)

@@ -1,0 +1,190 @@
+"""Write the page's TypeScript declarations from the server's types.
+
+    .venv/bin/python scripts/declarations.py
+
+`app/web/js/types.d.ts` declares the sections of the view model, the commands, the messages and the REST models that the
+page reads. Run it after a change of app/messages/sections.py, app/session/commands.py or the models below, and commit
+what it writes; a test compares the file with what this script gives.
+"""
+
+import inspect
+import sys
+import types
+import typing
+from pathlib import Path
+from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_origin
+
+from pydantic import BaseModel
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from app.api.dependencies import ErrorPublic  # noqa: E402
+from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
+from app.api.plan_models import PlanPublic  # noqa: E402
+from app.messages import sections  # noqa: E402
+from app.session import commands  # noqa: E402
+
+TARGET = ROOT / "app" / "web" / "js" / "types.d.ts"
+HEADER = "// Made by scripts/declarations.py from the server's types; do not edit.\n"
+REST_MODELS = (JobPublic, ErrorPublic, ImportAnswer, PlanPublic)
+MESSAGES = (sections.NoteMessage, sections.ReplyMessage)
+PLAIN = {
+    str: "string",
+    int: "number",
+    float: "number",
+    bool: "boolean",
+    type(None): "null",
+    Any: "unknown",
+    object: "unknown",
+}
+
+
+class Declarations:
+    """Interfaces by name, in the order in which they are first needed."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, type] = {}
+        self._texts: dict[str, str] = {}
+
+    @property
+    def text(self) -> str:
+        """All of them, an empty line between two."""
+        return "\n".join(self._texts.values())
+
+    def name_of(self, record: type) -> str:
+        """Declare a TypedDict or a model, and whatever it refers to, once. Raises TypeError for two of one name."""
+        name = record.__name__
+        if self._known.setdefault(name, record) is not record:
+            raise TypeError(f"{record} and {self._known[name]} would have one name on the page; rename one of them.")
+        if name not in self._texts:
+            self._texts[name] = ""  # its place; what it refers to follows and may refer to it
+            self._texts[name] = f"{comment(record)}export interface {name} {self.body(fields_of(record))}\n"
+        return name
+
+    def body(self, fields: "dict[str, tuple[Any, bool]]", indent: str = "  ") -> str:
+        """`{ … }` of fields by name: each its type and whether it is always there."""
+        if not fields:
+            return "{}"
+        lines = [
+            f"{indent}{name}{'' if always else '?'}: {self.of(kind)};\n" for name, (kind, always) in fields.items()
+        ]
+        return "{\n" + "".join(lines) + indent[2:] + "}"
+
+    def of(self, kind: Any) -> str:
+        """The TypeScript type of a Python type. Raises TypeError for one that has none."""
+        if kind in PLAIN:
+            return PLAIN[kind]
+        if typing.is_typeddict(kind) or (inspect.isclass(kind) and issubclass(kind, BaseModel)):
+            return self.name_of(kind)
+        origin, arguments = get_origin(kind), get_args(kind)
+        if origin is Annotated:
+            length = next((note.count for note in arguments[1:] if isinstance(note, sections.Length)), None)
+            if length is None:
+                return self.of(arguments[0])
+            return f"[{', '.join([self.of(get_args(arguments[0])[0])] * length)}]"
+        if origin is Literal:
+            return " | ".join(f'"{value}"' if isinstance(value, str) else str(value).lower() for value in arguments)
+        if origin in (Union, types.UnionType):
+            return " | ".join(dict.fromkeys(self.of(argument) for argument in arguments))
+        if origin is tuple and Ellipsis not in arguments:
+            return f"[{', '.join(self.of(argument) for argument in arguments)}]"
+        if origin in (list, tuple):
+            entry = self.of(arguments[0])
+            return f"({entry})[]" if " | " in entry else f"{entry}[]"
+        if origin is dict:
+            key = self.of(arguments[0])
+            return f"Record<{key}, {self.of(arguments[1])}>"
+        raise TypeError(f"{kind} has no TypeScript type; see scripts/declarations.py.")
+
+
+def fields_of(record: type) -> "dict[str, tuple[Any, bool]]":
+    """Type of every field of a TypedDict or model by the name that it has in JSON, and whether it is always there."""
+    hints = typing.get_type_hints(record, include_extras=True)
+    if typing.is_typeddict(record):
+        always = record.__required_keys__
+        return {name: (_bare(hints[name]), name in always) for name in hints}
+    # A model that is read has every field; one that is sent may leave out what has a default.
+    read = record.__name__.endswith(("Public", "Words"))
+    fields = record.model_fields
+    return {field.alias or name: (hints[name], read or field.is_required()) for name, field in fields.items()}
+
+
+def _bare(kind: Any) -> Any:
+    return get_args(kind)[0] if get_origin(kind) is NotRequired else kind
+
+
+def comment(record: type) -> str:
+    """The docstring as it stands."""
+    lines = inspect.cleandoc(record.__doc__ or "").splitlines()
+    if not lines or record.__doc__ == BaseModel.__doc__:
+        return ""
+    if len(lines) == 1:
+        return f"/** {lines[0]} */\n"
+    return "/**\n" + "".join(f" * {line}".rstrip() + "\n" for line in lines) + " */\n"
+
+
+def command_fields() -> "dict[str, dict[str, tuple[Any, bool]]]":
+    """Fields of every command by its type, without `type` and `id`."""
+    found = {}
+    for model in commands.COMMANDS:
+        fields = fields_of(model)
+        kinds, _ = fields.pop("type")
+        fields.pop("id")
+        found |= dict.fromkeys(get_args(kinds), fields)
+    return dict(sorted(found.items()))
+
+
+def declarations() -> str:
+    """The whole file."""
+    made = Declarations()
+    state: dict[str, list[str]] = {}
+    for group in sections.GROUPS:
+        for name, (kind, _) in fields_of(group).items():
+            state.setdefault(name, []).append(made.of(kind))
+    for name, kinds in state.items():
+        if len(set(kinds)) > 1:
+            raise TypeError(f"the section {name} is published as {' and as '.join(sorted(set(kinds)))}.")
+    for record in (*MESSAGES, *REST_MODELS):
+        made.of(record)
+    view = "".join(f"  {name}?: {kinds[0]};\n" for name, kinds in sorted(state.items()))
+    sent = "".join(f'  "{kind}": {made.body(fields, "    ")};\n' for kind, fields in command_fields().items())
+    answers = "".join(f'  "{name}": {made.of(record)};\n' for name, record in sections.ANSWERS.items())
+    parts = [
+        HEADER,
+        made.text,
+        "/** What the server has said so far, by section; a section that it has not sent yet is undefined. */\n"
+        f"export interface ViewModel {{\n{view}}}\n",
+        STATE_MESSAGE,
+        f"/** Fields of each command besides its type. */\nexport interface Commands {{\n{sent}}}\n",
+        f"/** Answers to commands; any other command is answered null. */\nexport interface Answers {{\n{answers}}}\n",
+        CALLS,
+    ]
+    return "\n".join(parts)
+
+
+STATE_MESSAGE = """\
+/** Sections that changed, by name. */
+export interface StateMessage {
+  type: "state";
+  sections: ViewModel;
+}
+
+export type Message = StateMessage | ReplyMessage | NoteMessage;
+"""
+# A command whose fields may all be left out is sent by its name alone.
+CALLS = """\
+export type CommandType = keyof Commands;
+export type Fields<T extends CommandType> = {} extends Commands[T] ? [fields?: Commands[T]] : [fields: Commands[T]];
+export type Answer<T extends CommandType> = T extends keyof Answers ? Answers[T] : null;
+"""
+
+
+def main() -> int:
+    """Write the file."""
+    TARGET.write_text(declarations(), encoding="utf-8", newline="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

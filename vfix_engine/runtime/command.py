@@ -1,0 +1,85 @@
+"""What the operator asks for during one control period, the same for every world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+BUTTON_STRAIGHTEN = 1  # bit of ``Command.buttons``
+AXES = ("camera_x", "camera_y", "insert")  # of ``Command.axes``
+NO_AXES = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Master:
+    """What the master device of a teleoperation did since the last step.
+
+    increment: its motion (3,) in mm, in the patient frame; a master aligned with the robot's base, as Li 2007's,
+    gives transform_base_to_patient[:3, :3] @ increment.
+    clutch: True while the master holds the tool.
+    """
+
+    increment: Array
+    clutch: bool = True
+
+
+@dataclass(frozen=True)
+class Command:
+    """The operator's input for one step, already decayed by the dead man's switch; a world uses what it has a use for.
+
+    Args:
+        force: (3,) in N at the grip, patient frame.
+        drive: along the path or towards the target, from -1 to +1 of full force.
+        twist: about the tool's shaft, from -1 to +1 of full force.
+        master: with one the step is teleoperated: its motion counts instead of force and drive.
+        axes: camera x (to the picture's right), camera y (down) and insertion (forwards), from -1 to +1 of full speed.
+        buttons: bit mask of the buttons held down; ``BUTTON_STRAIGHTEN``.
+
+    A system clamps values that are out of range and counts non-finite ones as 0.
+    """
+
+    force: Array
+    drive: float = 0
+    twist: float = 0
+    master: Master | None = None
+    axes: tuple[float, float, float] = NO_AXES
+    buttons: int = 0
+
+
+def no_command() -> Command:
+    """The command of a step in which nobody drives."""
+    return Command(np.zeros(3))
+
+
+COMMAND_COLUMNS = (
+    ("force_x", "N"), ("force_y", "N"), ("force_z", "N"), ("drive", ""), ("twist", ""),
+    ("master", ""), ("master_x", "mm"), ("master_y", "mm"), ("master_z", "mm"), ("clutch", ""),
+    ("camera_x", ""), ("camera_y", ""), ("insert", ""), ("buttons", ""),
+)  # fmt: skip
+COMMAND_SIZE = len(COMMAND_COLUMNS)
+
+
+def command_to_row(command: Command, out: Array) -> None:
+    """Write a command into the first ``COMMAND_SIZE`` numbers of ``out``; ``command_from_row`` reads it, bit by bit."""
+    out[:3] = command.force
+    out[3], out[4] = command.drive, command.twist
+    if command.master is None:
+        out[5:10] = 0.0
+    else:
+        out[5], out[6:9], out[9] = 1.0, command.master.increment, command.master.clutch
+    if command.axes is NO_AXES:
+        out[10:13] = 0.0
+    else:
+        out[10:13] = command.axes
+    out[13] = command.buttons
+
+
+def command_from_row(row: Array) -> Command:
+    """The command that ``command_to_row`` wrote."""
+    master = Master(np.array(row[6:9]), bool(row[9])) if row[5] else None
+    x, y, insert = (float(value) for value in row[10:13])
+    return Command(np.array(row[:3]), float(row[3]), float(row[4]), master, (x, y, insert), int(row[13]))
