@@ -89,4 +89,10 @@ def test_a_worker_that_dies_stops_no_tick(process: Process) -> None:
     assert process._worker.exitcode == 3
     later = until(process, lambda s: s.steps > first.steps + 50, lambda: process.drive(1))
     assert later.q[0] > first.q[0]
-    assert any("worker" in event.text for event in process.events() if event.kind == "note")
+    notes: list[str] = []
+
+    def listen() -> None:
+        process.heartbeat()
+        notes.extend(event.text for event in process.events() if event.kind == "note")
+
+    until(process, lambda _: any("worker process ended" in text for text in notes), listen)
