@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .geometry.mesh import TriangleMesh
     from .geometry.path import SplinePath
     from .imaging.mesh_files import read_mesh
+    from .lumen.drive.snake_drive import SnakeDrive
     from .robots import RobotModel, Tool
     from .simulation.simulation import Simulation
 
@@ -27,13 +28,23 @@ _WHERE = {
     "ControlSettings": ".control",
     "RobotModel": ".robots",
     "Simulation": ".simulation.simulation",
+    "SnakeDrive": ".lumen.drive.snake_drive",
     "SplinePath": ".geometry.path",
     "Tool": ".robots",
     "TriangleMesh": ".geometry.mesh",
     "read_mesh": ".imaging.mesh_files",
 }
 
-__all__ = ["ControlSettings", "RobotModel", "Simulation", "SplinePath", "Tool", "TriangleMesh", "read_mesh"]
+__all__ = [
+    "ControlSettings",
+    "RobotModel",
+    "Simulation",
+    "SnakeDrive",
+    "SplinePath",
+    "Tool",
+    "TriangleMesh",
+    "read_mesh",
+]
 
 
 def __getattr__(name: str) -> Any:

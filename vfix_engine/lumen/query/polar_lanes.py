@@ -47,7 +47,7 @@ def put_angles(rows: Array, j: int, count: float, work: Array) -> None:
     """Polar angles of the 16 places' directions in both contours of segment ``j``, into RADII and 16 behind.
 
     0 to ``count`` for a turn. By eq. 2 ρ lies along -(M·w) e + (M·e) w; its parts along a contour's directions are
-    linear in w, and the same of the whole way from P_j, as they are perpendicular to e: ``packed.START_COSINE``.
+    linear in w, and the same of the whole vector from P_j, as they are perpendicular to e: ``packed.START_COSINE``.
     """
     ax, ay, az, ex, ey, ez = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 19], rows[j, 20], rows[j, 21]
     cx, cy, cz, sx, sy, sz = rows[j, 44], rows[j, 45], rows[j, 46], rows[j, 47], rows[j, 48], rows[j, 49]
