@@ -21,7 +21,7 @@ def build(settings: Settings) -> FastAPI:
 
 def create_app(settings: Settings, services: Services, scene_server: SceneServer) -> FastAPI:
     """The planner over services and a scene server that exist already; the application closes both at its end."""
-    services.store.sweep()
+    services.sweep()
     warm_up = WarmUp(
         (
             WarmUpStep("Loading the scene", _load_scene),
@@ -39,7 +39,8 @@ def _load_scene() -> None:
 
 
 def _preparing() -> str:
-    return f"Preparing the geometry engine, on the first start only: {100 * preparation.progress():.0f} %"
+    share = f"{100 * preparation.progress():.0f} %"
+    return f"Preparing the geometry engine, on the first start only, for up to a minute: {share}"
 
 
 def _read_head(services: Services) -> None:

@@ -3,7 +3,7 @@
     python3 scripts/test.py                  everything
     python3 scripts/test.py tests/geometry   further arguments go to pytest
 
-Makes the private environment with the test tools, finds Chrome, Chromium or Edge (VFIX_BROWSER names one)
+Makes the private environment with the test tools and Node.js, finds Chrome, Chromium or Edge (VFIX_BROWSER names one)
 or installs Chromium the way the machine allows. Needs Python 3.11 or newer and nothing else.
 """
 
@@ -17,6 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from environment import ROOT, SetUpFailed, ensure_environment, run_in_environment, use_new_enough_python
+from page_checks import ensure_page_tools, run_page_checks
 
 CHECKS = (
     ("style", ("-m", "ruff", "check", ".")),
@@ -51,6 +52,7 @@ def main(arguments: "list[str]") -> int:
     try:
         use_new_enough_python()
         python = ensure_environment(with_tests=True)
+        node = ensure_page_tools(python)
         os.environ["VFIX_BROWSER"] = ensure_browser(python)
     except SetUpFailed as reason:
         print(f"vfix: {reason}", file=sys.stderr)
@@ -58,42 +60,55 @@ def main(arguments: "list[str]") -> int:
     print(f"Browser: {os.environ['VFIX_BROWSER']}", flush=True)
     if "--setup-only" in arguments:
         return 0
-    statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
-    statuses["preparation"] = run_in_environment(python, *PREPARATION)
     last_line = ""
-    if arguments:
-        statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
-    else:
-        tested, last_line = run_every_test(python)
-        statuses |= tested
+    with tempfile.TemporaryDirectory() as reports:
+        statuses = run_checks(python, node, Path(reports))
+        statuses["preparation"] = run_in_environment(python, *PREPARATION)
+        if arguments:
+            statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
+        else:
+            statuses |= run_every_test(python, Path(reports))
+            last_line = counts(sorted(Path(reports).glob("*.xml")))
     for name, status in statuses.items():
         print(f"{name}: {'ok' if status == 0 else f'FAILED ({status})'}")
     print(last_line, flush=True)
     return next((status for status in statuses.values() if status), 0)
 
 
-def run_every_test(python: Path) -> "tuple[dict[str, int], str]":
-    """Status of each run by its name, and the counts of all runs together."""
+def run_checks(python: Path, node: Path, reports: Path) -> "dict[str, int]":
+    """Status of each check by its name; those of the page run beside those of the Python code."""
+    with ThreadPoolExecutor(1) as thread:
+        page = thread.submit(run_page_checks, node, reports / "page.xml")
+        statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
+        return statuses | page.result()
+
+
+def run_every_test(python: Path, reports: Path) -> "dict[str, int]":
+    """Status of each run by its name; each writes its JUnit results into the folder."""
     others = [f"--ignore={path}" for paths in AT_ONCE.values() for path in paths]
-    with tempfile.TemporaryDirectory() as reports:
 
-        def run(report: str, *arguments: str) -> int:
-            return run_in_environment(python, "-m", "pytest", f"--junitxml={reports}/{report}.xml", *arguments)
+    def run(report: str, *arguments: str) -> int:
+        return run_in_environment(python, "-m", "pytest", f"--junitxml={reports / report}.xml", *arguments)
 
-        with ThreadPoolExecutor(len(AT_ONCE)) as threads:
-            runs = {name: threads.submit(run, name, "-q", *paths) for name, paths in AT_ONCE.items()}
-            statuses = {f"tests of {name}": run.result() for name, run in runs.items()}
-        statuses["other tests"] = run("others", *others)
-        return statuses, counts(sorted(Path(reports).glob("*.xml")))
+    with ThreadPoolExecutor(len(AT_ONCE)) as threads:
+        runs = {name: threads.submit(run, name, "-q", *paths) for name, paths in AT_ONCE.items()}
+        statuses = {f"tests of {name}": run.result() for name, run in runs.items()}
+    statuses["other tests"] = run("others", *others)
+    return statuses
 
 
 def counts(reports: "list[Path]") -> str:
     """'N passed, N failed, N skipped' of all JUnit reports together; a test that could not begin has failed."""
     total = dict.fromkeys(("tests", "failures", "errors", "skipped"), 0)
     for report in reports:
-        for suite in ElementTree.parse(report).getroot().iter("testsuite"):
+        root = ElementTree.parse(report).getroot()
+        for suite in root.iter("testsuite"):
             for name in total:
                 total[name] += int(suite.get(name, 0))
+        for case in root.findall("testcase"):  # those of Node.js stand in no suite
+            total["tests"] += 1
+            total["failures"] += case.find("failure") is not None
+            total["skipped"] += case.find("skipped") is not None
     failed = total["failures"] + total["errors"]
     return f"{total['tests'] - failed - total['skipped']} passed, {failed} failed, {total['skipped']} skipped"
 

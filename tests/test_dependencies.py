@@ -2,6 +2,7 @@
 
 import ast
 import importlib.metadata
+import json
 import re
 import sys
 import tomllib
@@ -14,6 +15,8 @@ from app import extras
 ROOT = Path(__file__).resolve().parent.parent
 LOCKS = ("requirements.lock", "requirements-test.lock")
 PAGE = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
+PAGE_TOOLS = json.loads((ROOT / "package.json").read_text(encoding="utf-8"))["devDependencies"]
+PERMISSIVE = {"Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "BlueOak-1.0.0", "ISC", "MIT"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 # Import names that differ from the package's.
 PACKAGE_OF = {
@@ -53,8 +56,8 @@ def locked(lock: str) -> dict[str, str]:
 
 
 def test_every_dependency_has_its_licence_and_reason() -> None:
-    rows = dict(re.findall(r"^\| ([a-z][a-z0-9-]*) \| (.+) \| .+ \|$", PAGE, re.MULTILINE))
-    assert set(declared()) | set(of_a_gpu()) | {"hatchling", "editables"} == set(rows)
+    rows = dict(re.findall(r"^\| (@?[a-z][a-z0-9/-]*) \| (.+) \| .+ \|$", PAGE, re.MULTILINE))
+    assert set(declared()) | set(of_a_gpu()) | set(PAGE_TOOLS) | {"hatchling", "editables"} == set(rows)
     assert not [name for name, licence in rows.items() if is_gpl(licence)]
 
 
@@ -115,6 +118,31 @@ def test_the_lock_installs_nothing_under_the_gpl() -> None:
         stated = metadata.get("License-Expression") or (metadata.get("License") or "").split("\n")[0]
         assert not is_gpl(" ".join([stated, *classifiers])), (name, stated, classifiers)
     assert looked_at > 60
+
+
+def test_the_page_s_tools_are_locked_by_hash_and_name_no_registry() -> None:
+    text = (ROOT / "package-lock.json").read_text(encoding="utf-8")
+    packages = json.loads(text)["packages"]
+    assert packages.pop("")["devDependencies"] == PAGE_TOOLS
+    assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in PAGE_TOOLS.values()), "pinned exactly"
+    assert '"resolved"' not in text
+    for name, package in packages.items():
+        assert package["integrity"].startswith("sha512-"), name
+        assert package["license"] in PERMISSIVE, name
+        assert package["dev"] is True, name
+    for name, version in PAGE_TOOLS.items():
+        assert packages[f"node_modules/{name}"]["version"] == version
+
+
+def test_the_page_itself_loads_nothing_from_the_tools() -> None:
+    """There is no build step for the user: every module of the page imports its neighbours only."""
+    modules = [*(ROOT / "app").rglob("*.js")]
+    assert len(modules) > 10
+    for module in modules:
+        found = re.findall(
+            r'^(?:import|export) [^"]*? from "([^"]+)";', module.read_text(encoding="utf-8"), re.MULTILINE
+        )
+        assert all(name.startswith(("./", "../", "/static/")) for name in found), module
 
 
 def is_gpl(licence: str) -> bool:

@@ -35,6 +35,7 @@ LUMEN_ROOMS = {
     "haptics": 6,
     "drive": 7,
     "picture": 8,
+    "system": 8,
     "synthetic": 8,  # an older address of a module of the anatomy
     "": 0,  # the notice of what it is not for
 }

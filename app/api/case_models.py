@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 from app.api.dependencies import Wish
 from app.services.cases import Case
 from app.services.names import MAX_NAME
+from app.services.structures import CaseKind, Origin, Role
 
 Triple = tuple[float, float, float]
 
@@ -54,17 +55,44 @@ class BeadPublic(BaseModel):
     position: Triple
 
 
+class ProvenancePublic(BaseModel):
+    """Where a structure's surface comes from; threshold_hu: the value of a CT that it was extracted at."""
+
+    origin: Origin
+    threshold_hu: float | None
+
+
+class StructurePublic(BaseModel):
+    """A structure, which everything else refers to by its id.
+
+    geometry: hash of its surface, `surface` which of the case's surfaces that is. deviation_mm: the largest distance
+    measured from the surface that it was thinned from. has_inside: whether it is closed; null where not examined.
+    """
+
+    id: str
+    name: str
+    role: Role
+    surface: str
+    geometry: str
+    provenance: ProvenancePublic
+    deviation_mm: float | None
+    has_inside: bool | None
+    frame: str
+
+
 class CasePublic(BaseModel):
-    """A head."""
+    """A head, or a lumen."""
 
     id: str
     name: str
     created: str
     deleted_at: str | None
+    kind: CaseKind
     frame: FramePublic
     spacing_mm: Triple | None
     surface_uncertainty_mm: float | None
     content_hash: str
+    structures: list[StructurePublic]
     surfaces: list[SurfacePublic]
     volumes: list[VolumePublic]
     has_volume: bool

@@ -6,6 +6,7 @@ from typing import Annotated, Any, cast
 from fastapi import Depends, Header, Path, Request, Response
 from pydantic import BaseModel, ConfigDict
 
+from app.api.error_statuses import ERROR_STATUSES
 from app.services import Services
 from vfix_engine.errors import InputError
 
@@ -20,7 +21,7 @@ Identifier = Annotated[str, Path(min_length=1, max_length=64, pattern=r"^[A-Za-z
 
 
 class Condition:
-    """What a request asks of a plan's revision by If-Match, and what the answer tells of it by ETag."""
+    """What a request asks of a document's revision by If-Match, and what the answer tells of it by ETag."""
 
     def __init__(
         self,
@@ -69,20 +70,7 @@ class Wish(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-_ANSWERS = {  # what app.gateway.error_answers and the guard give
-    400: "Refused",
-    401: "No token",
-    403: "A foreign Host or Origin, or another site or port",
-    404: "Not there",
-    409: "Changed meanwhile",
-    412: "Not the revision of If-Match",
-    413: "Too large",
-    422: "Refused",
-    423: "Locked",
-    500: "What is stored is damaged, or an error that nobody expected",
-    503: "The database is held by another program, or the planner ends",
-    507: "The disk does not take it",
-}
 ERRORS: dict[int | str, dict[str, Any]] = {
-    status: {"model": ErrorPublic, "description": text} for status, text in _ANSWERS.items()
+    line.status: {"model": ErrorPublic, "description": line.words}
+    for line in sorted(ERROR_STATUSES, key=lambda line: line.status)
 }

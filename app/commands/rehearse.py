@@ -17,6 +17,7 @@ import numpy as np
 from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.extras import has_app
 from app.services import build_services
+from app.services.placing import stored_placing
 from app.services.plan_model import Plan
 from app.services.resolve import (
     ResolvedCase,
@@ -162,8 +163,9 @@ def build_scene(case: ResolvedCase, plan: Plan, args: argparse.Namespace) -> tup
     prepare_engine()  # everything that was given has been read
     # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones)
-    if plan.robot.get("base") is not None and all(other is None for other in others):
-        base, q_start = np.array(plan.robot["base"]).reshape(4, 4), np.array(plan.robot["q_start"])
+    stored = stored_placing(plan.robot)
+    if stored is not None and all(other is None for other in others):
+        base, q_start = stored
         obstacle = ""
     else:
         placing = place_robot(case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones)

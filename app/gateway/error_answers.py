@@ -10,24 +10,11 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from app.api.error_statuses import status_of
 from app.error_shape import error_body, error_code, error_details
-from app.services.errors import NotFound, PlanConflict, PlanLocked, PlannerEnds, TooLarge
-from app.store.errors import StorageError, StoreBusy, StoreUnusable
-from vfix_engine.errors import ControlError, InputError, VfixError
+from app.services.errors import DocumentConflict
+from vfix_engine.errors import VfixError
 
-# The first kind that fits counts.
-_STATUS: dict[type[VfixError], int] = {
-    NotFound: 404,
-    TooLarge: 413,
-    PlanConflict: 409,
-    PlanLocked: 423,
-    InputError: 422,
-    ControlError: 409,
-    PlannerEnds: 503,
-    StoreBusy: 503,
-    StoreUnusable: 500,
-    StorageError: 507,
-}
 _RETRY = {503: {"Retry-After": "5"}}
 _MOST_DETAILS, _MOST_CHARACTERS = 20, 200  # an answer is not as long as whatever was sent
 _LOG = logging.getLogger(__name__)
@@ -42,8 +29,9 @@ def install_error_answers(app: FastAPI) -> None:
 
 
 async def _refused(request: Request, error: Exception) -> JSONResponse:
-    status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), 400)
-    if isinstance(error, PlanConflict) and "if-match" in request.headers:
+    assert isinstance(error, VfixError)
+    status = status_of(error)
+    if isinstance(error, DocumentConflict) and "if-match" in request.headers:
         status = 412  # the condition was HTTP's own
     body = error_body(error_code(error), str(error), error_details(error))
     return JSONResponse(body, status, headers=_RETRY.get(status))

@@ -1,4 +1,4 @@
-"""A case as a value: a head, its surfaces, its CT, and how its frame was known."""
+"""A case as a value: what was imported, its structures, surfaces and CT, and how its frame was known."""
 
 from __future__ import annotations
 
@@ -6,12 +6,21 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from app.services.errors import NotFound
+from app.services.structures import (
+    ANATOMY,
+    BONE,
+    CaseKind,
+    Provenance,
+    Structure,
+    structure_from_json,
+    structure_name,
+)
 from vfix_engine.imaging.bone import SurfaceReport
-from vfix_engine.imaging.surface import Dropped
+from vfix_engine.imaging.surface import BONE_HU, Dropped
 from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, report_words
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
-BONE = "bone"  # the surface that the controller keeps away from
 
 Triple = tuple[float, float, float]
 Bounds = tuple[Triple, Triple]  # smallest and largest LPS coordinates [mm]
@@ -78,7 +87,10 @@ class VolumeInfo:
 
 @dataclass(frozen=True)
 class Case:
-    """A stored head. A deleted case carries the time it was deleted at."""
+    """A stored case. A deleted one carries the time it was deleted at.
+
+    kind: what is driven in it. structures: what plans, zones and scores refer to by id; surfaces: what is drawn.
+    """
 
     id: str
     name: str
@@ -91,6 +103,25 @@ class Case:
     volumes: tuple[VolumeInfo, ...]
     beads: tuple[Bead, ...]
     notes: tuple[str, ...] = ()  # what was doubtful about the file, in sentences
+    kind: CaseKind = "head"
+    structures: tuple[Structure, ...] = ()
+
+    @property
+    def anatomy(self) -> Structure:
+        """The structure that the controller keeps clear of, or stays within, by the kind of case."""
+        return next(item for item in self.structures if item.role == ANATOMY[self.kind])
+
+    def structure(self, structure_id: str) -> Structure:
+        """The structure of that id. Raises NotFound."""
+        for item in self.structures:
+            if item.id == structure_id:
+                return item
+        known = ", ".join(item.id for item in self.structures)
+        raise NotFound(f"this case has no structure {structure_id!r:.40}; it has: {known}.")
+
+    def structure_words(self, structure_id: str) -> str:
+        """The name of a structure for people; of an id that is not there any more, the id."""
+        return next((item.name for item in self.structures if item.id == structure_id), structure_id)
 
     @property
     def has_volume(self) -> bool:
@@ -103,9 +134,8 @@ class Case:
 
     @property
     def uncertainty(self) -> SurfaceUncertainty:
-        """How far the bone surface may lie from bone, as far as that is known."""
-        bone = next(item for item in self.surfaces if item.name == BONE)
-        thinning = 0.0 if bone.report is None else bone.report.max_deviation_mm
+        """How far the anatomy may lie from its surface, as far as that is known."""
+        thinning = self.anatomy.deviation_mm or 0.0
         return SurfaceUncertainty(thinning, max(*(self.spacing_mm or (0.0,)), self.slice_thickness_mm or 0.0, 0.0))
 
     @property
@@ -123,19 +153,51 @@ class CaseContent:
     volumes: tuple[VolumeInfo, ...] = ()
     beads: tuple[Bead, ...] = ()
     notes: tuple[str, ...] = ()
+    kind: CaseKind = "head"
+    structures: tuple[Structure, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> CaseContent:
+        """Out of what is stored. Raises KeyError, TypeError or ValueError where that is damaged."""
+        surfaces = tuple(_surface_info(item) for item in data["surfaces"])
+        if "structures" in data:
+            structures = tuple(structure_from_json(item) for item in data["structures"])
+        else:  # stored before cases had structures
+            structures = _former_structures(surfaces, bool(data["volumes"]))
+        kind: CaseKind = data.get("kind", "head")
+        if ANATOMY[kind] not in [item.role for item in structures]:
+            raise ValueError(f"a {kind} has no structure of the role {ANATOMY[kind]}.")
         return cls(
             CaseFrame(**data["frame"]),
-            tuple(_surface_info(item) for item in data["surfaces"]),
+            surfaces,
             tuple(_volume_info(item) for item in data["volumes"]),
             tuple(Bead(item["name"], to_triple(item["position"])) for item in data["beads"]),
             tuple(data.get("notes", ())),
+            kind,
+            structures,
         )
+
+
+def anatomy_structure(
+    kind: CaseKind, surface: SurfaceInfo, geometry: str, provenance: Provenance, has_inside: bool | None
+) -> Structure:
+    """The structure that a case of a kind is driven in, out of its surface; geometry: 'sha256:' and the file's hash."""
+    role = ANATOMY[kind]
+    deviation = None if surface.report is None else surface.report.max_deviation_mm
+    return Structure(role, structure_name(role), role, surface.name, geometry, provenance, deviation, has_inside)
+
+
+def extracted_from(has_volume: bool) -> Provenance:
+    """The provenance of a surface that an import made: of a CT at the threshold of bone, or of a surface's file."""
+    return Provenance("ct", BONE_HU) if has_volume else Provenance("surface")
+
+
+def _former_structures(surfaces: tuple[SurfaceInfo, ...], has_volume: bool) -> tuple[Structure, ...]:
+    bone = {item.name: item for item in surfaces}[BONE]
+    return (anatomy_structure("head", bone, bone.source, extracted_from(has_volume), None),)
 
 
 def to_triple(values: Any) -> Triple:

@@ -16,9 +16,20 @@ from sqlalchemy.orm import Session
 from app.clock import utc_now
 from app.services.cache import Cache
 from app.services.case_files import CaseFiles
-from app.services.case_model import BONE, HEAD_PHANTOM, Bead, Case, CaseContent, CaseFrame, SurfaceInfo, VolumeInfo
+from app.services.case_model import (
+    HEAD_PHANTOM,
+    Bead,
+    Case,
+    CaseContent,
+    CaseFrame,
+    SurfaceInfo,
+    VolumeInfo,
+    anatomy_structure,
+    extracted_from,
+)
 from app.services.errors import NotFound
 from app.services.names import check_name
+from app.services.structures import ANATOMY, CaseKind, Structure, is_closed
 from app.store import Store
 from app.store.errors import StoreDamaged, is_of_reading
 from app.store.models import CaseRow
@@ -29,7 +40,7 @@ from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.volume import Volume
 
-__all__ = ["Bead", "Case", "CaseFrame", "CaseService", "SurfaceInfo", "VolumeInfo"]
+__all__ = ["Bead", "Case", "CaseFrame", "CaseService", "Structure", "SurfaceInfo", "VolumeInfo"]
 
 _LOG = logging.getLogger(__name__)
 Info = TypeVar("Info", SurfaceInfo, VolumeInfo)
@@ -77,21 +88,27 @@ class CaseService:
         beads: Sequence[Bead] = (),
         notes: Sequence[str] = (),
         reports: Mapping[str, SurfaceReport] | None = None,
+        kind: CaseKind = "head",
     ) -> Case:
         """Make a case; every file is durable before the case is listed.
 
-        surfaces: by name; 'bone' is the one the controller uses, the others are for display only.
+        surfaces: by name; 'bone' of a head, 'lumen' of a lumen, is the one the controller uses and becomes a structure,
+            the others are for display only.
         notes: what is doubtful about the file, in sentences.
         reports: what making a surface cost, by the same names, where that was measured.
-        Raises InputError when there is no bone or the name cannot be used.
+        Raises InputError when that surface is missing or the name cannot be used.
         """
         check_name(name, "case's name")
-        if BONE not in surfaces:
-            raise InputError("a case needs a bone surface.")
+        driven = ANATOMY[kind]
+        if driven not in surfaces:
+            raise InputError(f"a case needs a {driven} surface.")
         known = reports or {}
         infos = tuple(self._files.put_surface(label, mesh, known.get(label)) for label, mesh in surfaces.items())
         volumes = () if volume is None else (self._files.put_volume("ct", volume),)
-        content = CaseContent(frame, infos, volumes, tuple(beads), tuple(notes))
+        surface = _named(infos, driven, "surface")
+        made_from, inside = extracted_from(volume is not None), is_closed(surfaces[driven])
+        structure = anatomy_structure(kind, surface, surface.source, made_from, inside)
+        content = CaseContent(frame, infos, volumes, tuple(beads), tuple(notes), kind, (structure,))
         return self.put(f"case-{secrets.token_hex(6)}", name, content, _hash(content))
 
     def put(self, case_id: str, name: str, content: CaseContent, content_hash: str) -> Case:
@@ -117,15 +134,22 @@ class CaseService:
         """Bring a deleted case back."""
         return self._change(case_id, deleted_at=None)
 
-    def case_surface(self, case_id: str, name: str = BONE) -> TriangleMesh:
-        """A surface of a case. Raises NotFound."""
-        info = _named(self.get(case_id).surfaces, name, "surface")
+    def case_surface(self, case_id: str, name: str | None = None) -> TriangleMesh:
+        """A surface of a case, that of the structure it is driven in unless a name is given. Raises NotFound."""
+        case = self.get(case_id)
+        info = _named(case.surfaces, case.anatomy.surface if name is None else name, "surface")
         return self._surfaces.get(info.source, lambda: self._files.surface(info.source))
 
+    def structure_mesh(self, case_id: str, structure_id: str) -> TriangleMesh:
+        """The surface of a structure, by the structure's id. Raises NotFound."""
+        return self.case_surface(case_id, self.get(case_id).structure(structure_id).surface)
+
     def display_meshes(self, case_id: str) -> dict[str, TriangleMesh]:
-        """The surfaces to show, by name: all but the bone, or the bone where there is no other."""
-        names = [info.name for info in self.get(case_id).surfaces]
-        return {name: self.case_surface(case_id, name) for name in [n for n in names if n != BONE] or names}
+        """The surfaces to show, by name: all but the one that it is driven in, or that one where there is no other."""
+        case = self.get(case_id)
+        names = [info.name for info in case.surfaces]
+        shown = [name for name in names if name != case.anatomy.surface] or names
+        return {name: self.case_surface(case_id, name) for name in shown}
 
     def volume(self, case_id: str, name: str | None = None) -> Volume | None:
         """A CT volume of a case, the widest unless a name is given; None for a case that was made of a surface."""
@@ -136,9 +160,9 @@ class CaseService:
         return self._volumes.get(info.source, lambda: self._files.volume(info.source))
 
     def tree(self, case_id: str) -> ProximityTree:
-        """The proximity tree of a case's bone; the first call builds it."""
-        info = _named(self.get(case_id).surfaces, BONE, "surface")
-        return self._trees.get(info.source, lambda: ProximityTree(self.case_surface(case_id)))
+        """The proximity tree of the structure that a case is driven in; the first call builds it."""
+        geometry = self.get(case_id).anatomy.geometry
+        return self._trees.get(geometry, lambda: ProximityTree(self.case_surface(case_id)))
 
     def _change(self, case_id: str, **values: str | None) -> Case:
         with self._store.writing() as session:
@@ -183,6 +207,8 @@ def _case(session: Session, case_id: str) -> Case:
         volumes=content.volumes,
         beads=content.beads,
         notes=content.notes,
+        kind=content.kind,
+        structures=content.structures,
     )
 
 

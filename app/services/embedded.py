@@ -6,11 +6,19 @@ import hashlib
 import json
 
 from app.services.case_files import ASSET, CaseFiles, surface_info, volume_info
-from app.services.case_model import BONE, HEAD_PHANTOM, Bead, CaseContent, CaseFrame, to_triple
+from app.services.case_model import (
+    HEAD_PHANTOM,
+    Bead,
+    CaseContent,
+    CaseFrame,
+    anatomy_structure,
+    to_triple,
+)
 from app.services.cases import CaseService
 from app.services.errors import NotFound
 from app.services.plan_model import PlanFile, content_from_json
 from app.services.plans import PlanService
+from app.services.structures import BONE, Provenance, is_closed
 from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import DocumentRow
@@ -40,7 +48,7 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
         known = cases.get(HEAD_PHANTOM)
     except (NotFound, StoreDamaged):
         known = None
-    if known is None or known.content_hash != content_hash or known.surfaces[0].report is None:
+    if known is None or known.content_hash != content_hash or known.anatomy.has_inside is None:
         cases.put(HEAD_PHANTOM, _NAME, _content(CaseFiles(store.files)), content_hash)
     with store.reading() as session:  # whether it is there: what is in it need not be readable to start
         missing = session.get(DocumentRow, SAMPLE_PLAN) is None
@@ -60,20 +68,29 @@ def _content(files: CaseFiles) -> CaseContent:
     description = json.loads((assets_dir() / _FOLDER / "phantom.json").read_text(encoding="utf-8"))
     surfaces = {name: f"{ASSET}{_FOLDER}/{file}" for name, file in _SURFACES.items()}
     volumes = {"head": load_head_ct(noise=False), "nose": load_nose_ct(noise=False)}
+    infos = tuple(
+        surface_info(name, files.surface(source), source, BONE_REPORT if name == BONE else None)
+        for name, source in surfaces.items()
+    )
+    bone = infos[0]
+    geometry = f"sha256:{_asset_hash(_SURFACES[BONE])}"
+    inside = is_closed(files.surface(bone.source))
     return CaseContent(
         CaseFrame(description["frame"], assumed=False),
-        tuple(
-            surface_info(name, files.surface(source), source, BONE_REPORT if name == BONE else None)
-            for name, source in surfaces.items()
-        ),
+        infos,
         tuple(volume_info(name, volume, f"phantom:{name}") for name, volume in volumes.items()),
         tuple(Bead(bead["name"], to_triple(bead["centroid"])) for bead in description["beads"]),
+        structures=(anatomy_structure("head", bone, geometry, Provenance("shipped"), inside),),
     )
 
 
 def _assets_hash() -> str:
     digest = hashlib.sha256()
     for file in (*_SURFACES.values(), *_VOLUMES, "phantom.json"):
-        with (assets_dir() / _FOLDER / file).open("rb") as stream:
-            digest.update(hashlib.file_digest(stream, "sha256").digest())
+        digest.update(bytes.fromhex(_asset_hash(file)))
     return digest.hexdigest()
+
+
+def _asset_hash(file: str) -> str:
+    with (assets_dir() / _FOLDER / file).open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -12,6 +12,7 @@ from app.services.errors import TooLarge
 from app.services.names import check_label
 from app.services.plan_model import PlanPoint, Position, check_position, new_point_id
 from vfix_engine.errors import FrameError, InputError, PlanError
+from vfix_engine.frames import RAS_TO_LPS
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
 MAX_DEPTH = 64  # of lists and objects in each other
@@ -149,10 +150,9 @@ def check_last_line(text: str) -> None:
 
 def to_lps(position: Sequence[Any], frame: str, scale: float = 1.0) -> Position:
     """A position of a file as LPS mm. Raises PlanError."""
-    x, y, z = check_position(position)
-    sign = -1.0 if frame == "RAS" else 1.0
+    signs = RAS_TO_LPS.tolist() if frame == "RAS" else (1.0, 1.0, 1.0)
     # A zero stays a zero: -0.0 would be written differently and read as a change.
-    return check_position((sign * x * scale + 0.0, sign * y * scale + 0.0, z * scale))
+    return check_position([sign * x * scale + 0.0 for sign, x in zip(signs, check_position(position), strict=True)])
 
 
 @contextmanager

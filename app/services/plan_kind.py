@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from app.services.case_model import BONE
 from app.services.documents import Document, DocumentErrors, DocumentKind, Ref
 from app.services.errors import PlanConflict, PlanLocked
 from app.services.plan_model import (
@@ -13,6 +12,7 @@ from app.services.plan_model import (
     content_from_json,
     content_to_json,
 )
+from app.services.structures import BONE
 from vfix_engine.errors import PlanError
 
 PLAN = DocumentKind(

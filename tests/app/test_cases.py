@@ -1,5 +1,8 @@
 """Cases: every coordinate comes back, names are kept as typed, deletion can be taken back."""
 
+import hashlib
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 
@@ -8,10 +11,14 @@ from app.services.cache import Cache
 from app.services.cases import Bead, Case, CaseFrame, CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import NotFound
+from app.services.structures import Provenance, is_closed
 from app.store import Store
+from app.store.errors import StoreDamaged
+from app.store.models import CaseRow
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.resources import assets_dir
 
 LPS = CaseFrame("LPS", assumed=False)
 
@@ -136,3 +143,49 @@ def test_the_cache_keeps_the_newest_and_forgets_failures() -> None:
     with pytest.raises(ZeroDivisionError):
         cache.get("z", lambda: 1 // 0)
     assert cache.get("z", lambda: 7) == 7
+
+
+def test_a_head_is_driven_beside_its_bone_and_a_lumen_within_its_wall(cases: CaseService, case: Case) -> None:
+    mesh = cases.case_surface(case.id)
+    lumen = cases.create("Colon", frame=LPS, surfaces={"outside": mesh, "lumen": mesh}, kind="lumen")
+    assert (case.kind, case.anatomy.id, lumen.kind, lumen.anatomy.id) == ("head", "bone", "lumen", "lumen")
+    assert cases.tree(lumen.id).mesh.content_hash == mesh.content_hash
+    assert list(cases.display_meshes(lumen.id)) == ["outside"]
+    assert lumen.surface_uncertainty_mm is None
+    for kind, missing in (("head", {"lumen": mesh}), ("lumen", {"bone": mesh})):
+        with pytest.raises(InputError, match=f"needs a {'bone' if kind == 'head' else 'lumen'} surface"):
+            cases.create("None", frame=LPS, surfaces=missing, kind=kind)  # type: ignore[arg-type]
+
+
+def test_structures_are_found_by_id_and_told_by_name(cases: CaseService, case: Case) -> None:
+    assert case.structure("bone").provenance == Provenance("surface")
+    assert cases.structure_mesh(case.id, "bone").content_hash == cases.case_surface(case.id, "bone").content_hash
+    assert (case.structure_words("bone"), case.structure_words("optic-nerve")) == ("Bone", "optic-nerve")
+    with pytest.raises(NotFound, match=r"no structure 'Bone'.*bone"):
+        cases.structure_mesh(case.id, "Bone")
+
+
+def test_a_surface_has_an_inside_where_it_is_closed(case: Case, cases: CaseService) -> None:
+    whole = cases.case_surface(case.id)
+    assert case.structure("bone").has_inside is True
+    turned = whole.faces.copy()
+    turned[0] = turned[0][::-1]
+    for faces in (whole.faces[1:], turned, [*whole.faces, whole.faces[0]]):
+        assert not is_closed(TriangleMesh(whole.vertices, faces))
+
+
+def test_a_structure_of_an_unknown_role_or_none_at_all_is_damage(store: Store, cases: CaseService, case: Case) -> None:
+    for wrong in ([], [{**asdict(case.structures[0]), "role": "brain"}], [{"id": "bone"}]):
+        with store.writing() as session:
+            row = session.get(CaseRow, case.id)
+            assert row is not None
+            row.document = {**row.document, "structures": wrong}
+        with pytest.raises(StoreDamaged):
+            cases.get(case.id)
+
+
+def test_the_bone_of_the_shipped_head_is_a_structure(phantom_services: Services) -> None:
+    bone = phantom_services.cases.embedded_case().structure("bone")
+    file = (assets_dir() / "head_phantom" / "bone_nose.ply").read_bytes()
+    assert bone.geometry == f"sha256:{hashlib.sha256(file).hexdigest()}"
+    assert (bone.provenance, bone.deviation_mm) == (Provenance("shipped"), 0.375)

@@ -16,6 +16,7 @@ from app.services.cases import CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.importing import ImportRequest, ImportService, case_name
 from app.services.resolve import resolve_case, resolve_plan
+from app.services.structures import Provenance
 from app.settings import Settings
 from app.store import Store
 from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
@@ -125,7 +126,7 @@ def test_page_is_asked_for_what_is_missing(tmp_path: Path, service: ImportServic
     assert (case.frame.name, case.frame.assumed, case.name) == ("RAS", False, "head")
     fractions = [fraction for _, fraction in stages]
     assert fractions == sorted(fractions)
-    assert stages[-1] == ("Done", 1.0)
+    assert stages[-1] == ("Storing the case", 0.95)
     assert len(stages) > 4
 
 
@@ -139,6 +140,10 @@ def test_what_is_stored_comes_back(tmp_path: Path) -> None:
     bone = cases.case_surface(case.id)
     assert np.allclose(bone.bounds, [[11.25, 9.25, 7.25], [32.75, 24.75, 28.75]], atol=0.02)
     assert [surface.name for surface in case.surfaces] == ["bone", "display"]
+    (structure,) = case.structures
+    assert (structure.id, structure.role, structure.provenance) == ("bone", "bone", Provenance("ct", 250.0))
+    assert (structure.deviation_mm, structure.has_inside, structure.frame) == (0.0, True, "LPS")
+    assert structure.geometry == case.surfaces[0].source
 
 
 def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -166,11 +171,14 @@ def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys
 
 def test_a_case_from_before_says_that_nothing_was_recorded(cases: CaseService, case: Case) -> None:
     document = CaseContent(case.frame, case.surfaces).to_json()
-    del document["surfaces"][0]["report"]
+    del document["surfaces"][0]["report"], document["structures"], document["kind"]
     content = CaseContent.from_json(document)
     assert content.surfaces[0].report is None
     assert "not recorded" in content.surfaces[0].words
-    assert CaseContent.from_json(CaseContent(case.frame, content.surfaces).to_json()) == content
+    assert CaseContent.from_json(content.to_json()) == content
+    (bone,) = content.structures
+    assert (content.kind, bone.id, bone.role, bone.geometry) == ("head", "bone", "bone", case.surfaces[0].source)
+    assert (bone.provenance, bone.deviation_mm, bone.has_inside) == (Provenance("surface"), None, None)
 
 
 def test_values_that_are_not_hounsfield_units_are_refused(tmp_path: Path, service: ImportService) -> None:

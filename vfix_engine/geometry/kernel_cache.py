@@ -2,8 +2,8 @@
 
 numba keeps them beside the code, which a system-wide installation cannot write, and looks only at the file that a
 kernel stands in: a kernel that calls a changed one would go on with the old one inside. So they are kept in the
-user's cache folder, in a folder named after the content of every file that can be part of a kernel. Any change makes
-a new folder; folders that nobody has used for long are removed then. VFIX_CACHE names another place.
+user's cache folder, in a folder named after the content of every source file of the engine. Any change makes a new
+folder; folders that nobody has used for long are removed then. VFIX_CACHE names another place.
 NUMBA_CACHE_DIR, where it is set, is left to numba and its rules.
 
 What is kept is code, and whoever can write it can run it: the folder is for its owner alone.
@@ -13,14 +13,13 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 import shutil
 import sys
 import time
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numba
 import platformdirs
@@ -28,10 +27,7 @@ from numba.core import caching
 from numba.core.codegen import ll as llvm  # type: ignore[attr-defined]
 
 KEPT_S = 14 * 86_400  # a folder of other kernels that was not used for so long is removed
-_COMPILER = "compile_only.py"  # what it leaves out is not in what is kept
 _PACKAGE = Path(__file__).resolve().parents[1]
-_KERNELS = re.compile(rb"^from [\w.]*compiled import", re.MULTILINE)
-_IMPORTS = re.compile(rb"^from (\.+[\w.]*|vfix_engine[\w.]*) import ([^\n]*)", re.MULTILINE)
 
 
 def cache_root() -> Path:
@@ -65,41 +61,16 @@ def fingerprint() -> str:
     for part in (sys.implementation.cache_tag, numba.__version__, str(llvm.llvm_version_info)):
         digest.update(str(part).encode())
     digest.update(f"{llvm.get_host_cpu_name()} {os.environ.get('NUMBA_CPU_NAME', '')}".encode())
-    for name, content in sorted(kernel_sources(_PACKAGE).items()):
-        digest.update(name.encode() + b"\0" + hashlib.sha256(content).digest())
+    digest.update(hash_of_sources(_PACKAGE))
     return digest.hexdigest()[:20]
 
 
-def kernel_sources(package: Path) -> dict[str, bytes]:
-    """Content of every module that has kernels or compiles them, and of all that these import.
-
-    The constants of those become part of kernels.
-    """
-    contents = {file: file.read_bytes() for file in package.rglob("*.py")}
-    waiting = [file for file, content in contents.items() if _KERNELS.search(content) or file.name == _COMPILER]
-    found: dict[str, bytes] = {}
-    while waiting:
-        file = waiting.pop()
-        name = file.relative_to(package).as_posix()
-        if name in found:
-            continue
-        found[name] = contents[file]
-        for module, names in _IMPORTS.findall(contents[file]):
-            waiting += _imported(package, file, module.decode(), names.decode(), contents)
-    return found
-
-
-def _imported(package: Path, file: Path, module: str, names: str, contents: dict[Path, bytes]) -> list[Path]:
-    """Files behind one line of imports."""
-    if module.startswith("."):
-        level = len(module) - len(module.lstrip("."))
-        base = file.parents[level - 1]
-        parts = [part for part in module.lstrip(".").split(".") if part]
-    else:
-        base, parts = package, module.split(".")[1:]
-    place = base.joinpath(*parts)
-    below = [place / f"{name.strip()}.py" for name in names.strip("() ").split(",")]
-    return [one for one in (place.with_suffix(".py"), place / "__init__.py", *below) if one in contents]
+def hash_of_sources(package: Path) -> bytes:
+    """Hash of the names and contents of all modules of a package; constants of any of them can be part of a kernel."""
+    digest = hashlib.sha256()
+    for name, file in sorted((file.relative_to(package).as_posix(), file) for file in package.rglob("*.py")):
+        digest.update(name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
+    return digest.digest()
 
 
 def remove_unused(kernels: Path) -> None:
@@ -137,14 +108,20 @@ class _Kept(caching.CompileResultCacheImpl):
 
 
 class KernelCache(caching.FunctionCache):
-    """numba's cache of one function, in our folder. A disk that is full or not writable costs time, not the kernel."""
+    """numba's cache of one function, in our folder. A disk that is full or not writable costs time, not the kernel.
+
+    all_kept: whether every kernel that this process has compiled could be written.
+    """
 
     _impl_class = _Kept
+    all_kept: ClassVar[bool] = True
 
     def save_overload(self, signature: Any, data: Any) -> None:
         """Keep what was compiled, where it can be kept."""
-        with suppress(OSError):
+        try:
             super().save_overload(signature, data)  # type: ignore[no-untyped-call]
+        except OSError:
+            KernelCache.all_kept = False
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
         """What was kept; None where there is nothing or it cannot be read."""

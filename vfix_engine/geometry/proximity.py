@@ -15,7 +15,7 @@ from ..errors import InputError
 from .candidate_kernels import pack
 from .candidates import CandidateList
 from .capsules import Segments
-from .covariance_tree import CovarianceTree
+from .covariance.tree import CovarianceTree
 from .mesh import TriangleMesh
 from .pairs import Pair, Pairs, cut_made, pair_from_row, pairs_from_made, reduce_pairs
 from .points import checked_points

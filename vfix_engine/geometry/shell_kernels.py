@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES
 from .compiled import borrowing
-from .tree_build import principal_axes
+from .covariance.build import principal_axes
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]

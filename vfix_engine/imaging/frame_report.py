@@ -8,11 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import FrameError
+from vfix_engine.frames import RAS_TO_LPS
 
 MM_PER_UNIT = {"mm": 1.0, "m": 1000.0}
 FRAMES = ("LPS", "RAS")
-# RAS and LPS differ by half a turn about the axis to the head: the map is its own inverse.
-RAS_TO_LPS = np.array([-1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import ImageError
+from vfix_engine.frames import RAS_TO_LPS
 from vfix_engine.imaging import dicom, metaimage, nifti, nrrd
-from vfix_engine.imaging.frame_report import MM_PER_UNIT, RAS_TO_LPS, FrameReport, settle
+from vfix_engine.imaging.frame_report import MM_PER_UNIT, FrameReport, settle
 from vfix_engine.imaging.grid_header import GridHeader
 from vfix_engine.imaging.itk import decode
 from vfix_engine.imaging.volume import Volume, to_hu, volume_of

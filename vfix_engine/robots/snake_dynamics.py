@@ -13,6 +13,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
+from ..frames import direction_in_base
 from .description import check_transform
 from .snake import JOINT_SPEED, JOINT_TORQUE, SnakeModel
 
@@ -90,7 +91,7 @@ def gravity_in(transform_base_to_patient: ArrayLike, down_in_patient: ArrayLike 
     size = float(np.linalg.norm(down))
     if not 1e-9 < size < 1e9:
         raise RobotError(f"the direction of gravity has length {size:g}")
-    gravity: Array = GRAVITY * (base[:3, :3].T @ (down / size))
+    gravity: Array = GRAVITY * direction_in_base(down / size, base)
     return gravity
 
 

@@ -1,9 +1,9 @@
 """Compiling every kernel that a page and a rehearsal need, once for each installation, in processes beside the planner.
 
 A kernel is compiled where it is first called, and most of that time the interpreter waits; in processes of their own
-two halves are compiled at once and the planner answers meanwhile, and numba is made to do nothing else there
-(geometry/compile_only.py). They leave what they compiled in the folder of geometry/kernel_cache.py, from where every
-later process reads it. `python -m vfix_engine.simulation.preparation PART ...` is one of these processes.
+two halves are compiled at once and the planner answers meanwhile. They leave what they compiled in the folder of
+geometry/kernel_cache.py, from where every later process reads it.
+`python -m vfix_engine.simulation.preparation PART ...` is one of these processes.
 """
 
 from __future__ import annotations
@@ -23,15 +23,16 @@ from numpy.typing import NDArray
 
 from ..control import ControlSettings, compile_ahead
 from ..geometry.fit import nearest_place
-from ..geometry.kernel_cache import cache_folder
+from ..geometry.kernel_cache import KernelCache, cache_folder
 from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
 from ..geometry.proximity import ProximityTree
 from ..imaging.sampling import sample_plane, sample_points
 from ..robots import PlacedRobot, RobotModel, Tool
 from .dry_run import dry_run
-from .rehearsal import Command, Rehearsal
+from .rigid import RigidSystem
 from .scene import Scene
+from .warm_up import warm_up
 
 # Of two processes; the second parts put kernels of both first ones into theirs.
 HALVES = (("surface", "distances"), ("parts", "control"))
@@ -41,7 +42,8 @@ _DONE = "prepared"
 _GO = b"."
 _idle = threading.Event()
 _idle.set()
-KEPT_KERNELS = 34  # those that Python calls here; all others are parts of theirs (geometry/compile_only.py)
+_NOT_KEPT = 3  # exit status of a process whose kernels could not all be written
+KEPT_KERNELS = 117  # that are in the folder at the end, for the progress
 
 
 def is_prepared() -> bool:
@@ -69,8 +71,7 @@ def prepare() -> None:
         return
     _idle.clear()
     try:
-        _run_halves()
-        if _count(folder) >= KEPT_KERNELS:  # else the disk is full: the next start tries again
+        if _run_halves():  # else the disk is full: the next start tries again
             with suppress(OSError):
                 (folder / _DONE).touch()
     finally:
@@ -90,24 +91,13 @@ def wait(go_on: Callable[[], object] = bool) -> None:
         go_on()
 
 
-def warm_up(rehearsal: Rehearsal) -> None:
-    """A few steps in every mode, which lead nowhere: their kernels are loaded before the first tick needs them."""
-    scene = rehearsal.scene
-    modes = ["free"] + ["path"] * (scene.path is not None) + ["inspect"] * bool(len(scene.targets))
-    for mode in modes:
-        state = rehearsal.start(mode)
-        for force in (np.zeros(3), np.ones(3), -np.ones(3)):
-            state, _ = rehearsal.step(state, Command(force, drive=1))
-        rehearsal.controller.warm_up(state.tool)
-
-
-def _run_halves() -> None:
-    """Both at once, in threads that keep no planner from ending: its end is theirs."""
-    meeting, failures = threading.Barrier(len(HALVES)), list[Exception]()
+def _run_halves() -> bool:
+    """Both at once, in threads that keep no planner from ending: its end is theirs. Whether all kernels were kept."""
+    meeting, failures, kept = threading.Barrier(len(HALVES)), list[Exception](), list[bool]()
 
     def run(parts: Sequence[str]) -> None:
         try:
-            _run_half(parts, meeting)
+            kept.append(_run_half(parts, meeting))
         except Exception as failure:  # whatever it is, the other half does not wait for this one
             failures.append(failure)
             meeting.abort()
@@ -119,10 +109,14 @@ def _run_halves() -> None:
         thread.join()
     if failures:
         raise failures[0]
+    return all(kept)
 
 
-def _run_half(parts: Sequence[str], meeting: threading.Barrier) -> None:
-    """One process with its parts; after each but the last it waits until the other half is as far."""
+def _run_half(parts: Sequence[str], meeting: threading.Barrier) -> bool:
+    """One process with its parts; after each but the last it waits until the other half is as far.
+
+    Returns whether all of its kernels were kept.
+    """
     root = str(Path(__file__).resolve().parents[2])
     paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
     command = [sys.executable, "-m", "vfix_engine.simulation.preparation", *parts]
@@ -143,9 +137,10 @@ def _run_half(parts: Sequence[str], meeting: threading.Barrier) -> None:
         finally:
             status = process.wait()
             late.cancel()
-    if status:
+    if status not in (0, _NOT_KEPT):
         meeting.abort()
         raise subprocess.CalledProcessError(status, command)
+    return status == 0
 
 
 def _compile(parts: Sequence[str]) -> None:
@@ -153,17 +148,15 @@ def _compile(parts: Sequence[str]) -> None:
     go = threading.Event()
     threading.Thread(target=_listen, args=(go,), daemon=True).start()
     gc.disable()  # compilers make many objects and little garbage; looking for it took a tenth of the time
-    with suppress(ImportError):  # of a numba that was not tried, and that has its inside elsewhere
-        from ..geometry.compile_only import compile_only
-
-        compile_only()
     for place, compile_part in enumerate([_PARTS[part] for part in parts]):
         if place > 0:
             print(flush=True)
             go.wait()
             go.clear()
         compile_part()
-    os._exit(0)  # nothing is left to be done, and taking all of it apart takes a second
+    os._exit(
+        0 if KernelCache.all_kept else _NOT_KEPT
+    )  # nothing is left to be done, and taking all of it apart takes a second
 
 
 def _listen(go: threading.Event) -> None:
@@ -232,10 +225,10 @@ def _control() -> None:
     robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
     scene = Scene(ProximityTree(_tube()), robot, tool, _base(tool), np.zeros(len(robot.joints)))
     settings = ControlSettings()
-    warm_up(Rehearsal(scene, settings))  # first what this half alone compiles, then what the other one has done
+    warm_up(RigidSystem(scene, settings))  # first what this half alone compiles, then what the other one has done
     path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0], [0, 20, 0]]))
     scene = replace(scene, path=path, targets=np.array([[0.0, 18.0, 1.0]]), target_names=("ahead",))
-    warm_up(Rehearsal(scene, settings))
+    warm_up(RigidSystem(scene, settings))
     dry_run(scene, settings)
 
 

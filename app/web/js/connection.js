@@ -1,11 +1,19 @@
 // The websocket to the planner: state comes in by sections, commands go out, and a lost line is said and mended.
 
-const RETRY_MS = [250, 500, 1000, 2000];
-const STEADY_MS = 10_000; // a line that held for so long lets the next loss begin with the shortest wait again
+/** @import { Answer, CommandType, Fields, Message, NoteMessage, ViewModel } from "./types.js" */
+import { Backoff } from "./backoff.js";
+
+/** @typedef {{ connected: boolean, again?: boolean, words?: string, refused?: boolean }} Link what a `link` event tells */
+/** @typedef {{ waitMs: number, words: string }} Refusal */
+/** @typedef {{ link: Link, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error"> }} Events */
+
 const AWAKE_MS = 50;
 const TAKEN = 4409; // app/session/router.py names the codes
 
-/** Why the planner does not let this window in, what to do, and after how long it is asked again by itself. */
+/**
+ * Why the planner does not let this window in, what to do, and after how long it is asked again by itself.
+ * @type {Record<number, Refusal | undefined>}
+ */
 const REFUSALS = {
   4429: { waitMs: 10_000, words: "The planner closed the connection: this window sent more messages than it takes. It is tried again in 10 seconds." },
   4503: { waitMs: 15_000, words: "Too many windows of this planner are open. Close one that is not needed, then try again." },
@@ -20,11 +28,15 @@ const GONE = "Connection lost – reconnecting … Plans are saved with every ch
 // What streams by itself or follows a hand is dropped on a dead line without a word.
 const STREAMS = /^(heartbeat|grip\.release|drive|twist|slice\..*|view\..*|item\.drag)$/;
 
-/** What this tab had open, for a planner that was started anew. */
+/**
+ * What this tab had open, for a planner that was started anew.
+ * @returns {Record<string, string>}
+ */
 function remembered() {
   return JSON.parse(sessionStorage.getItem("vfix-open") ?? "{}");
 }
 
+/** @param {ViewModel} state */
 function remember(state) {
   if (!state.case || !state.plan || !state.step) return;
   sessionStorage.setItem("vfix-open", JSON.stringify({ case: state.case.id, plan: state.plan.id, step: state.step.name }));
@@ -49,16 +61,25 @@ async function lockedOut() {
   }
 }
 
+/** Says `state`, `link` and `note`; see {@link Events}. */
 export class Connection extends EventTarget {
   constructor() {
     super();
     this.tab = tabId();
+    /** @type {ViewModel} */
     this.state = {};
     this.connected = false;
     this.everConnected = false;
-    this.attempt = 0;
+    this.openedAt = 0;
+    this.line = 0;
+    this.backoff = new Backoff();
     this.nextRequest = 1;
+    /** @type {Map<number, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
     this.waiting = new Map();
+    /** @type {number | undefined} */
+    this.timer = undefined;
+    /** @type {number | undefined} */
+    this.awake = undefined;
     this.worker = new Worker("/static/js/link-worker.js");
     this.worker.onmessage = ({ data }) => {
       if (data.kind === "message") this.received(JSON.parse(data.text));
@@ -66,15 +87,37 @@ export class Connection extends EventTarget {
     };
   }
 
+  /**
+   * Listen to one of the {@link Events}.
+   * @template {keyof Events} E
+   * @param {E} name
+   * @param {(detail: Events[E]) => void} listener
+   */
+  on(name, listener) {
+    this.addEventListener(name, (event) => listener(/** @type {CustomEvent<Events[E]>} */ (event).detail));
+  }
+
+  /**
+   * @template {keyof Events} E
+   * @param {E} name
+   * @param {Events[E]} detail
+   */
+  say(name, detail) {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+
   open() {
     clearTimeout(this.timer);
-    this.line = (this.line ?? 0) + 1;
+    this.line += 1;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const query = new URLSearchParams({ tab: this.tab, ...remembered() });
     this.worker.postMessage({ kind: "open", url: `${scheme}://${location.host}/session?${query}` });
   }
 
-  /** Something is held, or nothing any more: the heartbeat starts or ends. The page says by itself that it is awake. */
+  /**
+   * Something is held, or nothing any more: the heartbeat starts or ends. The page says by itself that it is awake.
+   * @param {boolean} on
+   */
   hold(on) {
     this.worker.postMessage({ kind: "hold", on });
     clearInterval(this.awake);
@@ -87,11 +130,12 @@ export class Connection extends EventTarget {
     this.connected = true;
     this.everConnected = true;
     this.openedAt = performance.now();
-    this.dispatchEvent(new CustomEvent("link", { detail: { connected: true, again } }));
+    this.say("link", { connected: true, again });
   }
 
+  /** @param {number} code of the websocket */
   async closed(code) {
-    if (this.connected && performance.now() - this.openedAt > STEADY_MS) this.attempt = 0;
+    if (this.connected) this.backoff.lost(performance.now() - this.openedAt);
     this.connected = false;
     for (const { reject } of this.waiting.values()) reject(new Error("The connection was lost."));
     this.waiting.clear();
@@ -107,20 +151,25 @@ export class Connection extends EventTarget {
     const refusal = REFUSALS[code] ?? (await lockedOut() ? LOCKED : null);
     if (line !== this.line) return; // tried again meanwhile
     if (refusal) this.lost(refusal.words, true);
-    const wait = refusal?.waitMs ?? RETRY_MS[Math.min(this.attempt++, RETRY_MS.length - 1)];
+    const wait = refusal?.waitMs ?? this.backoff.next();
     this.timer = setTimeout(() => this.open(), wait);
   }
 
+  /**
+   * @param {string} words
+   * @param {boolean} refused
+   */
   lost(words, refused) {
-    this.dispatchEvent(new CustomEvent("link", { detail: { connected: false, words, refused } }));
+    this.say("link", { connected: false, words, refused });
   }
 
+  /** @param {Message} message */
   received(message) {
     if (!this.connected) this.opened();
     if (message.type === "state") {
       Object.assign(this.state, message.sections);
       remember(this.state);
-      this.dispatchEvent(new CustomEvent("state", { detail: { state: this.state, changed: Object.keys(message.sections) } }));
+      this.say("state", { state: this.state, changed: Object.keys(message.sections) });
       return;
     }
     if (message.type === "reply") {
@@ -128,22 +177,42 @@ export class Connection extends EventTarget {
       if (!entry) return;
       this.waiting.delete(message.id);
       if (message.ok) entry.resolve(message.result);
-      else entry.reject(new Error(message.error.message));
+      else entry.reject(new Error(message.error?.message ?? "The planner refused that."));
       return;
     }
-    if (message.type === "note") this.dispatchEvent(new CustomEvent("note", { detail: message }));
+    if (message.type === "note") this.say("note", message);
   }
 
-  /** Send and forget; a command on a dead line is dropped, never queued, so that nothing stale arrives later. */
-  send(type, fields = {}) {
+  /**
+   * Send and forget; a command on a dead line is dropped, never queued, so that nothing stale arrives later.
+   * @template {CommandType} T
+   * @param {T} type
+   * @param {Fields<T>} fields
+   */
+  send(type, ...fields) {
+    this.post(type, { ...fields[0] });
+  }
+
+  /**
+   * @param {CommandType} type
+   * @param {object} fields
+   */
+  post(type, fields) {
     if (this.connected) {
       this.worker.postMessage({ kind: "send", text: JSON.stringify({ type, ...fields }) });
     } else if (!STREAMS.test(type)) {
-      this.dispatchEvent(new CustomEvent("note", { detail: { words: "There is no connection to the planner; that was not done.", error: true } }));
+      this.say("note", { words: "There is no connection to the planner; that was not done.", error: true });
     }
   }
 
-  request(type, fields = {}) {
+  /**
+   * Send and wait for the answer; rejects with the planner's words where it refuses.
+   * @template {CommandType} T
+   * @param {T} type
+   * @param {Fields<T>} fields
+   * @returns {Promise<Answer<T>>}
+   */
+  request(type, ...fields) {
     return new Promise((resolve, reject) => {
       if (!this.connected) {
         reject(new Error("Not connected."));
@@ -151,7 +220,7 @@ export class Connection extends EventTarget {
       }
       const id = this.nextRequest++;
       this.waiting.set(id, { resolve, reject });
-      this.send(type, { id, ...fields });
+      this.post(type, { id, ...fields[0] });
     });
   }
 }

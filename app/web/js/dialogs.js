@@ -1,5 +1,5 @@
 // The one dialog of the page, and the short notes at its foot.
-import { h } from "./dom.js";
+import { byId, h } from "./dom.js";
 import { sentence } from "./format.js";
 
 export const FRAME_QUESTION = {
@@ -11,11 +11,18 @@ export const FRAME_QUESTION = {
   ],
 };
 
-const dialog = () => document.getElementById("dialog");
+/** @typedef {{ name: string, label: string, options: string[][] }} Question options: [value, words] */
 
-let turn = Promise.resolve();
+const dialog = () => /** @type {HTMLDialogElement} */ (byId("dialog"));
 
-/** One question at a time: the next one waits until this one is answered, so that no answer is taken for two. */
+/** @type {Promise<string>} */
+let turn = Promise.resolve("");
+
+/**
+ * One question at a time: the next one waits until this one is answered, so that no answer is taken for two.
+ * @param {HTMLFormElement} form
+ * @param {() => void} [shown]
+ */
 function show(form, shown = () => {}) {
   turn = turn.then(() => new Promise((resolve) => {
     const element = dialog();
@@ -28,13 +35,19 @@ function show(form, shown = () => {}) {
   return turn;
 }
 
+/** @param {string} confirmWord */
 function footer(confirmWord) {
   return h("div", { class: "buttons" },
     h("button", { type: "submit", value: "cancel", formNoValidate: true }, "Cancel"),
     h("button", { type: "submit", value: "ok", class: "primary" }, confirmWord));
 }
 
-/** Ask for a name; resolves to the trimmed text or null. */
+/**
+ * Ask for a name; resolves to the trimmed text or null.
+ * @param {string} title
+ * @param {string} value
+ * @param {string} [confirmWord]
+ */
 export async function askName(title, value, confirmWord = "Save") {
   const input = h("input", { type: "text", value, maxLength: 120, required: true, "aria-label": "Name", autocomplete: "off" });
   const form = h("form", { method: "dialog" }, h("h2", {}, title), input, footer(confirmWord));
@@ -47,12 +60,23 @@ export async function askName(title, value, confirmWord = "Save") {
   return (await show(form, () => input.select())) === "ok" && input.value.trim() ? input.value.trim() : null;
 }
 
+/**
+ * @param {string} title
+ * @param {string} words
+ * @param {string} confirmWord
+ */
 export async function confirm(title, words, confirmWord) {
   const form = h("form", { method: "dialog" }, h("h2", {}, title), h("p", { class: "words" }, sentence(words)), footer(confirmWord));
   return (await show(form)) === "ok";
 }
 
-/** Ask for one choice per question: [{name, label, options: [[value, words], …]}]; resolves to an object or null. */
+/**
+ * Ask for one choice per question; resolves to the chosen values by the questions' names, or null.
+ * @param {string} title
+ * @param {string} words
+ * @param {Question[]} questions
+ * @param {string} confirmWord
+ */
 export async function askChoices(title, words, questions, confirmWord) {
   const selects = questions.map((question) => h("select", { id: `ask-${question.name}`, required: true },
     h("option", { value: "" }, "Choose …"),
@@ -64,24 +88,40 @@ export async function askChoices(title, words, questions, confirmWord) {
   return Object.fromEntries(questions.map((question, index) => [question.name, selects[index].value]));
 }
 
-/** Ask for what can be taken back: say that it was done, with the way back, or why it was not. */
+/** @typedef {{ label: string, run: () => void }} Action a button in a note */
+
+/**
+ * Ask for what can be taken back: say that it was done, with the way back, or why it was not.
+ * @param {Promise<unknown>} request
+ * @param {string} words
+ * @param {Action} action
+ */
 export function noteDone(request, words, action) {
   request.then(() => note(words, { action })).catch((error) => note(error.message, { error: true }));
 }
 
 /** What went wrong before is no news any more: another head, plan or step is shown, or another file was chosen. */
 export function clearErrors() {
-  document.getElementById("alerts").replaceChildren();
+  byId("alerts").replaceChildren();
 }
 
-/** Wait until somebody is ready to answer; nothing is laid over what they do meanwhile. */
+/**
+ * Wait until somebody is ready to answer; nothing is laid over what they do meanwhile.
+ * @param {string} words
+ * @param {string} label
+ * @returns {Promise<void>}
+ */
 export function whenReady(words, label) {
-  return new Promise((resolve) => note(words, { action: { label, run: resolve }, stay: true }));
+  return new Promise((resolve) => { note(words, { action: { label, run: resolve }, stay: true }); });
 }
 
-/** A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves. */
+/**
+ * A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves.
+ * @param {string} words
+ * @param {{ error?: boolean, action?: Action | null, stay?: boolean }} [options]
+ */
 export function note(words, { error = false, action = null, stay = false } = {}) {
-  const box = document.getElementById(error ? "alerts" : "notes");
+  const box = byId(error ? "alerts" : "notes");
   const text = sentence(words);
   const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, text));
   if (stay) element.dataset.stays = "yes";
@@ -89,8 +129,8 @@ export function note(words, { error = false, action = null, stay = false } = {})
   if (action) element.append(h("button", { type: "button", onclick: () => { action.run(); leave(); } }, action.label));
   if (error) element.append(h("button", { type: "button", class: "plain", onclick: leave }, "Dismiss"));
   else if (!stay) setTimeout(leave, action ? 9000 : 4500);
-  if (error) [...box.children].find((other) => other.firstElementChild.textContent === text)?.remove();
+  if (error) [...box.children].find((other) => other.firstElementChild?.textContent === text)?.remove();
   box.append(element);
-  const passing = () => [...box.children].filter((other) => !other.dataset.stays);
+  const passing = () => [...box.children].filter((other) => other instanceof HTMLElement && !other.dataset.stays);
   while (!error && passing().length > 3) passing()[0].remove();
 }

@@ -1,21 +1,55 @@
 // Elements are made here and only here; text from data goes in as text, never as markup.
 
+/** @typedef {string | Node | null | undefined} Child null and undefined are left out */
+/**
+ * @typedef {{ [K in keyof HTMLElementEventMap as `on${K}`]?: (event: HTMLElementEventMap[K]) => unknown } & Record<string, unknown>} Props
+ */
+/**
+ * An element that stands for an entry of a list; its listeners read the entry as it is now.
+ * @template Item
+ * @typedef {HTMLElement & { item: Item }} Row
+ */
+
 const SVG = "http://www.w3.org/2000/svg";
 
-/** Make an element: `on…` props are listeners, `aria-…`/`data-…` attributes, the rest properties. */
+/**
+ * An element of index.html by its id.
+ * @param {string} id
+ */
+export function byId(id) {
+  const element = document.getElementById(id);
+  if (!element) throw new Error(`index.html has no element with the id ${id}.`);
+  return element;
+}
+
+/**
+ * Make an element: `on…` props are listeners, `aria-…`/`data-…` attributes, the rest properties.
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag
+ * @param {Props} [props]
+ * @param {...(Child | Child[])} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
 export function h(tag, props = {}, ...children) {
   const element = document.createElement(tag);
   for (const [key, value] of Object.entries(props)) {
     if (value === undefined || value === null) continue;
-    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-    else if (key === "class") element.className = value;
+    if (key.startsWith("on")) element.addEventListener(key.slice(2), /** @type {EventListener} */ (value));
+    else if (key === "class") element.className = String(value);
     else if (key.includes("-") || key === "role" || key === "for" || key === "list") element.setAttribute(key, String(value));
-    else element[key] = value;
+    else Reflect.set(element, key, value);
   }
   element.append(...children.flat().filter((child) => child !== null && child !== undefined));
   return element;
 }
 
+/**
+ * @template {keyof SVGElementTagNameMap} T
+ * @param {T} tag
+ * @param {Record<string, string | number>} [attributes]
+ * @param {...Node} children
+ * @returns {SVGElementTagNameMap[T]}
+ */
 export function svg(tag, attributes = {}, ...children) {
   const element = document.createElementNS(SVG, tag);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
@@ -35,6 +69,7 @@ const ICONS = {
   insert: "M3 4h10M3 12h10M8 6v4M6 8h4",
 };
 
+/** @param {keyof typeof ICONS} name */
 export function icon(name) {
   const path = svg("path", {
     d: ICONS[name], fill: "none", stroke: "currentColor", "stroke-width": 1.4, "stroke-linecap": "round", "stroke-linejoin": "round",
@@ -42,11 +77,23 @@ export function icon(name) {
   return svg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, path);
 }
 
-/** A small square button with a picture and a name for those who cannot see it. */
+/**
+ * A small square button with a picture and a name for those who cannot see it.
+ * @param {keyof typeof ICONS} name
+ * @param {string} label
+ * @param {(event: MouseEvent) => unknown} onclick
+ * @param {Props} [props]
+ */
 export function iconButton(name, label, onclick, props = {}) {
   return h("button", { type: "button", class: "icon plain", title: label, "aria-label": label, onclick, ...props }, icon(name));
 }
 
+/**
+ * A titled part of a panel.
+ * @param {string} title
+ * @param {Child[] | null} tools
+ * @param {...Child} children
+ */
 export function group(title, tools, ...children) {
   const head = h("div", { class: "group-head" }, h("h2", {}, title), tools ? h("div", { class: "buttons" }, tools) : null);
   return h("div", { class: "group" }, head, ...children);
@@ -54,8 +101,9 @@ export function group(title, tools, ...children) {
 
 /** Replace the children only when the data behind them changed, so that focus and hover survive. */
 export function whenChanged() {
+  /** @type {string | undefined} */
   let last;
-  return (data, render) => {
+  return (/** @type {unknown} */ data, /** @type {() => void} */ render) => {
     const key = JSON.stringify(data);
     if (key === last) return;
     last = key;
@@ -66,9 +114,16 @@ export function whenChanged() {
 /**
  * Children of `parent` by key: those that stay keep their element, and with it focus, hover and a press in the middle.
  * make(item) builds an element once; fill(element, item) brings it up to date. Listeners read `element.item`.
+ * @template Item
+ * @param {HTMLElement} parent
+ * @param {Item[]} items
+ * @param {(item: Item) => string} keyOf
+ * @param {(item: Item) => Row<Item>} make
+ * @param {(element: Row<Item>, item: Item) => void} fill
  */
 export function keyed(parent, items, keyOf, make, fill) {
-  const known = new Map([...parent.children].map((element) => [element.dataset.key, element]));
+  const children = /** @type {HTMLCollectionOf<Row<Item>>} */ (parent.children);
+  const known = new Map([...children].map((element) => [element.dataset.key, element]));
   const wanted = items.map((item) => {
     const key = keyOf(item);
     const element = known.get(key) ?? make(item);
@@ -78,25 +133,39 @@ export function keyed(parent, items, keyOf, make, fill) {
     return element;
   });
   const focused = parent.contains(document.activeElement) ? document.activeElement : null;
-  const at = [...parent.children].findIndex((element) => element.contains(focused));
-  for (const element of [...parent.children]) if (!wanted.includes(element)) element.remove();
+  const at = [...children].findIndex((element) => element.contains(focused));
+  for (const element of [...children]) if (!wanted.includes(element)) element.remove();
   wanted.forEach((element, index) => {
     // only what stands elsewhere is moved: moving an element takes its focus away
     if (parent.children[index] !== element) parent.insertBefore(element, parent.children[index] ?? null);
   });
   if (!focused) return;
   const next = focused.isConnected ? focused : wanted[Math.min(at, wanted.length - 1)];
-  (next?.matches("[tabindex], button") ? next : next?.querySelector("button:enabled"))?.focus({ preventScroll: true });
+  const target = next?.matches("[tabindex], button") ? next : next?.querySelector("button:enabled");
+  if (target instanceof HTMLElement) target.focus({ preventScroll: true });
 }
 
-/** A row of a list: a button with the name, and small tools beside it; `fillListRow` fills it from its item. */
+/**
+ * A row of a list: a button with the name, and small tools beside it; `fillListRow` fills it from its item.
+ * @param {boolean} deleted
+ * @param {() => void} onclick
+ * @param {Child[]} tools
+ * @returns {Row<any>}
+ */
 export function listRow(deleted, onclick, tools) {
   const main = h("button", { type: "button", class: "row-main", disabled: deleted, onclick }, h("span"), h("span", { class: "row-sub" }));
-  return h("li", { class: deleted ? "row deleted" : "row" }, main, h("div", { class: "row-tools" }, tools));
+  const row = h("li", { class: deleted ? "row deleted" : "row" }, main, h("div", { class: "row-tools" }, tools));
+  return Object.assign(row, { item: null }); // `keyed` puts it there
 }
 
+/**
+ * @param {HTMLElement} row
+ * @param {{ name: string }} item
+ * @param {string} sub the small words below the name
+ * @param {boolean} current
+ */
 export function fillListRow(row, item, sub, current) {
-  const [name, date] = row.firstElementChild.children;
+  const [name, date] = row.querySelectorAll(".row-main > span");
   name.textContent = item.name;
   date.textContent = sub;
   row.setAttribute("aria-current", String(current));

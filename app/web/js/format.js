@@ -1,5 +1,9 @@
 // Numbers as the page shows them: fixed digits, a real minus, a unit beside them.
 
+/**
+ * @param {number | null | undefined} value
+ * @param {number} digits
+ */
 export function fixed(value, digits) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const text = value.toFixed(digits);
@@ -7,21 +11,37 @@ export function fixed(value, digits) {
   return clean.replace("-", "−");
 }
 
-/** Words of the planner as a sentence. */
+/**
+ * Words of the planner as a sentence.
+ * @param {string} words
+ */
 export function sentence(words) {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
+/**
+ * @param {number | null | undefined} value
+ * @param {number} [digits]
+ */
 export function mm(value, digits = 1) {
   return `${fixed(value, digits)} mm`;
 }
 
+/**
+ * A date as the reader's language writes it; nothing for what is no date.
+ * @param {string} iso
+ */
 export function when(iso) {
   const date = new Date(iso);
   if (Number.isNaN(date.getTime())) return "";
   return date.toLocaleDateString(undefined, { year: "numeric", month: "short", day: "numeric" });
 }
 
+/**
+ * @param {number} number
+ * @param {string} one
+ * @param {string} many
+ */
 export function count(number, one, many) {
   return `${number.toLocaleString("en-US").replaceAll(",", " ")} ${number === 1 ? one : many}`;
 }

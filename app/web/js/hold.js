@@ -2,10 +2,15 @@
 import { h } from "./dom.js";
 import { LET_GO } from "./keys.js";
 
-export function holdButton(label, keys, onchange) {
+/**
+ * What is held or not: each change is told once.
+ * @param {() => boolean} allowed whether it may be pressed now
+ * @param {(down: boolean) => void} onchange
+ */
+export function hold(allowed, onchange) {
   let down = false;
   const press = () => {
-    if (down || button.disabled) return;
+    if (down || !allowed()) return;
     down = true;
     onchange(true);
   };
@@ -14,6 +19,18 @@ export function holdButton(label, keys, onchange) {
     down = false;
     onchange(false);
   };
+  return { press, release };
+}
+
+/**
+ * The button; `letGo` is for whoever disables it: a disabled one may not hear the pointer come up.
+ * @param {string} label
+ * @param {string} keys their names
+ * @param {(down: boolean) => void} onchange
+ */
+export function holdButton(label, keys, onchange) {
+  const { press, release } = hold(() => !button.disabled, onchange);
+  /** @type {HTMLButtonElement} */
   const button = h("button", {
     type: "button", class: "hold", title: `Hold. Key: ${keys}`,
     onpointerdown: (event) => { button.setPointerCapture(event.pointerId); press(); },
@@ -22,6 +39,5 @@ export function holdButton(label, keys, onchange) {
     onkeyup: (event) => { if (event.key === " " || event.key === "Enter") release(); },
   }, label);
   window.addEventListener(LET_GO, release);
-  button.letGo = release; // for whoever disables the button: a disabled one may not hear the pointer come up
-  return button;
+  return Object.assign(button, { letGo: release });
 }

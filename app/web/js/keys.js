@@ -1,6 +1,10 @@
 // Keys, and what is held: a key, a button, the grip.
 
+/** @import { Connection } from "./connection.js" */
+
+/** @type {Record<string, number>} */
 const DRIVE = { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 };
+/** @type {Record<string, number>} */
 const TWIST = { KeyA: -1, KeyD: 1 };
 
 /** Sent to the window when nobody can be trusted to hold anything any more: keys, buttons and the grip let go. */
@@ -21,9 +25,12 @@ function watchForLoss() {
 }
 
 export class Keys {
+  /** @param {Connection} connection */
   constructor(connection) {
     this.connection = connection;
+    /** @type {Set<string>} codes of the keys that drive */
     this.held = new Set();
+    /** @type {Set<string>} */
     this.holds = new Set();
     window.addEventListener("keydown", (event) => this.down(event));
     window.addEventListener("keyup", (event) => this.up(event));
@@ -31,10 +38,12 @@ export class Keys {
     watchForLoss();
   }
 
+  /** @param {KeyboardEvent} event */
   down(event) {
+    const target = /** @type {Partial<HTMLInputElement> | null} */ (event.target);
     const driving = this.connection.state.step?.name === "rehearse" && (event.code in DRIVE || event.code in TWIST);
     // a slider that keeps the focus is moved by ← and →: in Rehearse ↑ and ↓ drive, and change no margin
-    if (typing(event.target) && !(driving && event.target.type === "range")) return;
+    if (typing(target) && !(driving && target?.type === "range")) return;
     const inScene = event.view && event.view !== window;
     if (this.command(event)) {
       event.preventDefault();
@@ -52,31 +61,37 @@ export class Keys {
     if (inScene) event.stopImmediatePropagation();
   }
 
+  /** @param {KeyboardEvent} event */
   up(event) {
     if (!this.held.delete(event.code)) return;
     event.stopImmediatePropagation();
     this.sendHeld();
   }
 
+  /**
+   * Whether the key is a command of the step, which is sent then.
+   * @param {KeyboardEvent} event
+   */
   command(event) {
-    const send = (type) => {
+    const send = (/** @type {"undo" | "redo" | "ghost.confirm" | "ghost.cancel"} */ type) => {
       this.connection.send(type);
       return true;
     };
+    const { tagName } = /** @type {Partial<Element>} */ (event.target ?? {});
     const planning = this.connection.state.step?.name === "plan";
     if (!planning || event.repeat) return false;
     const control = event.ctrlKey || event.metaKey;
     if (control && event.code === "KeyZ") return send(event.shiftKey ? "redo" : "undo");
     if (control && event.code === "KeyY") return send("redo");
     const ghost = this.connection.state.plan?.ghost;
-    if (ghost && event.key === "Enter" && event.target?.tagName !== "BUTTON") return send("ghost.confirm");
+    if (ghost && event.key === "Enter" && tagName !== "BUTTON") return send("ghost.confirm");
     if (event.key === "Escape" && !document.querySelector("dialog[open]")) return send("ghost.cancel");
     if (event.key === "Delete" && ghost) return send("ghost.cancel");
-    if (event.key === "F2" && event.target?.tagName !== "TR" && !document.querySelector("dialog[open]")) {
+    if (event.key === "F2" && tagName !== "TR" && !document.querySelector("dialog[open]")) {
       document.getElementById("rename-item")?.click();
       return true;
     }
-    if (event.key === "Delete" && event.target?.tagName !== "TR" && this.connection.state.plan?.selected) {
+    if (event.key === "Delete" && tagName !== "TR" && this.connection.state.plan?.selected) {
       this.connection.send("item.delete", { item_id: this.connection.state.plan.selected });
       return true;
     }
@@ -84,9 +99,8 @@ export class Keys {
   }
 
   sendHeld() {
-    const sum = (table) => [...this.held].reduce((total, code) => total + (table[code] ?? 0), 0);
-    this.connection.send("drive", { direction: Math.sign(sum(DRIVE)) });
-    this.connection.send("twist", { direction: Math.sign(sum(TWIST)) });
+    this.connection.send("drive", { direction: directionOf(this.held, DRIVE) });
+    this.connection.send("twist", { direction: directionOf(this.held, TWIST) });
     this.hold("keys", this.held.size > 0);
   }
 
@@ -96,7 +110,11 @@ export class Keys {
     this.sendHeld();
   }
 
-  /** While anything is held a heartbeat says so; the planner lets the force fade without it. */
+  /**
+   * While anything is held a heartbeat says so; the planner lets the force fade without it.
+   * @param {string} what
+   * @param {boolean} on
+   */
   hold(what, on) {
     const before = this.holds.size;
     if (on) this.holds.add(what);
@@ -105,6 +123,17 @@ export class Keys {
   }
 }
 
+/**
+ * Where the held keys lead together; two that are opposite lead nowhere.
+ * @param {Set<string>} held
+ * @param {Record<string, number>} table
+ */
+function directionOf(held, table) {
+  const sum = [...held].reduce((total, code) => total + (table[code] ?? 0), 0);
+  return /** @type {-1 | 0 | 1} */ (Math.sign(sum));
+}
+
+/** @param {Partial<HTMLInputElement> | null} target */
 function typing(target) {
-  return target?.tagName === "SELECT" || target?.tagName === "TEXTAREA" || (target?.tagName === "INPUT" && !["checkbox", "button"].includes(target.type));
+  return target?.tagName === "SELECT" || target?.tagName === "TEXTAREA" || (target?.tagName === "INPUT" && !["checkbox", "button"].includes(target.type ?? ""));
 }

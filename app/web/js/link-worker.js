@@ -4,7 +4,9 @@
 const HEARTBEAT_MS = 40;
 const PAGE_SILENT_MS = 250; // a page that has not said a word for so long may have missed the release
 
+/** @type {WebSocket | null} */
 let socket = null;
+/** @type {number | null} */
 let timer = null;
 let pageSeenAt = 0;
 
@@ -13,6 +15,7 @@ function beat() {
   if (socket?.readyState === WebSocket.OPEN) socket.send('{"type":"heartbeat"}');
 }
 
+/** @param {boolean} on */
 function hold(on) {
   if (on && timer === null) {
     beat();
@@ -23,6 +26,7 @@ function hold(on) {
   }
 }
 
+/** @param {string} url */
 function open(url) {
   const mine = new WebSocket(url);
   const before = socket;
@@ -36,7 +40,9 @@ function open(url) {
   };
 }
 
-onmessage = ({ data }) => {
+/** @typedef {{ kind: "open", url: string } | { kind: "send", text: string } | { kind: "hold", on: boolean } | { kind: "awake" }} Order */
+
+onmessage = (/** @type {MessageEvent<Order>} */ { data }) => {
   pageSeenAt = performance.now();
   if (data.kind === "open") open(data.url);
   else if (data.kind === "send" && socket?.readyState === WebSocket.OPEN) socket.send(data.text);

@@ -1,6 +1,6 @@
 // Wires the page: one connection, and parts that draw what it says.
 import { Connection } from "./connection.js";
-import { h, whenChanged } from "./dom.js";
+import { byId, h, whenChanged } from "./dom.js";
 import { clearErrors, note } from "./dialogs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { PatientPanel } from "./panels/patient.js";
@@ -10,6 +10,10 @@ import { SceneFrame } from "./scene.js";
 import { Slices } from "./slices.js";
 import { StatusBar } from "./status.js";
 
+/** @import { Link } from "./connection.js" */
+/** @import { StepSection, ViewModel } from "./types.js" */
+
+/** @type {[StepSection["name"], string][]} */
 const STEPS = [["patient", "Patient"], ["plan", "Plan"], ["rehearse", "Rehearse"]];
 
 class Page {
@@ -22,16 +26,19 @@ class Page {
       rehearse: new RehearsePanel(this.connection, this.keys),
     };
     this.scene = new SceneFrame(this.connection, this.keys);
-    this.slices = new Slices(document.getElementById("slices"), this.connection);
-    this.status = new StatusBar(document.getElementById("statusbar"));
+    this.slices = new Slices(byId("slices"), this.connection);
+    this.status = new StatusBar(byId("statusbar"));
     this.steps = STEPS.map(([name, label]) => h("button", { type: "button", "data-step": name, onclick: () => this.connection.send("step.set", { name }) }, label));
-    document.getElementById("steps").append(...this.steps);
+    byId("steps").append(...this.steps);
+    /** @type {HTMLElement | null | undefined} what had the focus when the line was lost */
+    this.focused = null;
+    this.planned = false;
     this.changedTitle = whenChanged();
     this.changedPlace = whenChanged();
-    this.connection.addEventListener("state", () => this.schedule());
-    this.connection.addEventListener("link", (event) => this.link(event.detail));
-    this.connection.addEventListener("note", (event) => note(event.detail.words, { error: event.detail.error }));
-    document.getElementById("retry").addEventListener("click", () => this.connection.open());
+    this.connection.on("state", () => this.schedule());
+    this.connection.on("link", (link) => this.link(link));
+    this.connection.on("note", ({ words, error }) => note(words, { error }));
+    byId("retry").addEventListener("click", () => this.connection.open());
     this.connection.open();
     this.scene.open();
   }
@@ -46,6 +53,7 @@ class Page {
     });
   }
 
+  /** @param {ViewModel} state */
   draw(state) {
     this.changedTitle([state.case?.name, state.plan?.name, state.step], () => this.renderTitle(state));
     const current = state.step?.name;
@@ -56,36 +64,40 @@ class Page {
     this.status.update(state);
   }
 
+  /** @param {ViewModel} state */
   renderTitle(state) {
-    document.getElementById("where-case").textContent = state.case?.name ?? "No head open";
-    document.getElementById("where-plan").textContent = state.plan?.name ?? "";
-    document.querySelector(".where-separator").hidden = !state.plan;
+    byId("where-case").textContent = state.case?.name ?? "No head open";
+    byId("where-plan").textContent = state.plan?.name ?? "";
+    byId("where-separator").hidden = !state.plan;
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
-    document.getElementById("hint").textContent = state.step?.hint ?? "";
+    byId("hint").textContent = state.step?.hint ?? "";
     for (const button of this.steps) {
-      const name = button.dataset.step;
+      const name = /** @type {StepSection["name"]} */ (button.dataset.step);
       if (name === state.step?.name) button.setAttribute("aria-current", "step");
       else button.removeAttribute("aria-current");
       button.disabled = !state.step?.available.includes(name);
     }
-    const panel = document.getElementById("panel");
-    const element = this.panels[state.step?.name]?.element;
+    const panel = byId("panel");
+    const element = state.step && this.panels[state.step.name].element;
     if (element && panel.firstElementChild !== element) panel.replaceChildren(element);
   }
 
-  /** While the line is lost, what is shown is old and nothing can be asked for: figures are grey, controls off. */
+  /**
+   * While the line is lost, what is shown is old and nothing can be asked for: figures are grey, controls off.
+   * @param {Link} link
+   */
   link({ connected, again, words, refused }) {
-    const { activeElement } = document;
-    const banner = document.getElementById("banner");
+    const activeElement = /** @type {HTMLElement | null} */ (document.activeElement);
+    const banner = byId("banner");
     const idle = activeElement === document.body || banner.contains(activeElement);
     banner.hidden = connected;
-    document.getElementById("banner-words").textContent = words ?? "";
+    byId("banner-words").textContent = words ?? "";
     document.body.classList.toggle("offline", !connected);
     if (!connected) {
-      this.focused = activeElement?.closest("[data-live] *") ?? this.focused;
+      if (activeElement?.closest("[data-live] *")) this.focused = activeElement;
       letGoOfEverything();
     }
-    for (const part of document.querySelectorAll("[data-live]")) part.inert = !connected;
+    for (const part of document.querySelectorAll("[data-live]")) part.toggleAttribute("inert", !connected);
     if (connected) {
       if (idle) this.focused?.focus({ preventScroll: true });
       this.focused = null;
@@ -98,9 +110,9 @@ class Page {
 const page = new Page();
 
 // What automated tests and curious people may read: the state as shown, and requests to the planner.
-window.vfix = {
+Object.assign(window, { vfix: {
   get state() { return page.connection.state; },
   get connected() { return page.connection.connected; },
   get tab() { return page.connection.tab; },
-  request: (type, fields) => page.connection.request(type, fields),
-};
+  request: page.connection.request.bind(page.connection),
+} });

@@ -1,17 +1,37 @@
 // The REST face, where a websocket is the wrong tool: files in, files out.
 
-async function failure(response) {
-  try {
-    const body = await response.json();
-    const error = new Error(body.error.message);
-    error.code = body.error.code;
-    error.details = body.error.details;
-    return error;
-  } catch {
-    return new Error(`The planner answered ${response.status}.`);
+/** @import { ErrorPublic, ErrorWords, ImportAnswer, JobPublic } from "./types.js" */
+
+/** What the planner says went wrong; details: what it needs besides the words, such as what a file does not say. */
+export class PlannerError extends Error {
+  /** @param {ErrorWords} words */
+  constructor({ code, message, details }) {
+    super(message);
+    this.code = code;
+    this.details = /** @type {{ missing?: string[] } | null | undefined} */ (details);
   }
 }
 
+/**
+ * What the planner has to be told besides: 'frame', 'unit' or 'points_as'.
+ * @param {unknown} error
+ */
+export function missing(error) {
+  return (error instanceof PlannerError && error.details?.missing) || [];
+}
+
+/**
+ * @param {number} status
+ * @param {Partial<ErrorPublic> | null} body the answer's JSON; null where it is none
+ */
+function failure(status, body) {
+  return body?.error ? new PlannerError(body.error) : new Error(`The planner answered ${status}.`);
+}
+
+/**
+ * @param {string} path
+ * @param {RequestInit} [options]
+ */
 async function call(path, options = {}) {
   let response;
   try {
@@ -19,31 +39,49 @@ async function call(path, options = {}) {
   } catch {
     throw new Error("The planner does not answer.");
   }
-  if (!response.ok) throw await failure(response);
+  if (!response.ok) throw failure(response.status, await response.json().catch(() => null));
   return response.status === 204 ? null : response.json();
 }
 
+/**
+ * @param {string} path
+ * @param {ImportAnswer} body
+ * @returns {Promise<JobPublic>}
+ */
 export function post(path, body) {
   return call(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 }
 
+/** @param {string} path */
 export function remove(path) {
   return call(path, { method: "DELETE" });
 }
 
-/** Watch a job until it is done; throws what it failed with. */
-export async function finished(job, onProgress) {
+/**
+ * Watch a job until it is done; throws what it failed with.
+ * @param {JobPublic} job
+ * @param {(job: JobPublic) => void} onProgress
+ * @param {number} [everyMs]
+ */
+export async function finished(job, onProgress, everyMs = 300) {
   let now = job;
   while (now.state === "queued" || now.state === "running") {
     onProgress(now);
-    await new Promise((resolve) => { setTimeout(resolve, 300); });
+    await new Promise((resolve) => { setTimeout(resolve, everyMs); });
     now = await call(`/api/jobs/${encodeURIComponent(now.id)}`);
   }
   if (now.state === "done") return now;
-  throw Object.assign(new Error(now.error.message), { code: now.error.code, details: now.error.details });
+  throw now.error ? new PlannerError(now.error) : new Error("The planner says that this failed, and not why.");
 }
 
-/** Upload with progress in [0, 1]; resolves to the answer's JSON. */
+/**
+ * Upload with progress in [0, 1]; resolves to the answer's JSON.
+ * @template Answer
+ * @param {string} path
+ * @param {FormData} form
+ * @param {(part: number) => void} onProgress
+ * @returns {Promise<Answer>}
+ */
 export function upload(path, form, onProgress) {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
@@ -57,17 +95,17 @@ export function upload(path, form, onProgress) {
         resolve(request.response);
         return;
       }
-      const error = new Error(request.response?.error?.message ?? `The planner answered ${request.status}.`);
-      error.code = request.response?.error?.code;
-      error.details = request.response?.error?.details;
-      reject(error);
+      reject(failure(request.status, request.response));
     });
     request.addEventListener("error", () => reject(new Error("The upload was interrupted.")));
     request.send(form);
   });
 }
 
-/** Let the browser save what an address answers. */
+/**
+ * Let the browser save what an address answers.
+ * @param {string} path
+ */
 export function download(path) {
   const anchor = document.createElement("a");
   anchor.href = path;

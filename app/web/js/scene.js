@@ -1,8 +1,15 @@
 // The three-dimensional scene in its frame: tools on top of it, the ghost's card, scale, legend, and the hand on the grip.
-import { h, whenChanged } from "./dom.js";
+import { byId, h, whenChanged } from "./dom.js";
 import { fixed } from "./format.js";
 import { LET_GO, letGoOfEverything } from "./keys.js";
 
+/** @import { Connection } from "./connection.js" */
+/** @import { Keys } from "./keys.js" */
+/** @import { Commands, GhostView, ScaleView, ViewModel } from "./types.js" */
+
+/** @typedef {Commands["view.set"]} Look */
+
+/** @type {[Commands["view.camera"]["view"], string][]} */
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
 const CUTS = [["whole", "Whole head"], ["left", "Left half cut away"], ["right", "Right half cut away"]];
 const SLICES = [["none", "No slices"], ["sagittal", "Sagittal CT"], ["coronal", "Coronal CT"], ["axial", "Axial CT"], ["all", "All three"]];
@@ -10,32 +17,37 @@ const SOFTWARE_RESOLUTION = 0.6;
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 
 export class SceneFrame {
+  /**
+   * @param {Connection} connection
+   * @param {Keys} keys
+   */
   constructor(connection, keys) {
     this.connection = connection;
     this.keys = keys;
-    this.frame = document.getElementById("scene");
-    this.wait = document.getElementById("scene-wait");
+    this.frame = /** @type {HTMLIFrameElement} */ (byId("scene"));
+    this.wait = byId("scene-wait");
+    this.waitWords = byId("scene-wait-words");
+    this.isClosed = false;
     this.changedGhost = whenChanged();
     this.changedLegend = whenChanged();
     this.holding = false;
-    this.buildTools();
-    this.frame.addEventListener("load", () => this.loaded());
-    window.addEventListener(LET_GO, () => this.pointerGone());
-  }
-
-  buildTools() {
-    const send = (type, fields) => this.connection.send(type, fields);
-    const views = h("div", { class: "tool-strip views", role: "group", "aria-label": "Standard views" }, VIEWS.map(([view, label]) =>
-      h("button", { type: "button", "data-view": view, onclick: () => send("view.camera", { view }) }, label)));
     this.opacityWords = h("span", { class: "number" });
     this.opacity = h("input", { type: "range", min: 10, max: 100, step: 5, "aria-label": "Opacity of the bone in percent", oninput: () => this.sendOpacity() });
     this.cut = h("select", { "aria-label": "Cut-away", id: "cut", onchange: () => this.sendCut() },
       CUTS.map(([value, label]) => h("option", { value }, label)));
-    this.slices = h("select", { "aria-label": "CT slices in the scene", id: "slices-in-scene", onchange: () => send("view.set", { slices: this.slices.value }) },
+    this.slices = h("select", { "aria-label": "CT slices in the scene", id: "slices-in-scene", onchange: () => this.sendSlices() },
       SLICES.map(([value, label]) => h("option", { value }, label)));
+    this.showTools();
+    this.frame.addEventListener("load", () => this.loaded());
+    window.addEventListener(LET_GO, () => this.pointerGone());
+  }
+
+  showTools() {
+    const views = h("div", { class: "tool-strip views", role: "group", "aria-label": "Standard views" }, VIEWS.map(([view, label]) =>
+      h("button", { type: "button", "data-view": view, onclick: () => this.connection.send("view.camera", { view }) }, label)));
     const look = h("div", { class: "tool-strip column" },
       h("label", { class: "field" }, h("span", { class: "field-label" }, "Bone", this.opacityWords), this.opacity), this.cut, this.slices);
-    document.getElementById("view-tools").append(views, look);
+    byId("view-tools").append(views, look);
   }
 
   sendOpacity() {
@@ -45,9 +57,12 @@ export class SceneFrame {
 
   /** A cut shows the CT on its face, where there is one. */
   sendCut() {
-    const cut = this.cut.value;
-    const slices = { slices: cut === "whole" ? "none" : "sagittal" };
-    this.connection.send("view.set", { cut, ...(this.slices.hidden ? {} : slices) });
+    const cut = /** @type {Look["cut"]} */ (this.cut.value);
+    this.connection.send("view.set", this.slices.hidden ? { cut } : { cut, slices: cut === "whole" ? "none" : "sagittal" });
+  }
+
+  sendSlices() {
+    this.connection.send("view.set", { slices: /** @type {Look["slices"]} */ (this.slices.value) });
   }
 
   /** (Re)load the scene: a fresh frame has no state of its own, the planner draws it anew. */
@@ -63,14 +78,14 @@ export class SceneFrame {
   close() {
     this.isClosed = true;
     this.wait.hidden = false;
-    this.wait.firstElementChild.textContent = "No scene without a connection.";
+    this.waitWords.textContent = "No scene without a connection.";
     this.frame.src = "about:blank";
   }
 
   loaded() {
-    const inner = this.frame.contentWindow;
+    const inner = /** @type {(Window & typeof globalThis) | null} */ (this.frame.contentWindow);
     if (!inner || inner.location.href === "about:blank") return;
-    this.dress(inner.document);
+    this.dress(inner);
     // capture: before the viewer sees the event, so that keys mean the same here as in the page around
     inner.addEventListener("keydown", (event) => this.keys.down(event), { capture: true });
     inner.addEventListener("keyup", (event) => this.keys.up(event), { capture: true });
@@ -79,13 +94,17 @@ export class SceneFrame {
     inner.addEventListener("blur", (event) => { if (event.target === inner) letGoOfEverything(); });
   }
 
-  /** The viewer's own panel and logo stay out of the way; the ground takes the page's colour. */
+  /**
+   * The viewer's own panel and logo stay out of the way; the ground takes the page's colour.
+   * @param {Window & typeof globalThis} inner
+   */
   dress(inner) {
-    const sheet = new inner.defaultView.CSSStyleSheet();
+    const sheet = new inner.CSSStyleSheet();
     sheet.replaceSync(DRESS);
-    inner.adoptedStyleSheets = [...inner.adoptedStyleSheets, sheet];
+    inner.document.adoptedStyleSheets = [...inner.document.adoptedStyleSheets, sheet];
   }
 
+  /** @param {PointerEvent} event */
   pointerDown(event) {
     // the viewer prevents what a press would do from a listener that cannot, and each try is an error in the console
     event.preventDefault = () => {};
@@ -101,10 +120,11 @@ export class SceneFrame {
     this.connection.send("grip.release");
   }
 
+  /** @param {ViewModel} state */
   update(state) {
     if (!this.isClosed) {
       this.wait.hidden = Boolean(state.scene?.ready);
-      this.wait.firstElementChild.textContent = state.scene?.words ?? "Preparing the scene …";
+      this.waitWords.textContent = state.scene?.words ?? "Preparing the scene …";
     }
     const view = state.view;
     if (view) {
@@ -117,24 +137,26 @@ export class SceneFrame {
     this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
     this.changedLegend([state.corridor?.scale, state.step?.name], () => this.renderLegend(state.corridor?.scale));
     const height = state.camera?.view_height_mm;
-    this.renderScale(state.scene?.ready && Number.isFinite(height) ? height / this.frame.clientHeight : null);
+    this.renderScale(state.scene?.ready && height ? height / this.frame.clientHeight : null);
   }
 
+  /** @param {GhostView | null | undefined} ghost */
   renderGhost(ghost) {
-    const card = document.getElementById("ghost-card");
+    const card = byId("ghost-card");
     card.hidden = !ghost;
     if (!ghost) return;
-    const send = (type) => () => this.connection.send(type);
+    const send = (/** @type {"ghost.confirm" | "ghost.cancel"} */ type) => () => this.connection.send(type);
     const add = h("button", { type: "button", class: "primary", id: "ghost-add", onclick: send("ghost.confirm"), title: "Enter" }, "Add here");
     card.replaceChildren(
       h("span", { class: "words" }, ghost.words),
       add,
       h("button", { type: "button", id: "ghost-cancel", onclick: send("ghost.cancel"), title: "Esc" }, "Cancel"));
-    add.focus({ preventScroll: true, focusVisible: false });
+    add.focus(/** @type {FocusOptions} */ ({ preventScroll: true, focusVisible: false }));
   }
 
+  /** @param {ScaleView | null | undefined} scale */
   renderLegend(scale) {
-    const legend = document.getElementById("legend");
+    const legend = byId("legend");
     legend.hidden = !scale;
     if (!scale) return;
     const span = scale.hi - scale.lo;
@@ -151,13 +173,14 @@ export class SceneFrame {
     legend.replaceChildren(h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 2)}`), bar, ticks);
   }
 
+  /** @param {number | null} perPixel mm */
   renderScale(perPixel) {
-    const bar = document.getElementById("scale-bar");
-    bar.hidden = !Number.isFinite(perPixel);
-    if (bar.hidden) return;
+    const bar = byId("scale-bar");
+    bar.hidden = perPixel === null || !Number.isFinite(perPixel);
+    if (perPixel === null || bar.hidden) return;
     const length = SCALES_MM.find((value) => value / perPixel >= 60) ?? SCALES_MM[SCALES_MM.length - 1];
-    document.getElementById("scale-line").style.width = `${Math.round(length / perPixel)}px`;
-    document.getElementById("scale-words").textContent = `${length} mm at the centre of the view`;
+    byId("scale-line").style.width = `${Math.round(length / perPixel)}px`;
+    byId("scale-words").textContent = `${length} mm at the centre of the view`;
   }
 }
 
@@ -165,7 +188,7 @@ export class SceneFrame {
 function drawsInSoftware() {
   const gl = document.createElement("canvas").getContext("webgl");
   const info = gl?.getExtension("WEBGL_debug_renderer_info");
-  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  const name = info ? gl?.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
   gl?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }

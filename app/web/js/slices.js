@@ -2,7 +2,18 @@
 import { h, svg } from "./dom.js";
 import { mm } from "./format.js";
 import { cutNear } from "./near-plane.js";
+import { sizeOf, toPatient, toPicture } from "./slice-geometry.js";
+/** @import { Connection } from "./connection.js" */
+/** @import { PlaceNear } from "./near-plane.js" */
+/** @import { Position } from "./slice-geometry.js" */
+/** @import { ItemEntry, SlicePlane, SlicesSection, ViewModel } from "./types.js" */
 
+/** @typedef {{ name: keyof SlicesSection["planes"], title: string, normal: number, letters: Record<string, string> }} Axis */
+/** @typedef {{ plane: SlicePlane, addresses: string[], key: string }} Job pictures of one plane; key: their addresses */
+/** @typedef {{ item: ItemEntry | null | undefined, from: [number, number], dragging: boolean, planning: boolean }} Grab */
+/** @typedef {ViewModel & { case: NonNullable<ViewModel["case"]>, slices: SlicesSection }} StateWithSlices */
+
+/** @type {Axis[]} */
 const AXES = [
   { name: "axial", title: "Axial", normal: 2, letters: { left: "R", right: "L", top: "A", bottom: "P" } },
   { name: "coronal", title: "Coronal", normal: 1, letters: { left: "R", right: "L", top: "S", bottom: "I" } },
@@ -12,9 +23,14 @@ const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the res
 const GRAB_PX = 8;
 const TRY_AGAIN_MS = 3000;
 const SAME_MM = 2e-3; // positions come back rounded to 0.001 mm
+/** @type {[string, string, number, number][]} name, label, window, level */
 const WINDOWS = [["bone", "Bone", 2500, 600], ["sinus", "Sinus", 2000, -200], ["soft", "Soft tissue", 400, 40]];
 
 export class Slices {
+  /**
+   * @param {HTMLElement} root
+   * @param {Connection} connection
+   */
   constructor(root, connection) {
     this.connection = connection;
     this.zoom = 2;
@@ -31,8 +47,9 @@ export class Slices {
     connection.addEventListener("link", () => { for (const stage of this.stages) stage.unanswered(); });
   }
 
+  /** @param {ViewModel} state */
   update(state) {
-    const available = Boolean(state.case?.has_volume && state.slices);
+    const available = hasSlices(state);
     this.empty.hidden = available || !state.case;
     this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "This head came as a surface, without a CT. Slices need a CT volume.";
     this.foot.hidden = !available;
@@ -40,7 +57,7 @@ export class Slices {
       stage.element.hidden = !available;
       if (available) stage.update(state);
     }
-    if (available && state.slices.window_name) this.window.value = state.slices.window_name;
+    if (available) this.window.value = state.slices.window_name;
   }
 
   setZoom() {
@@ -50,12 +67,25 @@ export class Slices {
   }
 
   setWindow() {
-    const [name, , window, level] = WINDOWS.find(([value]) => value === this.window.value);
+    const [name, , window, level] = WINDOWS[this.window.selectedIndex];
     this.connection.send("slice.window", { name, window, level });
   }
 }
 
+/**
+ * @param {ViewModel} state
+ * @returns {state is StateWithSlices}
+ */
+function hasSlices(state) {
+  return Boolean(state.case?.has_volume && state.slices);
+}
+
 class SliceStage {
+  /**
+   * @param {Axis} axis
+   * @param {Connection} connection
+   * @param {() => number} zoom
+   */
   constructor(axis, connection, zoom) {
     this.axis = axis;
     this.connection = connection;
@@ -63,7 +93,25 @@ class SliceStage {
     this.pictures = svg("g");
     this.coming = svg("g", { visibility: "hidden" });
     this.loader = new Loader(this.coming, connection, (plane, images) => this.loaded(plane, images));
-    this.sent = []; // positions asked for whose answer is not there yet, oldest first
+    /** @type {number[]} positions asked for whose answer is not there yet, oldest first */
+    this.sent = [];
+    /** @type {number | null} the position that the newest wish leads to */
+    this.wanted = null;
+    /** @type {number | null} the planner's position */
+    this.known = null;
+    /** @type {number | null} */
+    this.timer = null;
+    /** @type {StateWithSlices | null} */
+    this.state = null;
+    /** @type {SlicePlane | null} what the planner has said last */
+    this.newest = null;
+    /** @type {SlicePlane | null} what is drawn */
+    this.plane = null;
+    /** @type {string | null} */
+    this.caseId = null;
+    /** @type {Grab | null} */
+    this.grab = null;
+    this.view = { x: 0, y: 0, perPixel: 1 }; // upper left corner and scale of what is shown, mm
     this.marks = svg("g");
     this.svg = svg("svg", { preserveAspectRatio: "xMidYMid meet" }, this.coming, this.pictures, this.marks);
     this.failed = h("div", { class: "slice-failed", hidden: true }, "This slice could not be loaded. It is tried again.");
@@ -77,23 +125,28 @@ class SliceStage {
     this.stage.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     new ResizeObserver(() => this.draw()).observe(this.stage);
     this.where = h("span", { class: "number" });
+    /** @type {HTMLInputElement} */
     this.slider = h("input", { type: "range", "aria-label": `Position of the ${axis.name} slice in mm`, oninput: () => this.goTo(Number(this.slider.value)) });
     this.element = h("div", { class: "slice" },
       h("div", { class: "slice-head" }, axis.title, this.where), this.stage, h("div", { class: "slice-slide" }, this.slider));
   }
 
+  /** @param {StateWithSlices} state */
   update(state) {
     this.state = state;
     const { lo, hi, step, position } = this.newest = state.slices.planes[this.axis.name];
     if (state.case.id !== this.caseId) this.forget(state.case.id);
     this.answered(position);
-    Object.assign(this.slider, { min: lo, max: hi, step });
+    Object.assign(this.slider, { min: String(lo), max: String(hi), step: String(step) });
     this.slider.value = String(this.wanted ?? position);
-    this.loader.want(this.newest, this.addresses());
+    this.loader.want(this.newest, this.addresses(state, this.newest));
     this.draw();
   }
 
-  /** Another head: nothing of the one before may stay. */
+  /**
+   * Another head: nothing of the one before may stay.
+   * @param {string} caseId
+   */
   forget(caseId) {
     this.caseId = caseId;
     this.plane = this.wanted = null;
@@ -104,7 +157,10 @@ class SliceStage {
     this.where.textContent = "";
   }
 
-  /** The planner's position: the answer to a wish of ours, or a move from elsewhere, which ends all wishes. */
+  /**
+   * The planner's position: the answer to a wish of ours, or a move from elsewhere, which ends all wishes.
+   * @param {number} position
+   */
   answered(position) {
     const index = this.sent.findIndex((sent) => Math.abs(sent - position) < SAME_MM);
     if (position === this.known) return;
@@ -120,15 +176,23 @@ class SliceStage {
     this.loader.again();
   }
 
-  addresses() {
-    const { window, level } = this.state.slices;
-    const address = `/api/cases/${encodeURIComponent(this.caseId)}/slices/${this.axis.name}`
-      + `?position_mm=${this.newest.position.toFixed(3)}&window=${window}&level=${level}`;
-    const fine = this.newest.detail && this.state.case.detail;
+  /**
+   * @param {StateWithSlices} state
+   * @param {SlicePlane} plane
+   */
+  addresses(state, plane) {
+    const { window, level } = state.slices;
+    const address = `/api/cases/${encodeURIComponent(state.case.id)}/slices/${this.axis.name}`
+      + `?position_mm=${plane.position.toFixed(3)}&window=${window}&level=${level}`;
+    const fine = plane.detail && state.case.detail;
     return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];
   }
 
-  /** Picture, label and marks change together, so that none says something of another slice. */
+  /**
+   * Picture, label and marks change together, so that none says something of another slice.
+   * @param {SlicePlane} plane
+   * @param {SVGImageElement[] | null} images
+   */
   loaded(plane, images) {
     this.plane = plane;
     this.where.textContent = `${"LPS"[this.axis.normal]} ${mm(plane.position)}`;
@@ -137,92 +201,76 @@ class SliceStage {
     this.draw();
   }
 
-  size() {
-    return { width: this.plane.columns * length(this.plane.u), height: this.plane.rows * length(this.plane.v) };
-  }
-
-  /** LPS to the plane's millimetres from its upper left corner, and the signed distance from the plane. */
-  project(point) {
-    const { origin, u, v } = this.plane;
-    const delta = point.map((value, index) => value - origin[index]);
-    return {
-      x: dot(delta, u) / length(u) + length(u) / 2,
-      y: dot(delta, v) / length(v) + length(v) / 2,
-      away: point[this.axis.normal] - this.plane.position,
-    };
-  }
-
   draw() {
-    if (!this.plane || !this.stage.clientWidth) return;
-    const { width, height } = this.size();
+    const { plane, state } = this;
+    if (!plane || !state || !this.stage.clientWidth) return;
+    const project = (/** @type {Position} */ point) => toPicture(plane, this.axis.normal, point);
+    const { width, height } = sizeOf(plane);
     const zoom = this.zoomOf();
     const fit = Math.max(width / this.stage.clientWidth, height / this.stage.clientHeight); // mm per pixel that shows all
     const shownWidth = (fit / zoom) * this.stage.clientWidth;
     const shownHeight = (fit / zoom) * this.stage.clientHeight;
-    const centre = zoom > 1 ? this.project(this.state.slices.cross) : { x: width / 2, y: height / 2 };
+    const centre = zoom > 1 ? project(state.slices.cross) : { x: width / 2, y: height / 2 };
     this.view = { x: centre.x - shownWidth / 2, y: centre.y - shownHeight / 2, perPixel: fit / zoom };
     this.svg.setAttribute("viewBox", `${this.view.x} ${this.view.y} ${shownWidth} ${shownHeight}`);
     const [wide, fine] = this.pictures.children;
-    if (wide) place(wide, 0, 0, width, height);
-    if (fine) {
-      const { origin, u, v, columns, rows } = this.plane.detail;
-      const corner = this.project(origin);
-      place(fine, corner.x - length(u) / 2, corner.y - length(v) / 2, columns * length(u), rows * length(v));
+    if (wide) setBox(wide, 0, 0, width, height);
+    if (fine && plane.detail) {
+      const size = sizeOf(plane.detail);
+      const first = project(plane.detail.origin); // the centre of its first pixel
+      setBox(fine, first.x - size.width / plane.detail.columns / 2, first.y - size.height / plane.detail.rows / 2, size.width, size.height);
     }
-    this.drawMarks(width, height);
+    this.drawMarks(state, project, width, height);
   }
 
-  drawMarks(width, height) {
+  /**
+   * @param {StateWithSlices} state
+   * @param {(point: Position) => PlaceNear} project
+   * @param {number} width
+   * @param {number} height
+   */
+  drawMarks(state, project, width, height) {
     const radius = 3.6 * this.view.perPixel;
-    const cross = this.project(this.state.slices.cross);
+    const cross = project(state.slices.cross);
+    /** @type {SVGElement[]} */
     const marks = [
       svg("line", { class: "cross-hair", x1: 0, x2: width, y1: cross.y, y2: cross.y }),
       svg("line", { class: "cross-hair", y1: 0, y2: height, x1: cross.x, x2: cross.x }),
     ];
-    marks.push(...this.line(this.state.curve?.points ?? [], "slice-path"));
-    const plan = this.state.driven ?? this.state.plan; // a rehearsal of the plan as it was shows what it drives
-    for (const item of plan?.points ?? []) marks.push(this.mark(item, radius, "slice-point", plan.selected));
-    for (const item of plan?.targets ?? []) marks.push(this.mark(item, radius, "slice-target", plan.selected));
-    if (plan?.ghost) marks.push(this.mark({ id: "ghost", position: plan.ghost.position }, radius * 1.3, "slice-point ghost"));
-    const rehearsing = this.state.step?.name === "rehearse";
-    for (const segment of (rehearsing && this.state.tool?.segments) || []) marks.push(...this.line(segment, "slice-tool"));
+    const line = (/** @type {Position[]} */ places, /** @type {string} */ kind) => marks.push(...drawnLine(places.map(project), kind));
+    line(state.curve?.points ?? [], "slice-path");
+    const { driven, plan } = state; // a rehearsal of the plan as it was shows what it drives
+    const selected = driven ? null : plan?.selected;
+    const { points, targets } = driven ?? plan ?? { points: [], targets: [] };
+    for (const item of points) marks.push(drawnMark(project(item.position), radius, "slice-point", item.id === selected));
+    for (const item of targets) marks.push(drawnMark(project(item.position), radius, "slice-target", item.id === selected));
+    if (!driven && plan?.ghost) marks.push(drawnMark(project(plan.ghost.position), radius * 1.3, "slice-point ghost", false));
+    if (state.step?.name === "rehearse") for (const segment of state.tool?.segments ?? []) line(segment, "slice-tool");
     this.marks.replaceChildren(...marks);
   }
 
-  /** A line in the head: in full where it is near the plane, dotted and faint where it is not. */
-  line(places, kind) {
-    return cutNear(places.map((place) => this.project(place)), NEAR_MM).map((run) => svg("polyline", {
-      class: run.near ? kind : `${kind} far`, points: run.places.map(({ x, y }) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" "),
-    }));
-  }
-
-  mark(item, radius, kind, selected) {
-    const { x, y, away } = this.project(item.position);
-    const near = Math.abs(away) <= NEAR_MM;
-    const classes = item.id === selected ? `${kind} selected` : kind;
-    return svg("circle", { class: classes, cx: x, cy: y, r: near ? radius : radius * 0.6, opacity: near ? 1 : 0.45 });
-  }
-
-  /** The place in the head under the pointer, LPS mm; null beside the picture. */
+  /**
+   * The place in the head under the pointer, LPS mm; null beside the picture.
+   * @param {PointerEvent} event
+   */
   place(event) {
     const box = this.stage.getBoundingClientRect();
     const x = this.view.x + (event.clientX - box.left) * this.view.perPixel;
     const y = this.view.y + (event.clientY - box.top) * this.view.perPixel;
-    const { width, height } = this.size();
-    if (x < 0 || y < 0 || x > width || y > height) return null;
-    const { origin, u, v } = this.plane;
-    const column = x / length(u) - 0.5;
-    const row = y / length(v) - 0.5;
-    return origin.map((value, index) => value + u[index] * column + v[index] * row);
+    return this.plane && toPatient(this.plane, x, y);
   }
 
-  /** The point or target that is drawn under the pointer and lies near the plane. */
+  /**
+   * The point or target that is drawn under the pointer and lies near the plane.
+   * @param {PointerEvent} event
+   */
   under(event) {
-    const plan = this.state.plan;
+    const { plane } = this;
+    const plan = this.state?.plan;
+    if (!plane || !plan) return undefined;
     const box = this.stage.getBoundingClientRect();
-    const items = [...(plan?.points ?? []), ...(plan?.targets ?? [])];
-    return items.find((item) => {
-      const { x, y, away } = this.project(item.position);
+    return [...plan.points, ...plan.targets].find((item) => {
+      const { x, y, away } = toPicture(plane, this.axis.normal, item.position);
       if (Math.abs(away) > NEAR_MM) return false;
       const dx = (x - this.view.x) / this.view.perPixel - (event.clientX - box.left);
       const dy = (y - this.view.y) / this.view.perPixel - (event.clientY - box.top);
@@ -230,15 +278,17 @@ class SliceStage {
     });
   }
 
+  /** @param {PointerEvent} event */
   pressed(event) {
     if (event.button !== 0 || !this.plane) return;
     this.stage.setPointerCapture(event.pointerId);
-    const planning = this.state.step?.name === "plan" && !event.shiftKey;
+    const planning = this.state?.step?.name === "plan" && !event.shiftKey;
     const item = planning ? this.under(event) : null;
     this.grab = { item, from: [event.clientX, event.clientY], dragging: false, planning };
     if (item) this.connection.send("item.select", { item_id: item.id });
   }
 
+  /** @param {PointerEvent} event */
   moved(event) {
     if (!this.grab) return;
     const [x, y] = this.grab.from;
@@ -247,11 +297,12 @@ class SliceStage {
     const place = this.place(event);
     if (!place) return;
     if (!this.grab.item) this.connection.send("slice.cross", { position: place });
-    else if (!this.state.plan.locked) this.connection.send("item.drag", { item_id: this.grab.item.id, position: place });
+    else if (!this.state?.plan?.locked) this.connection.send("item.drag", { item_id: this.grab.item.id, position: place });
   }
 
+  /** @param {PointerEvent} event */
   lifted(event) {
-    const grab = this.grab;
+    const { grab } = this;
     this.grab = null;
     if (!grab) return;
     if (grab.dragging) {
@@ -260,16 +311,20 @@ class SliceStage {
     }
     const place = this.place(event);
     if (!place || grab.item) return;
-    const adds = grab.planning && this.state.plan && !this.state.plan.locked && this.state.plan.add_mode !== "none";
+    const plan = this.state?.plan;
+    const adds = grab.planning && plan && !plan.locked && plan.add_mode !== "none";
     this.connection.send(adds ? "pick.slice" : "slice.cross", { position: place });
   }
 
+  /** @param {WheelEvent} event */
   wheel(event) {
     event.preventDefault();
     this.goBy(Math.sign(event.deltaY));
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
+    /** @type {Record<string, number>} */
     const turns = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10 };
     if (!(event.key in turns)) return;
     event.preventDefault();
@@ -277,13 +332,20 @@ class SliceStage {
     this.goBy(turns[event.key]);
   }
 
-  /** From where the last wish leads, not from where the planner stands until it has answered. */
+  /**
+   * From where the last wish leads, not from where the planner stands until it has answered.
+   * @param {number} steps
+   */
   goBy(steps) {
     if (this.newest) this.goTo((this.wanted ?? this.newest.position) + steps * this.newest.step);
   }
 
-  /** Move the slice; wishes are collected for 50 ms so that the wheel cannot flood the planner. */
+  /**
+   * Move the slice; wishes are collected for 50 ms so that the wheel cannot flood the planner.
+   * @param {number} position
+   */
   goTo(position) {
+    if (!this.newest) return;
     this.wanted = Math.min(this.newest.hi, Math.max(this.newest.lo, position));
     this.slider.value = String(this.wanted);
     if (this.timer) return;
@@ -299,13 +361,30 @@ class SliceStage {
 
 /** Fetches the pictures of the newest wanted plane; at most one plane is on its way, and a failure shows none. */
 class Loader {
-  /** room: holds pictures while they load; shown(plane, images): images is null where they could not be loaded. */
-  constructor(room, connection, shown) {
-    this.room = room;
+  /**
+   * @param {SVGGElement} coming holds pictures while they load
+   * @param {Connection} connection
+   * @param {(plane: SlicePlane, images: SVGImageElement[] | null) => void} shown images: null where they could not be loaded
+   */
+  constructor(coming, connection, shown) {
+    this.coming = coming;
     this.connection = connection;
     this.shown = shown;
+    /** @type {Job | null} */
+    this.wanted = null;
+    /** @type {Job | null} */
+    this.loading = null;
+    /** @type {string | null} key of the newest job that has ended */
+    this.done = null;
+    this.missing = false; // what that job could not load
+    /** @type {number | undefined} */
+    this.timer = undefined;
   }
 
+  /**
+   * @param {SlicePlane} plane
+   * @param {string[]} addresses
+   */
   want(plane, addresses) {
     this.wanted = { plane, addresses, key: addresses.join(" ") };
     if (!this.loading && this.wanted.key !== this.done) this.load(this.wanted);
@@ -319,16 +398,18 @@ class Loader {
 
   clear() {
     clearTimeout(this.timer);
-    this.wanted = this.loading = this.done = this.missing = null;
-    this.room.replaceChildren();
+    this.wanted = this.loading = this.done = null;
+    this.missing = false;
+    this.coming.replaceChildren();
   }
 
+  /** @param {Job} job */
   async load(job) {
     clearTimeout(this.timer);
     this.loading = job;
     let images = null;
     try {
-      images = await Promise.all(job.addresses.map((address) => picture(address, this.room)));
+      images = await Promise.all(job.addresses.map((address) => picture(address, this.coming)));
     } catch {
       this.timer = setTimeout(() => this.again(), TRY_AGAIN_MS);
     }
@@ -337,30 +418,57 @@ class Loader {
     this.missing = images === null;
     this.done = job.key;
     this.shown(job.plane, images);
-    this.room.replaceChildren();
-    if (this.wanted.key !== job.key) this.load(this.wanted);
+    this.coming.replaceChildren();
+    if (this.wanted && this.wanted.key !== job.key) this.load(this.wanted);
   }
 }
 
-/** The element of a picture, once it is loaded. */
-function picture(address, room) {
+/**
+ * A line in the head: in full where it is near the plane, dotted and faint where it is not.
+ * @param {PlaceNear[]} places
+ * @param {string} kind
+ */
+function drawnLine(places, kind) {
+  return cutNear(places, NEAR_MM).map((run) => svg("polyline", {
+    class: run.near ? kind : `${kind} far`, points: run.places.map(({ x, y }) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" "),
+  }));
+}
+
+/**
+ * @param {PlaceNear} place
+ * @param {number} radius
+ * @param {string} kind
+ * @param {boolean} selected
+ */
+function drawnMark({ x, y, away }, radius, kind, selected) {
+  const near = Math.abs(away) <= NEAR_MM;
+  const classes = selected ? `${kind} selected` : kind;
+  return svg("circle", { class: classes, cx: x, cy: y, r: near ? radius : radius * 0.6, opacity: near ? 1 : 0.45 });
+}
+
+/**
+ * The element of a picture, once it is loaded.
+ * @param {string} address
+ * @param {SVGGElement} coming
+ * @returns {Promise<SVGImageElement>}
+ */
+function picture(address, coming) {
   return new Promise((resolve, reject) => {
     const element = svg("image", { preserveAspectRatio: "none" });
     element.addEventListener("load", () => resolve(element));
     element.addEventListener("error", () => reject(new Error("The picture could not be loaded.")));
     element.setAttribute("href", address);
-    room.append(element);
+    coming.append(element);
   });
 }
 
-function place(element, x, y, width, height) {
-  for (const [name, value] of Object.entries({ x, y, width, height })) element.setAttribute(name, value);
-}
-
-function dot(a, b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-function length(a) {
-  return Math.hypot(...a);
+/**
+ * @param {Element} element
+ * @param {number} x
+ * @param {number} y
+ * @param {number} width
+ * @param {number} height
+ */
+function setBox(element, x, y, width, height) {
+  for (const [name, value] of Object.entries({ x, y, width, height })) element.setAttribute(name, String(value));
 }

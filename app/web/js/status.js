@@ -1,7 +1,9 @@
 // The status bar: force, tip error, clearance, what holds the tool, and the details of the loop.
 import { h } from "./dom.js";
 import { fixed, sentence } from "./format.js";
+/** @import { DetailsSection, RehearsalSection, ViewModel } from "./types.js" */
 
+/** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
 const ROWS = [
   ["loop_hz", "Loop rate", 0, "Hz"], ["step_us", "Step time, median", 0, "µs"], ["step_us_p99", "Step time, 99 %", 0, "µs"],
   ["lateness_us_p50", "Lateness, median", 1, "µs"], ["lateness_us_p99", "Lateness, 99 %", 1, "µs"], ["overruns", "Overruns", 0, ""], ["rows", "Rows in the QP", 0, ""], ["steps", "Steps", 0, ""],
@@ -10,6 +12,7 @@ const ROWS = [
 const NEAR_MM = 0.1; // this close to the margin the clearance is shown as a caution
 
 export class StatusBar {
+  /** @param {HTMLElement} root */
   constructor(root) {
     this.force = reading("Force of the hand");
     this.tip = reading("Tip error");
@@ -17,9 +20,9 @@ export class StatusBar {
     this.target = reading("Target error");
     this.holding = reading("What holds the tool", "fill");
     this.sheet = h("div", { class: "details-sheet", hidden: true, id: "details-sheet" });
-    this.values = Object.fromEntries(ROWS.map(([name]) => [name, h("dd", { class: "number" })]));
+    this.values = new Map(ROWS.map(([name]) => [name, h("dd", { class: "number" })]));
     this.priority = h("dd", {});
-    this.sheet.append(h("dl", { class: "facts" }, ROWS.flatMap(([name, label]) => [h("dt", {}, label), this.values[name]]),
+    this.sheet.append(h("dl", { class: "facts" }, ROWS.flatMap(([name, label]) => [h("dt", {}, label), this.values.get(name)]),
       h("dt", {}, "Real-time priority"), this.priority));
     this.toggle = h("button", { type: "button", class: "plain", "aria-expanded": "false", "aria-controls": "details-sheet", onclick: () => this.fold() }, "Details");
     root.append(this.force.element, this.tip.element, this.clearance.element, this.target.element, this.holding.element,
@@ -31,16 +34,18 @@ export class StatusBar {
     this.toggle.setAttribute("aria-expanded", String(!this.sheet.hidden));
   }
 
+  /** @param {ViewModel} state */
   update(state) {
     const rehearsing = state.step?.name === "rehearse";
+    /** @type {Partial<RehearsalSection>} */
     const now = rehearsing ? state.rehearsal ?? {} : {};
     this.force.set(now.force_n, 2, "N");
     this.tip.set(now.mode === "path" || !rehearsing ? now.tip_error_mm : null, 3, "mm");
     const corridor = rehearsing ? null : state.corridor;
     this.clearance.label.textContent = rehearsing ? "Bone clearance of the tool" : "Least bone clearance";
     this.clearance.set(rehearsing ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
-    const room = now.clearance_mm - now.margin_mm;
-    this.clearance.element.classList.toggle("caution", rehearsing ? room < NEAR_MM : Boolean(corridor?.caution));
+    const slack = (now.clearance_mm ?? NaN) - (now.margin_mm ?? NaN);
+    this.clearance.element.classList.toggle("caution", rehearsing ? slack < NEAR_MM : Boolean(corridor?.caution));
     this.target.element.hidden = now.mode !== "inspect";
     this.target.set(now.target_error_mm, 3, "mm");
     this.force.element.hidden = !rehearsing;
@@ -49,22 +54,36 @@ export class StatusBar {
     this.holding.value.textContent = rehearsing ? holdingWords(now) : state.corridor?.words || "–";
     this.holding.element.classList.toggle("caution", Boolean(rehearsing ? now.held : corridor?.caution));
     const details = state.details ?? {};
-    for (const [name, , digits, unit] of ROWS) this.values[name].textContent = `${fixed(details[name], digits)} ${unit}`.trim();
+    for (const [name, , digits, unit] of ROWS) {
+      const value = this.values.get(name);
+      if (value) value.textContent = `${fixed(details[name], digits)} ${unit}`.trim();
+    }
     this.priority.textContent = details.priority ?? "–";
   }
 }
 
+/** @param {Partial<RehearsalSection>} now */
 function holdingWords(now) {
-  if (!["running", "paused", "ready"].includes(now.state)) return "–";
+  if (!["running", "paused", "ready"].includes(now.state ?? "")) return "–";
   if (now.state === "ready") return "In place at the entry, not started";
   if (now.state === "paused") return "Paused";
   return sentence(now.holding ?? "");
 }
 
+/**
+ * @param {string} name
+ * @param {string} [extra] further classes
+ */
 function reading(name, extra = "") {
   const label = h("span", { class: "reading-label" }, name);
   const value = h("span", { class: "reading-value" }, "–");
   const element = h("div", { class: `reading ${extra}` }, label, value);
+  /**
+   * @param {number | null | undefined} number
+   * @param {number} digits
+   * @param {string} unit
+   * @param {string} [before]
+   */
   const set = (number, digits, unit, before = "") => {
     if (!Number.isFinite(number)) value.replaceChildren("–");
     else value.replaceChildren(before + fixed(number, digits), h("span", { class: "unit" }, ` ${unit}`));

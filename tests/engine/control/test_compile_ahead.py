@@ -12,10 +12,8 @@ import numpy as np
 from tests.engine.control.test_compile_ahead import signatures
 from vfix_engine.control import ControlSettings, compile_ahead
 from vfix_engine.control import Controller
-from vfix_engine.geometry.compile_only import compile_only
 from vfix_engine.robots import RobotModel, Tool
 
-compile_only()
 robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
 base = np.eye(4)
 base[:3, 3] = -tool.tip_in_flange

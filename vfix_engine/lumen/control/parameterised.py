@@ -21,6 +21,14 @@ from .tip_control import DistalContext, at_bounds
 Array = NDArray[np.float64]
 
 
+def found_bends(context: DistalContext, count: Literal[4, 8]) -> tuple[Bend, ...]:
+    """The control bends at a place (10)-(20); 5 to 30 ms."""
+    problem = BendProblem(
+        context.snake, context.query, context.packed, context.window, context.base, context.rest, context.bound
+    )
+    return control_bends(problem, count)
+
+
 class ParameterisedControl:
     """Steers (u, v) = r (cos ϑ, sin ϑ); q = Q(r, ϑ) about the conforming shape q̃ (Kwok 2013, section III.B.3)."""
 
@@ -32,10 +40,11 @@ class ParameterisedControl:
 
     def prepare(self, context: DistalContext, q: Array) -> None:
         """Find the control bends anew; done only while r is small, so that the surface moves little under the hand."""
-        problem = BendProblem(
-            context.snake, context.query, context.packed, context.window, context.base, context.rest, context.bound
-        )
-        self.bends = control_bends(problem, self._count)
+        self.take(found_bends(context, self._count), context)
+
+    def take(self, bends: tuple[Bend, ...], context: DistalContext) -> None:
+        """Lay the surface through control bends that were found in a context."""
+        self.bends = bends
         angles = np.array([bend.angle for bend in self.bends])
         shapes = np.array([context.snake.clamp(context.rest + bend.delta) for bend in self.bends])
         self._hermite = PolarHermite(context.rest, angles, shapes, self._r_max)

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 Control = Literal["parameterised", "qp"]
-Limit = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", "insertion"]
+Limit = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", "insertion", "planning"]
 MOST_MM_PER_S = 1000.0  # ten joints at 36°/s, each with all five links ahead of it, are slower
 CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
 _FINEST_MM = 0.01  # of a step or a waypoint: with finer ones a drive takes hours
@@ -212,7 +212,7 @@ class DriveState:
         to bend came with insertion. A bend and 'straighten' name a goal and no speed: on the way there is 'moved'.
     held_by: in words, what shrank or held it; limit: what that was, 'bound' of a link, 'speed' of the joints, 'step':
         the most that one inserts, 'bends': none moves the camera so, 'bent': the tip has to be straightened first,
-        'end' of the path, 'tissue' without a pathway, 'insertion' before the camera.
+        'end' of the path, 'tissue' without a pathway, 'insertion' before the camera, 'planning' of what is to come.
     held_at: (3,) LPS mm, the vertex that would be beyond its link's bound.
     query_s, step_s: what the last query of all links and this step took on the clock, s.
     """

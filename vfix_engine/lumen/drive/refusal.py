@@ -26,11 +26,16 @@ class Refusal:
     snake: SnakeModel
     query: Query
 
+    @property
+    def link(self) -> int:
+        """The link that would be farthest beyond its bound, counted from 0 in this snake."""
+        return int((self.verdict.deviation.depth - self.bound).argmax())
+
     def outcome(self, name: Literal["shrunk", "held"]) -> Outcome:
         """Of a step that it shrank or held; the place is that of the vertex farthest out, at the pose wanted."""
         found = self.verdict.deviation
         over = found.depth - self.bound
-        link = int(over.argmax())
+        link = self.link
         if not (over[link] > 0.0 and np.isfinite(found.depth[link]) and self.end.finite):
             return Outcome(name, self.verdict.held_by, "bound")
         frame = self.snake.frames(self.end.q, self.end.base)[link + 1]

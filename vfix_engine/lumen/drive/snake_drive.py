@@ -35,6 +35,7 @@ from ..query.query import Deviations, Query
 from .distal_steps import SAME, DistalSteps
 from .drive_start import checked_slack, checked_tip, make_control, refuse_beyond
 from .drive_state import Command, DriveSettings, DriveState, Outcome, both
+from .link_windows import entrance, link_windows
 from .lumen import lumen_between
 from .refusal import Refusal
 from .trail import Trail
@@ -42,7 +43,6 @@ from .trail import Trail
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
 TISSUE_SHARE = 0.5  # of the joints' speed at most is for following the tissue; the rest is the hand's
 TISSUE_RESERVE_MM = 0.5  # [mm] four times what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
@@ -66,6 +66,9 @@ class SnakeDrive(DistalSteps):
         InputError: a link that starts beyond its bound; a robot longer than the path; slack without a curve or of
             another shape; a pathway with closed ends, which has no entrance.
     """
+
+    eases = True  # within a step, where the certificate refuses it
+    times_queries = True
 
     def __init__(
         self,
@@ -104,7 +107,7 @@ class SnakeDrive(DistalSteps):
         self._refused: Refusal | None = None
         self._trail = Trail()
         self._packed = pathway.packed(0.0)
-        self._entrance = -float(np.linalg.norm(self._packed.rows[0, 3:6] - self._packed.rows[0, 0:3])) + snake.radius_mm
+        self._entrance = entrance(self._packed, snake)
         still = pathway.motion is None
         self._windows: Index
         self._measured: NDArray[np.bool_]
@@ -214,7 +217,7 @@ class SnakeDrive(DistalSteps):
         looking = command.bends and command.insert_mm_per_s == 0.0
         if self.lost is None and (command.bends or command.insert_mm_per_s != 0.0):
             outcome = both(outcome, self._command(command, dt))
-        if self._steps % _TIMED == 0:
+        if self.times_queries and self._steps % _TIMED == 0:
             frames, asked = self.snake.frames(self.q, self._conformed.base), perf_counter()
             self.query.deviations(self._packed, frames, self._windows)
             self._query_s = perf_counter() - asked
@@ -318,9 +321,20 @@ class SnakeDrive(DistalSteps):
 
     def _follow_tissue(self, dt: float) -> Outcome:
         """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
-        now = self._live.look(self.t)
+        self._see(dt)
         if self.lost is not None:
             return Outcome("held", self.lost, "tissue")
+        was, outcome = self._conformed, self._to_goal(dt)
+        left = self._left(dt)
+        if left >= _LEAST * dt and (self._deviation.depth > self._retreat_beyond()).any():
+            self._retreat(left)
+        if self._settled and (outcome.name != "rest" or self._conformed is not was):
+            self.control.move_to(self.distal_context())
+        return outcome
+
+    def _see(self, dt: float) -> None:
+        """Look at the tissue, if it is time to: the pathway of now, and the shape that conforms to it as the goal."""
+        now = self._live.look(self.t)
         if now is not None:
             self._packed, self._waypoints.curve = now
             self.tip_s = min(self.tip_s, self._waypoints.curve.length)
@@ -328,13 +342,6 @@ class SnakeDrive(DistalSteps):
             self._goal = self._waypoints.at(self.tip_s, self._conformed, most)
             self._waypoints.restart(self._goal)
             self._measure()
-        was, outcome = self._conformed, self._to_goal(dt)
-        left = self._left(dt)
-        if left >= _LEAST * dt and (self._deviation.depth > self._bounds()).any():
-            self._retreat(left)
-        if self._settled and (outcome.name != "rest" or self._conformed is not was):
-            self.control.move_to(self.distal_context())
-        return outcome
 
     def _to_goal(self, dt: float) -> Outcome:
         """Towards the shape that the tissue asks for, so fast that it is there when the tissue is looked at again."""
@@ -372,7 +379,7 @@ class SnakeDrive(DistalSteps):
         start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
         known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
-        if not verdict.taken and np.isfinite(verdict.deviation.depth).all():
+        if self.eases and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
             wanted, end = self._projected(wanted, end, dt)
             verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if verdict.taken:
@@ -404,15 +411,17 @@ class SnakeDrive(DistalSteps):
 
     def _set_windows(self, joint_s: Array) -> None:
         """Windows of the links for joints at these arc lengths, and which links are inside."""
-        low, high = joint_s[:-1] - WINDOW_MM, joint_s[1:] + WINDOW_MM
-        low[self._first :], high[self._first :] = low[self._first], high[-1]
-        self._windows = self.pathway.windows(low, high)
+        self._windows = link_windows(self.pathway, joint_s, self._first)
         self._measured = joint_s[:-1] >= self._entrance
 
     def _bounds(self) -> Array:
         """b_i of the links that are inside; less a reserve where the pathway moves between two of its moments."""
         reserve = 0.0 if self.pathway.motion is None else TISSUE_RESERVE_MM
         return np.where(self._measured, np.maximum(self.bound - reserve, 0.0), np.inf)
+
+    def _retreat_beyond(self) -> Array:
+        """(L,) mm: a link that is deeper is to retreat at once, whatever that costs."""
+        return self._bounds()
 
     def _measure(self) -> None:
         frames = self.snake.frames(self.q, self._conformed.base)

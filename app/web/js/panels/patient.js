@@ -2,15 +2,24 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
 import { count, fixed, sentence, when } from "../format.js";
 import { FRAME_QUESTION, askChoices, askName, clearErrors, note, noteDone, whenReady } from "../dialogs.js";
-import { finished, post, remove, upload } from "../rest.js";
+import { finished, missing, post, remove, upload } from "../rest.js";
+
+/** @import { Connection } from "../connection.js" */
+/** @import { Row } from "../dom.js" */
+/** @import { Question } from "../dialogs.js" */
+/** @import { CaseEntry, CaseSection, JobPublic, ViewModel } from "../types.js" */
 
 // What a file may leave unsaid, by the word that the planner has for it.
+/** @type {Record<string, Question>} */
 const QUESTIONS = {
   frame: FRAME_QUESTION,
   unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"]] },
 };
 const READABLE = /\.(nrrd|nii|nii\.gz|mha|zip|ply|stl|obj)$/i;
-// Files that look like a head and are only a part of one.
+/**
+ * Files that look like a head and are only a part of one; the last one is every other file.
+ * @type {[RegExp, string][]}
+ */
 const PARTS = [
   [/\.nhdr$/i, "the voxels lie in a second file, which this one only names. Save the volume as one .nrrd file."],
   [/\.mhd$/i, "the voxels lie in a second file, which this one only names. Save the volume as one .mha file."],
@@ -19,6 +28,7 @@ const PARTS = [
 ];
 
 export class PatientPanel {
+  /** @param {Connection} connection */
   constructor(connection) {
     this.connection = connection;
     this.changedCase = whenChanged();
@@ -32,6 +42,7 @@ export class PatientPanel {
     this.importButton = h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a head …");
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
+    this.fileName = "";
     this.progress = h("div", { hidden: true }, this.progressWords, h("div", { class: "progress" }, this.progressBar));
     this.element = h("div", {},
       group("This head", null, this.facts, this.caseWords, this.uncertainty),
@@ -41,11 +52,13 @@ export class PatientPanel {
         this.importButton, this.chooser, this.progress));
   }
 
+  /** @param {ViewModel} state */
   update(state) {
     this.changedCase([state.case], () => this.renderCase(state.case));
     this.changedCases([state.cases, this.showDeleted.checked, state.case?.id], () => this.renderCases(state));
   }
 
+  /** @param {CaseSection | null | undefined} open */
   renderCase(open) {
     if (!open) {
       this.facts.replaceChildren();
@@ -70,6 +83,7 @@ export class PatientPanel {
     this.uncertainty.hidden = !open.uncertainty;
   }
 
+  /** @param {ViewModel} state */
   renderCases(state) {
     const shown = (state.cases?.items ?? []).filter((item) => this.showDeleted.checked || !item.deleted);
     keyed(this.list, shown, (item) => `${item.id} ${item.deleted}`, (item) => this.row(item), (row, item) => {
@@ -80,8 +94,12 @@ export class PatientPanel {
     });
   }
 
+  /**
+   * @param {CaseEntry} item
+   * @returns {Row<CaseEntry>}
+   */
   row({ deleted }) {
-    const send = (type, fields = {}) => this.connection.send(type, { case_id: row.item.id, ...fields });
+    const send = (/** @type {"case.open" | "case.restore"} */ type) => this.connection.send(type, { case_id: row.item.id });
     const tools = deleted
       ? [iconButton("restore", "Restore", () => send("case.restore"))]
       : [
@@ -92,10 +110,12 @@ export class PatientPanel {
         }),
         iconButton("trash", "Delete", () => this.remove(row.item.id), { "data-tool": "delete" }),
       ];
+    /** @type {Row<CaseEntry>} */
     const row = listRow(deleted, () => send("case.open"), tools);
     return row;
   }
 
+  /** @param {string} id */
   remove(id) {
     const fields = { case_id: id };
     noteDone(this.connection.request("case.delete", fields), "The head was deleted.",
@@ -103,13 +123,14 @@ export class PatientPanel {
   }
 
   async chosen() {
-    const file = this.chooser.files[0];
+    const file = this.chooser.files?.[0];
     this.chooser.value = "";
     if (!file) return;
     if (READABLE.test(file.name)) await this.send(file);
-    else note(`‘${file.name}’: ${PARTS.find(([ending]) => ending.test(file.name))[1]}`, { error: true });
+    else note(`‘${file.name}’: ${PARTS.find(([ending]) => ending.test(file.name))?.[1]}`, { error: true });
   }
 
+  /** @param {File} file */
   async send(file) {
     const form = new FormData();
     form.append("file", file);
@@ -119,30 +140,37 @@ export class PatientPanel {
     this.fileName = file.name;
     try {
       const job = await this.imported(await upload("/api/cases", form, (part) => this.uploading(part)));
-      if (job) this.offer(job.result);
+      if (job?.result) this.offer(job.result);
     } catch (error) {
-      note(`‘${file.name}’: ${error.message}`, { error: true });
+      note(`‘${file.name}’: ${/** @type {Error} */ (error).message}`, { error: true });
     } finally {
       this.importButton.disabled = false;
       this.progress.hidden = true;
     }
   }
 
-  /** A head that came in is offered: whatever is open, or runs, stays until somebody chooses. */
+  /**
+   * A head that came in is offered: whatever is open, or runs, stays until somebody chooses.
+   * @param {string} caseId
+   */
   offer(caseId) {
     const open = () => this.connection.send("case.open", { case_id: caseId });
     if (!this.connection.state.case) open();
     note("The head was imported. It is in the list of heads.", this.connection.state.case ? { action: { label: "Open it", run: open } } : {});
   }
 
-  /** Watch an import, and answer what its file does not say; the file stays with the planner. Null: taken back. */
+  /**
+   * Watch an import, and answer what its file does not say; the file stays with the planner. Null: taken back.
+   * @param {JobPublic} job
+   * @returns {Promise<JobPublic | null>}
+   */
   async imported(job) {
     const path = `/api/jobs/${encodeURIComponent(job.id)}`;
     try {
       return await finished(job, (now) => this.working(now));
     } catch (error) {
-      const questions = (error.details?.missing ?? []).map((word) => QUESTIONS[word]);
-      if (!questions.length) throw error;
+      const questions = missing(error).map((word) => QUESTIONS[word]);
+      if (!(error instanceof Error) || !questions.length) throw error;
       if (this.connection.state.rehearsal?.state === "running") await whenReady(`‘${this.fileName}’ does not say all that is needed.`, "Answer");
       const answer = await askChoices(`What ‘${this.fileName}’ does not say`, error.message, questions, "Import");
       if (answer) return this.imported(await post(`${path}/answer`, answer));
@@ -151,18 +179,22 @@ export class PatientPanel {
     }
   }
 
+  /** @param {number} part in [0, 1] */
   uploading(part) {
     this.progressBar.style.width = `${Math.round(part * 100)}%`;
     this.progressWords.textContent = `${this.fileName}: uploading, ${Math.round(part * 100)} %`;
   }
 
+  /** @param {JobPublic} job */
   working(job) {
     this.progressBar.style.width = `${Math.round(job.fraction * 100)}%`;
     this.progressWords.textContent = `${this.fileName}: ${job.stage}, ${Math.round(job.fraction * 100)} %`;
   }
 }
 
+/** @param {string} name */
 function surfaceName(name) {
+  /** @type {Record<string, string | undefined>} */
   const words = { bone: "Bone for control", skull: "Skull for display", skin: "Skin for display", display: "Skull for display", skull_half: "Half skull for display" };
   return words[name] ?? name;
 }

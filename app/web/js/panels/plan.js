@@ -2,7 +2,13 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
 import { fixed, mm, sentence, when } from "../format.js";
 import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone } from "../dialogs.js";
-import { download, upload } from "../rest.js";
+import { PlannerError, download, missing, upload } from "../rest.js";
+
+/** @import { Connection } from "../connection.js" */
+/** @import { Row } from "../dom.js" */
+/** @import { Commands, CorridorSection, ItemEntry, PlanEntry, PlanPublic, PlanSection, ViewModel } from "../types.js" */
+
+/** @typedef {Commands["add.mode"]["kind"]} Kind */
 
 const POINTS_QUESTION = {
   name: "points_as",
@@ -10,6 +16,9 @@ const POINTS_QUESTION = {
   options: [["path", "a path, from outside to inside"], ["targets", "targets to inspect"]],
 };
 const QUESTIONS = [FRAME_QUESTION, POINTS_QUESTION];
+const AXES = [["L", "Towards the patient's left"], ["P", "Towards the patient's back"], ["S", "Towards the top of the head"]];
+/** @type {[Kind, string][]} */
+const MODES = [["point", "Path point"], ["target", "Target"], ["none", "Nothing"]];
 const EXPORTS = [
   ["json", "vfix plan (JSON)", "Everything, comes back as it was"],
   ["mrk.json", "3D Slicer markups (.mrk.json)", "Control points, dense curve with bone clearance, targets"],
@@ -17,22 +26,34 @@ const EXPORTS = [
 ];
 
 export class PlanPanel {
+  /** @param {Connection} connection */
   constructor(connection) {
     this.connection = connection;
     this.changedPlan = whenChanged();
     this.changedPlans = whenChanged();
-    this.buildTools();
-    this.buildPlans();
+    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo" });
+    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo" });
+    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => connection.send("lock", { locked: !connection.state.plan?.locked }) });
+    this.lockWords = h("p", { class: "words" });
+    this.modeButtons = MODES.map(([kind, label]) => h("button", { type: "button", "data-kind": kind, onclick: () => connection.send("add.mode", { kind }) }, label));
+    this.modes = h("div", { class: "segmented", role: "group", "aria-label": "What a click adds" }, this.modeButtons);
+    this.planList = h("ul", { class: "list" });
+    this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
+    this.chooser = h("input", { type: "file", hidden: true, accept: ".json,.csv,.fcsv", onchange: () => this.importPlan() });
     this.points = h("tbody");
     this.targets = h("tbody");
-    this.buildSelected();
+    this.selectedWords = h("p", { class: "words" });
+    this.insertButton = h("button", { type: "button", id: "insert", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
+    this.renameButton = h("button", { type: "button", id: "rename-item", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
+    this.deleteButton = h("button", { type: "button", id: "delete-item", onclick: () => this.act("item.delete"), title: "Del" }, "Delete");
+    this.selectedTools = h("div", { class: "buttons even" }, this.insertButton, this.renameButton, this.deleteButton);
     this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
     this.pointWords = h("p", { class: "empty" });
     this.corridor = h("p", { class: "words", id: "verdict" });
     this.marginWarning = h("p", { class: "words caution", id: "margin-warning" });
-    this.exports = h("div", { class: "list" }, EXPORTS.map(([format, label, words]) =>
-      h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label)));
+    this.exports = EXPORTS.map(([format, label, words]) =>
+      h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
     this.element = h("div", {},
       group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
       group("Path", null, this.table("point", this.points), this.pointWords, this.pathWords, this.corridor, this.marginWarning),
@@ -40,47 +61,36 @@ export class PlanPanel {
       group("Selected", null, this.selectedWords, this.selectedTools),
       group("Plans of this head", [h("button", { type: "button", class: "plain", onclick: () => this.newPlan() }, "New")], this.planList,
         h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
-      group("Export and import", null, this.exports,
+      group("Export and import", null, h("div", { class: "list" }, this.exports),
         h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser));
   }
 
-  buildTools() {
-    const send = (type, fields) => this.connection.send(type, fields);
-    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => send("undo"), { id: "undo" });
-    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => send("redo"), { id: "redo" });
-    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => send("lock", { locked: !this.connection.state.plan?.locked }) });
-    this.lockWords = h("p", { class: "words" });
-    const mode = (kind, label) => h("button", { type: "button", "data-kind": kind, onclick: () => send("add.mode", { kind }) }, label);
-    this.modes = h("div", { class: "segmented", role: "group", "aria-label": "What a click adds" },
-      mode("point", "Path point"), mode("target", "Target"), mode("none", "Nothing"));
+  /** @param {"point.insert_after" | "item.delete"} type */
+  act(type) {
+    const selected = this.connection.state.plan?.selected;
+    if (selected) this.connection.send(type, { item_id: selected });
   }
 
-  buildSelected() {
-    const act = (type) => () => this.connection.send(type, { item_id: this.connection.state.plan.selected });
-    this.selectedWords = h("p", { class: "words" });
-    this.insertButton = h("button", { type: "button", id: "insert", onclick: act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
-    this.renameButton = h("button", { type: "button", id: "rename-item", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
-    this.deleteButton = h("button", { type: "button", id: "delete-item", onclick: act("item.delete"), title: "Del" }, "Delete");
-    this.selectedTools = h("div", { class: "buttons even" }, this.insertButton, this.renameButton, this.deleteButton);
-  }
-
-  buildPlans() {
-    this.planList = h("ul", { class: "list" });
-    this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(this.connection.state) });
-    this.chooser = h("input", { type: "file", hidden: true, accept: ".json,.csv,.fcsv", onchange: () => this.importPlan() });
-  }
-
+  /**
+   * @param {"point" | "target"} kind
+   * @param {HTMLElement} body
+   */
   table(kind, body) {
     const head = h("tr", {}, h("th", { scope: "col" }, kind === "point" ? "Point" : "Target"),
-      ["L", "P", "S"].map((axis) => h("th", { scope: "col", title: AXES[axis] }, axis, h("span", { class: "unit" }, " mm"))));
+      AXES.map(([axis, title]) => h("th", { scope: "col", title }, axis, h("span", { class: "unit" }, " mm"))));
     return h("table", { class: "points", "aria-label": kind === "point" ? "Points of the path, LPS in mm" : "Targets, LPS in mm" }, h("thead", {}, head), body);
   }
 
+  /** @param {ViewModel} state */
   update(state) {
     this.changedPlan([state.plan, state.corridor], () => this.renderPlan(state.plan, state.corridor));
     this.changedPlans([state.plans, state.plan?.id, this.showDeleted.checked], () => this.renderPlans(state));
   }
 
+  /**
+   * @param {PlanSection | null | undefined} plan
+   * @param {CorridorSection | undefined} corridor
+   */
   renderPlan(plan, corridor) {
     this.undoButton.disabled = !plan?.can_undo;
     this.redoButton.disabled = !plan?.can_redo;
@@ -88,70 +98,90 @@ export class PlanPanel {
     this.lockButton.setAttribute("aria-pressed", String(Boolean(plan?.locked)));
     this.lockWords.textContent = plan?.locked ? "Points are locked: turning the view cannot move one." : "";
     this.lockWords.hidden = !plan?.locked;
-    for (const button of this.modes.children) {
+    for (const button of this.modeButtons) {
       button.setAttribute("aria-pressed", String(button.dataset.kind === plan?.add_mode));
       button.disabled = !plan || plan.locked;
     }
-    for (const [body, items, kind] of [[this.points, plan?.points ?? [], "point"], [this.targets, plan?.targets ?? [], "target"]]) {
-      keyed(body, items, (item) => item.id, () => this.pointRow(kind), (row, item) => fillPointRow(row, item, plan.selected));
-    }
-    this.points.parentElement.hidden = !plan?.points.length;
-    this.targets.parentElement.hidden = !plan?.targets.length;
+    this.renderItems(this.points, plan?.points ?? [], "point", plan?.selected);
+    this.renderItems(this.targets, plan?.targets ?? [], "target", plan?.selected);
     this.pointWords.textContent = plan && !plan.points.length ? "No points yet. The first one is where the tool goes in." : "";
     this.pointWords.hidden = this.pointWords.textContent === "";
     this.targetWords.textContent = plan && !plan.targets.length ? "No targets yet. Choose ‘Target’ above and click what is to be inspected." : "";
     this.targetWords.hidden = this.targetWords.textContent === "";
-    this.pathWords.textContent = plan?.points.length > 1 ? `Spline of degree ${plan.degree}, ${mm(plan.length_mm)} long. Frame ${plan.frame}, ${plan.unit}.` : "";
+    this.pathWords.textContent = plan && plan.points.length > 1 ? `Spline of degree ${plan.degree}, ${mm(plan.length_mm)} long. Frame ${plan.frame}, ${plan.unit}.` : "";
     this.corridor.textContent = sentence(corridor?.words ?? "");
     this.marginWarning.textContent = corridor?.warning ? `${sentence(corridor.warning)}.` : "";
     this.marginWarning.hidden = !corridor?.warning;
     this.corridor.className = corridor?.caution ? "words caution" : "words";
-    for (const button of this.exports.children) button.disabled = !plan;
+    for (const button of this.exports) button.disabled = !plan;
     this.renderSelected(plan);
   }
 
+  /**
+   * @param {HTMLElement} body
+   * @param {ItemEntry[]} items
+   * @param {"point" | "target"} kind
+   * @param {string | null | undefined} selected
+   */
+  renderItems(body, items, kind, selected) {
+    keyed(body, items, (item) => item.id, () => this.pointRow(kind), (row, item) => fillPointRow(row, item, selected));
+    body.parentElement?.toggleAttribute("hidden", !items.length);
+  }
+
+  /**
+   * @param {"point" | "target"} kind
+   * @returns {Row<ItemEntry>}
+   */
   pointRow(kind) {
-    const send = (type) => this.connection.send(type, { item_id: row.item.id });
-    const row = h("tr", {
+    const send = (/** @type {"item.select" | "item.delete"} */ type) => this.connection.send(type, { item_id: row.item.id });
+    const row = /** @type {Row<ItemEntry> & HTMLTableRowElement} */ (h("tr", {
       tabIndex: 0, title: "Click to select, double-click to rename", onclick: () => send("item.select"), ondblclick: () => this.rename(row.item),
       onkeydown: (event) => {
         const { plan } = this.connection.state;
         if (event.key === "Enter") send("item.select");
         if (event.key === "F2") this.rename(row.item);
-        if (["Delete", "Backspace"].includes(event.key) && !plan.locked && !plan.ghost) send("item.delete");
+        if (["Delete", "Backspace"].includes(event.key) && !plan?.locked && !plan?.ghost) send("item.delete");
       },
     },
-    h("td", {}, h("span", { class: kind === "target" ? "dot target" : "dot" }), h("span")), h("td"), h("td"), h("td"));
+    h("td", {}, h("span", { class: kind === "target" ? "dot target" : "dot" }), h("span")), h("td"), h("td"), h("td")));
     return row;
   }
 
+  /** @param {PlanSection | null | undefined} plan */
   renderSelected(plan) {
-    const item = plan ? [...plan.points, ...plan.targets].find((entry) => entry.id === plan.selected) : null;
-    const index = item ? plan.points.findIndex((entry) => entry.id === item.id) : -1;
+    const item = selectedItem(plan);
+    const points = plan?.points ?? [];
+    const index = item ? points.indexOf(item) : -1;
     this.selectedWords.textContent = item ? `${item.label}. Drag it in the head or in a slice to move it.` : "Nothing selected. Click a point, a target or a row above.";
-    this.insertButton.disabled = !item || plan.locked || index < 0 || index === plan.points.length - 1;
-    this.renameButton.disabled = this.deleteButton.disabled = !item || plan.locked;
+    const frozen = !item || Boolean(plan?.locked);
+    this.insertButton.disabled = frozen || index < 0 || index === points.length - 1;
+    this.renameButton.disabled = this.deleteButton.disabled = frozen;
   }
 
   renameSelected() {
-    const plan = this.connection.state.plan;
-    const item = [...plan.points, ...plan.targets].find((entry) => entry.id === plan.selected);
+    const item = selectedItem(this.connection.state.plan);
     if (item) this.rename(item);
   }
 
+  /** @param {ItemEntry} item */
   async rename(item) {
     const label = await askName(`Rename ${item.label}`, item.label);
     if (label) this.connection.send("item.rename", { item_id: item.id, label });
   }
 
+  /** @param {ViewModel} state */
   renderPlans(state) {
     const shown = (state.plans?.items ?? []).filter((item) => this.showDeleted.checked || !item.deleted);
     keyed(this.planList, shown, (item) => `${item.id} ${item.deleted}`, (item) => this.planRow(item),
       (row, item) => fillListRow(row, item, when(item.modified), item.id === state.plan?.id));
   }
 
+  /**
+   * @param {PlanEntry} item
+   * @returns {Row<PlanEntry>}
+   */
   planRow({ deleted }) {
-    const send = (type, fields = {}) => this.connection.send(type, { plan_id: row.item.id, ...fields });
+    const send = (/** @type {"plan.open" | "plan.duplicate" | "plan.restore"} */ type) => this.connection.send(type, { plan_id: row.item.id });
     const tools = deleted ? [iconButton("restore", "Restore", () => send("plan.restore"))] : [
       iconButton("pencil", "Rename", async () => {
         const { id, name: before } = row.item;
@@ -161,10 +191,12 @@ export class PlanPanel {
       iconButton("copy", "Duplicate", () => send("plan.duplicate")),
       iconButton("trash", "Delete", () => this.remove(row.item.id)),
     ];
+    /** @type {Row<PlanEntry>} */
     const row = listRow(deleted, () => send("plan.open"), tools);
     return row;
   }
 
+  /** @param {string} id */
   remove(id) {
     const fields = { plan_id: id };
     noteDone(this.connection.request("plan.delete", fields), "The plan was deleted.",
@@ -176,39 +208,52 @@ export class PlanPanel {
     if (name) this.connection.send("plan.new", { name });
   }
 
+  /** @param {string} format */
   export(format) {
     const plan = this.connection.state.plan;
     if (plan) download(`/api/plans/${encodeURIComponent(plan.id)}/export?format=${encodeURIComponent(format)}`);
   }
 
   async importPlan() {
-    const file = this.chooser.files[0];
+    const file = this.chooser.files?.[0];
     this.chooser.value = "";
     clearErrors();
-    if (file && this.connection.state.case) await this.send(file, {});
+    if (file) await this.send(file, {});
   }
 
+  /**
+   * @param {File} file
+   * @param {Record<string, string>} answers to what it does not say
+   */
   async send(file, answers) {
-    const caseId = this.connection.state.case.id;
+    const caseId = this.connection.state.case?.id;
+    if (!caseId) return;
     const form = new FormData();
     form.append("file", file);
     for (const [key, value] of Object.entries(answers)) form.append(key, value);
     try {
+      /** @type {PlanPublic} */
       const plan = await upload(`/api/cases/${encodeURIComponent(caseId)}/plans/import`, form, () => {});
       this.connection.send("plan.open", { plan_id: plan.id });
       note(`‘${file.name}’ was imported as a plan.`);
     } catch (error) {
-      await this.ask(file, answers, error);
+      await this.ask(file, answers, /** @type {Error} */ (error));
     }
   }
 
-  /** What a file does not say is asked, never guessed. */
+  /**
+   * What a file does not say is asked, never guessed.
+   * @param {File} file
+   * @param {Record<string, string>} answers
+   * @param {Error} error
+   */
   async ask(file, answers, error) {
-    const questions = QUESTIONS.filter(({ name }) => error.details?.missing?.includes(name));
-    if (questions.length && questions.length === error.details.missing.length) {
+    const words = missing(error);
+    const questions = QUESTIONS.filter(({ name }) => words.includes(name));
+    if (questions.length && questions.length === words.length) {
       const chosen = await askChoices(`What ‘${file.name}’ does not say`, error.message, questions, "Import");
       if (chosen) await this.send(file, { ...answers, ...chosen });
-    } else if (error.code === "other_case" && !answers.other_case) {
+    } else if (error instanceof PlannerError && error.code === "other_case" && !answers.other_case) {
       if (await confirm(`‘${file.name}’ was made for another head`, error.message, "Import all the same")) await this.send(file, { ...answers, other_case: "yes" });
     } else {
       note(`‘${file.name}’: ${error.message}`, { error: true });
@@ -216,12 +261,21 @@ export class PlanPanel {
   }
 }
 
+/** @param {PlanSection | null | undefined} plan */
+function selectedItem(plan) {
+  return plan && [...plan.points, ...plan.targets].find((item) => item.id === plan.selected);
+}
+
+/**
+ * @param {HTMLElement} row
+ * @param {ItemEntry} item
+ * @param {string | null | undefined} selected
+ */
 function fillPointRow(row, item, selected) {
   row.setAttribute("aria-selected", String(item.id === selected));
   row.dataset.item = item.id;
-  const [name, ...places] = row.children;
-  name.title = name.lastElementChild.textContent = item.label;
+  const [name, ...places] = row.querySelectorAll("td");
+  name.title = item.label;
+  name.querySelectorAll("span")[1].textContent = item.label;
   places.forEach((cell, axis) => { cell.textContent = fixed(item.position[axis], 1); });
 }
-
-const AXES = { L: "Towards the patient's left", P: "Towards the patient's back", S: "Towards the top of the head" };

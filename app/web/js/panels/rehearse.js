@@ -3,29 +3,47 @@ import { h, group, whenChanged } from "../dom.js";
 import { fixed, mm, sentence } from "../format.js";
 import { holdButton } from "../hold.js";
 
+/** @import { Connection } from "../connection.js" */
+/** @import { Keys } from "../keys.js" */
+/** @import { Commands, ItemEntry, RehearsalSection, SettingField, SettingsSection, ViewModel } from "../types.js" */
+
+/** @typedef {Commands["rehearsal.mode"]["mode"]} Mode */
+
+/** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: the controller follows the hand and keeps off the bone.", paused: "Paused where it is." };
 const CHANGED_WORDS = "The plan has changed since the robot was placed. What is drawn here is what is driven; ‘Reset to entry’ takes the plan as it is now.";
 const LIVE = ["ready", "running", "paused"];
+/** @type {[Mode, string][]} */
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
 
 export class RehearsePanel {
+  /**
+   * @param {Connection} connection
+   * @param {Keys} keys
+   */
   constructor(connection, keys) {
     this.connection = connection;
     this.changedState = whenChanged();
     this.changedTargets = whenChanged();
     this.changedFields = whenChanged();
-    const send = (type, fields) => connection.send(type, fields);
     this.words = h("p", { class: "words" });
     this.startButton = h("button", { type: "button", class: "primary", id: "start", onclick: () => this.startOrPause() });
     this.resetButton = h("button", { type: "button", id: "reset", onclick: () => this.resetOrEnd() }, "Reset to entry");
     this.leaseWords = h("p", { class: "words" });
     this.leaseButton = h("button", { type: "button", class: "wide", id: "lease", onclick: () => this.lease() });
-    this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Mode" }, MODES.map(([mode, label]) =>
-      h("button", { type: "button", "data-mode": mode, onclick: () => this.setMode(mode) }, label)));
+    this.modeButtons = MODES.map(([mode, label]) =>
+      h("button", { type: "button", "data-mode": mode, onclick: () => this.setMode(mode) }, label));
+    this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Mode" }, this.modeButtons);
     this.modeWords = h("p", { class: "words" });
     this.target = h("select", { "aria-label": "Target to inspect", onchange: () => this.setMode("inspect") });
+    /**
+     * @param {string} label
+     * @param {string} hint
+     * @param {"drive" | "twist"} type
+     * @param {-1 | 1} direction
+     */
     const held = (label, hint, type, direction) => holdButton(label, hint, (down) => {
-      send(type, { direction: down ? direction : 0 });
+      connection.send(type, { direction: down ? direction : 0 });
       keys.hold(label, down);
     });
     this.forward = held("Forward", "↑ or W", "drive", 1);
@@ -36,6 +54,7 @@ export class RehearsePanel {
     this.progressWords = h("p", { class: "words" });
     this.fields = h("div", { class: "fields" });
     this.fieldWords = h("p", { class: "words caution", role: "status" });
+    /** @type {Map<string, { input: HTMLInputElement, shown: HTMLElement }>} */
     this.sliders = new Map();
     this.marginWarning = h("p", { class: "words caution", hidden: true });
     this.tissueWords = h("p", { class: "words", hidden: true });
@@ -48,29 +67,37 @@ export class RehearsePanel {
       group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
 
+  /** @param {ViewModel} state */
   update(state) {
+    /** @type {Partial<RehearsalSection>} */
     const rehearsal = state.rehearsal ?? {};
     const targets = (state.driven ?? state.plan)?.targets ?? []; // those of the robot that is there
     this.changedTargets([targets], () => this.renderTargets(targets));
-    const adjustable = LIVE.includes(rehearsal.state) && Boolean(rehearsal.mine);
+    const live = isLive(rehearsal);
+    const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     const { state: phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
     const { length_mm: passed } = state.corridor?.soft_tissue ?? {};
     this.tissueWords.textContent = `On this path the tool passes ${fixed(passed, 0)} mm of soft tissue; nothing keeps it off that.`;
-    this.tissueWords.hidden = !(passed >= 0.5) || !LIVE.includes(rehearsal.state);
+    this.tissueWords.hidden = !live || (passed ?? 0) < 0.5;
   }
 
+  /**
+   * @param {ViewModel} state
+   * @param {Partial<RehearsalSection>} rehearsal
+   * @param {number} targets
+   */
   renderState(state, rehearsal, targets) {
-    const live = LIVE.includes(rehearsal.state);
-    const driving = live && rehearsal.mine;
+    const live = isLive(rehearsal);
+    const driving = live && Boolean(rehearsal.mine);
     const changed = live && rehearsal.plan_changed;
     const silent = rehearsal.state === "silent";
-    this.words.textContent = sentence(rehearsal.words || (changed && CHANGED_WORDS) || STATE_WORDS[rehearsal.state] || "");
+    this.words.textContent = sentence(rehearsal.words || (changed && CHANGED_WORDS) || STATE_WORDS[rehearsal.state ?? ""] || "");
     this.words.className = changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
-    const startable = driving || ["absent", "failed"].includes(rehearsal.state);
+    const startable = driving || ["absent", "failed"].includes(rehearsal.state ?? "");
     const pausable = rehearsal.state === "running"; // by whoever watches
     this.startButton.disabled = !pausable && (!startable || (state.plan?.points.length ?? 0) < 2);
     this.resetButton.textContent = silent ? "End the process" : "Reset to entry";
@@ -81,7 +108,7 @@ export class RehearsePanel {
     this.leaseButton.hidden = !live;
     this.leaseButton.textContent = rehearsal.mine ? "Let go of the handle" : "Take over the handle";
     this.leaseButton.disabled = !rehearsal.mine && !rehearsal.can_take;
-    for (const button of this.modes.children) {
+    for (const button of this.modeButtons) {
       const mode = button.dataset.mode;
       button.setAttribute("aria-pressed", String(mode === rehearsal.mode));
       button.disabled = !driving || (mode === "inspect" && !targets);
@@ -96,20 +123,25 @@ export class RehearsePanel {
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) if (button.disabled) button.letGo();
   }
 
-  renderProgress(rehearsal) {
-    const known = Number.isFinite(rehearsal.length_mm) && rehearsal.length_mm > 0;
-    const part = known ? Math.min(1, Math.max(0, rehearsal.progress_mm / rehearsal.length_mm)) : 0;
+  /** @param {Partial<RehearsalSection>} rehearsal */
+  renderProgress({ progress_mm: progress, length_mm: length }) {
+    const part = length ? Math.min(1, Math.max(0, (progress ?? 0) / length)) : 0;
     this.progressBar.style.width = `${(part * 100).toFixed(1)}%`;
-    this.progressWords.textContent = known ? `${fixed(rehearsal.progress_mm, 1)} of ${mm(rehearsal.length_mm)} along the path` : "";
+    this.progressWords.textContent = length ? `${fixed(progress, 1)} of ${mm(length)} along the path` : "";
   }
 
+  /** @param {ItemEntry[]} targets */
   renderTargets(targets) {
     const chosen = this.target.value;
     this.target.replaceChildren(...targets.map((target) => h("option", { value: target.id }, target.label)));
     if (targets.some((target) => target.id === chosen)) this.target.value = chosen;
   }
 
-  /** What is in force, also after a change was refused; a slider under the hand is left alone. */
+  /**
+   * What is in force, also after a change was refused; a slider under the hand is left alone.
+   * @param {SettingsSection | undefined} settings
+   * @param {boolean} adjustable
+   */
   renderFields(settings, adjustable) {
     const fields = settings?.fields ?? [];
     this.fieldWords.textContent = adjustable ? settings?.words ?? "" : "";
@@ -118,16 +150,20 @@ export class RehearsePanel {
     this.marginWarning.hidden = !settings?.warning;
     if (this.sliders.size !== fields.length) this.fields.replaceChildren(...fields.map((field) => this.field(field)));
     for (const field of fields) {
-      const { input, shown } = this.sliders.get(field.name);
+      const slider = this.sliders.get(field.name);
+      if (!slider) continue;
+      const { input, shown } = slider;
       input.disabled = !adjustable;
       if (input.matches(":active")) continue;
-      input.value = field.value;
+      input.value = String(field.value);
       shown.textContent = `${fixed(field.value, field.digits)} ${field.unit}`;
     }
   }
 
+  /** @param {SettingField} field */
   field(field) {
     const shown = h("span", { class: "number" }, `${fixed(field.value, field.digits)} ${field.unit}`);
+    /** @type {HTMLInputElement} */
     const input = h("input", {
       type: "range", min: field.lo, max: field.hi, step: field.step, value: field.value, "aria-label": `${field.label} in ${field.unit}`,
       oninput: () => { shown.textContent = `${fixed(Number(input.value), field.digits)} ${field.unit}`; },
@@ -150,11 +186,21 @@ export class RehearsePanel {
     this.connection.send(this.connection.state.rehearsal?.mine ? "rehearsal.let_go" : "rehearsal.take");
   }
 
+  /** @param {Mode} mode */
   setMode(mode) {
     this.connection.send("rehearsal.mode", { mode, target_id: mode === "inspect" ? this.target.value || null : null });
   }
 }
 
+/** @param {Partial<RehearsalSection>} rehearsal */
+function isLive(rehearsal) {
+  return LIVE.includes(rehearsal.state ?? "");
+}
+
+/**
+ * @param {Partial<RehearsalSection>} rehearsal
+ * @param {number} targets
+ */
 function modeWords(rehearsal, targets) {
   if (rehearsal.mode === "free") return "No path holds the tip. The bone still does.";
   if (rehearsal.mode === "inspect") return "Drag the handle: the view point is brought onto the target and stays there while the tool swings about it.";

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compiled import compiled
+from ..rows_kernel import fits, widened, write_row
+from ..triangle_kernels import segment_point, segment_triangle
 from .box_kernel import segment_box
-from .compiled import compiled
-from .rows_kernel import fits, widened, write_row
-from .tree_build import STACK
-from .triangle_kernels import segment_point, segment_triangle
+from .build import STACK
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]

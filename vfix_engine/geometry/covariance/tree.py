@@ -9,17 +9,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError
-from .candidate_kernels import pack
-from .candidates import CandidateList
-from .capsules import Segments
-from .mesh import TriangleMesh
-from .pairs import Pair, Pairs, pair_from_row, pairs_from_rows
-from .points import checked_points
-from .rows_kernel import write_row
+from ...errors import InputError
+from ..candidate_kernels import pack
+from ..candidates import CandidateList
+from ..capsules import Segments
+from ..mesh import TriangleMesh
+from ..pairs import Pair, Pairs, pair_from_row, pairs_from_rows
+from ..points import checked_points
+from ..rows_kernel import write_row
+from .build import Nodes, build
+from .query import tree_nearest, tree_pairs, tree_points
 from .spheres import enclosing_spheres
-from .tree_build import Nodes, build
-from .tree_query import tree_nearest, tree_pairs, tree_points
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]

@@ -1,0 +1,112 @@
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+import { Keys, letGoOfEverything } from "../../app/web/js/keys.js";
+import { keyEvent, layOutPage, noted } from "./page.js";
+
+let page;
+beforeEach(() => { page = layOutPage(); });
+
+function rehearsing() {
+  const connection = noted({ step: { name: "rehearse" } });
+  return { connection, keys: new Keys(connection) };
+}
+
+test("held keys drive, and a key that repeats is sent once", () => {
+  const { connection, keys } = rehearsing();
+  keys.down(keyEvent("ArrowUp"));
+  keys.down(keyEvent("ArrowUp", { repeat: true }));
+  assert.deepEqual(connection.sent, [["drive", { direction: 1 }], ["twist", { direction: 0 }]]);
+  keys.up(keyEvent("ArrowUp"));
+  assert.deepEqual(connection.sent.slice(2), [["drive", { direction: 0 }], ["twist", { direction: 0 }]]);
+});
+
+test("opposite keys lead nowhere, and two of one direction no faster than one", () => {
+  const { connection, keys } = rehearsing();
+  const driven = () => connection.sent.filter(([type]) => type === "drive").at(-1)[1].direction;
+  keys.down(keyEvent("ArrowUp"));
+  keys.down(keyEvent("KeyW"));
+  assert.equal(driven(), 1);
+  keys.down(keyEvent("ArrowDown"));
+  keys.down(keyEvent("KeyS"));
+  assert.equal(driven(), 0);
+  keys.up(keyEvent("ArrowUp"));
+  keys.up(keyEvent("KeyW"));
+  assert.equal(driven(), -1);
+});
+
+test("the heartbeat runs as long as anything is held", () => {
+  const { connection, keys } = rehearsing();
+  keys.down(keyEvent("ArrowUp"));
+  keys.hold("pointer", true);
+  keys.up(keyEvent("ArrowUp"));
+  assert.deepEqual(connection.holds, [true]);
+  keys.hold("pointer", false);
+  assert.deepEqual(connection.holds, [true, false]);
+});
+
+test("what is held is let go of when the window is left", () => {
+  const { connection, keys } = rehearsing();
+  keys.down(keyEvent("ArrowDown"));
+  keys.down(keyEvent("KeyD"));
+  page.window.dispatchEvent(new Event("pagehide"));
+  assert.deepEqual(connection.sent.slice(-2), [["drive", { direction: 0 }], ["twist", { direction: 0 }]]);
+  assert.deepEqual(connection.holds, [true, false]);
+  letGoOfEverything(); // nothing is held any more: nothing is said twice
+  assert.equal(connection.sent.length, 6);
+});
+
+test("the focus that goes into the scene lets go of nothing", async () => {
+  const { connection, keys } = rehearsing();
+  keys.down(keyEvent("ArrowUp"));
+  page.document.activeElement = { id: "scene" };
+  page.window.dispatchEvent(new Event("blur"));
+  await Promise.resolve();
+  assert.deepEqual(connection.holds, [true]);
+  page.document.hasFocus = () => false;
+  page.window.dispatchEvent(new Event("blur"));
+  await Promise.resolve();
+  assert.deepEqual(connection.holds, [true, false]);
+});
+
+test("typing drives nothing, but the arrows drive over a slider", () => {
+  const { connection, keys } = rehearsing();
+  keys.down(keyEvent("KeyW", { target: { tagName: "INPUT", type: "text" } }));
+  assert.deepEqual(connection.sent, []);
+  keys.down(keyEvent("ArrowUp", { target: { tagName: "INPUT", type: "range" } }));
+  assert.deepEqual(connection.sent[0], ["drive", { direction: 1 }]);
+});
+
+test("keys drive in Rehearse only, and not with a modifier", () => {
+  const connection = noted({ step: { name: "plan" } });
+  new Keys(connection).down(keyEvent("ArrowUp"));
+  const other = rehearsing();
+  other.keys.down(keyEvent("KeyW", { ctrlKey: true }));
+  assert.deepEqual([...connection.sent, ...other.connection.sent], []);
+});
+
+test("Plan: undo, redo, and the ghost", () => {
+  const connection = noted({ step: { name: "plan" }, plan: { ghost: null, selected: "p1" } });
+  const keys = new Keys(connection);
+  const press = (code, fields) => {
+    const event = keyEvent(code, fields);
+    keys.down(event);
+    return event;
+  };
+  assert.equal(press("KeyZ", { ctrlKey: true }).prevented, true);
+  press("KeyZ", { metaKey: true, shiftKey: true });
+  press("KeyY", { ctrlKey: true });
+  press("Delete");
+  connection.state.plan.ghost = { kind: "point" };
+  press("Enter");
+  press("Enter", { target: { tagName: "BUTTON" } }); // the button's own business
+  press("Delete");
+  press("Escape");
+  assert.deepEqual(connection.sent, [["undo"], ["redo"], ["redo"], ["item.delete", { item_id: "p1" }], ["ghost.confirm"], ["ghost.cancel"], ["ghost.cancel"]]);
+});
+
+test("a key in the scene's frame does not reach the viewer's own hot keys", () => {
+  const { keys } = rehearsing();
+  const event = keyEvent("KeyG", { view: {} });
+  keys.down(event);
+  assert.equal(event.stopped, true);
+});

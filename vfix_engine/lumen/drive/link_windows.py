@@ -1,0 +1,32 @@
+"""What of a pathway the links of a driven snake are measured against, and which links count."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...robots.snake import SnakeModel
+from ..pathway.packed import END, START, PackedPathway
+from ..pathway.pathway import Pathway
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
+
+
+def link_windows(pathway: Pathway, joint_s: Array, first: int) -> Index:
+    """Windows (L, 2) of segments for joints at the arc lengths (L + 1,) in mm; links from ``first`` on share one.
+
+    Raises:
+        PathwayError: joints that do not lie one after the other, or at no finite place.
+    """
+    low, high = joint_s[:-1] - WINDOW_MM, joint_s[1:] + WINDOW_MM
+    low[first:], high[first:] = low[first], high[-1]
+    return pathway.windows(low, high)
+
+
+def entrance(packed: PackedPathway, snake: SnakeModel) -> float:
+    """Arc length in mm from which on a link's near joint is inside the straight piece before the first contour."""
+    straight = float(np.linalg.norm(packed.rows[0, END : END + 3] - packed.rows[0, START : START + 3]))
+    return snake.radius_mm - straight

@@ -1,0 +1,142 @@
+"""Computes in the runtime's worker process what is longer than a tick: pathway and curve of now, shapes, bends."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import PathwayError
+from ...robots.snake import SnakeModel
+from ..anatomy.curve import Curve
+from ..bending.optimise import Bend
+from ..conform.conformance import ShapeSolution, conform
+from ..conform.waypoints import moved_off
+from ..control.parameterised import found_bends
+from ..control.tip_control import DistalContext
+from ..drive.drive_state import DriveSettings
+from ..drive.link_windows import entrance, link_windows
+from ..pathway.packed import (
+    END,
+    END_RADIUS,
+    END_TANGENT,
+    START,
+    START_RADIUS,
+    START_TANGENT,
+    PackedPathway,
+)
+from ..pathway.pathway import Pathway
+from ..query.query import Query
+from .planning import BendsWanted, Plan, PlanInputs, Seen, Shape
+
+Array = NDArray[np.float64]
+
+SHAPES_AHEAD = 3  # of an insertion, so that it goes on while the next ones are planned
+RIM_S = 0.005  # [s] before the look, where the wall's speed is measured from
+
+
+class Planner:
+    """A pure function of its inputs; one robot in one lumen.
+
+    Args:
+        snake: the whole robot; pathway: still or moving; curve: what it conforms to while the tissue is still, with
+            ``slack`` (N,) mm about its points; settings: of the drive.
+    """
+
+    def __init__(
+        self, snake: SnakeModel, pathway: Pathway, curve: Curve, slack: Array | None, settings: DriveSettings
+    ) -> None:
+        self._snake, self._pathway, self._curve, self._slack, self._settings = snake, pathway, curve, slack, settings
+        each = settings.vertices_per_link
+        self._distal = snake.distal(min(settings.manipulated, snake.links))
+        self._first = snake.links - self._distal.links
+        self._query = Query(snake.vertices(each * snake.links))
+        self._distal_query = Query(self._distal.vertices(each * self._distal.links))
+        self._entrance = entrance(pathway.packed(0.0), snake)
+        self._seen: tuple[float, PackedPathway] = (0.0, pathway.packed(0.0))  # the last one, as bends ask for it
+
+    def __call__(self, wanted: PlanInputs) -> Plan:
+        """The plan that is wanted."""
+        near, curve, packed, seen, lost = (
+            wanted.near.on(self._curve),
+            self._curve,
+            self._pathway.packed(0.0),
+            None,
+            None,
+        )
+        if wanted.t is not None:
+            try:
+                seen = self._look(wanted, wanted.t)
+            except PathwayError as error:
+                lost = f"the tissue leaves no pathway: {error}"
+            else:
+                packed, curve, near = seen.packed, seen.curve, seen.goal.on(seen.curve)
+        ahead: tuple[Shape, ...] = ()
+        if wanted.sign and lost is None and (seen is not None or self._pathway.motion is None):
+            ahead = self._ahead(wanted, near, curve, packed)
+        bends = () if wanted.bends is None else self._bends(wanted.bends)
+        return Plan(seen, lost, Shape.of(near), wanted.sign, ahead, bends, wanted.bends)
+
+    def _look(self, wanted: PlanInputs, t: float) -> Seen:
+        """The tissue at a time, and the shape that conforms to it, moved off the wall where that is needed.
+
+        Raises:
+            PathwayError: the tissue leaves no pathway.
+        """
+        packed, curve = self._pathway.packed(t), self._pathway.curve(t)
+        self._seen = (t, packed)
+        tip_s = min(wanted.tip_s, curve.length)
+        goal = conform(self._snake, curve, tip_s, wanted.near.on(self._curve), None, wanted.near.roll, most=wanted.most)
+        goal = self._inside(goal, packed, wanted.bound)
+        before = max(t - RIM_S, 0.0)
+        rim = np.zeros(len(packed.rows))
+        if t > before:
+            rim = rim_travel(self._pathway.packed(before), packed) / (t - before)
+        return Seen(t, packed, curve, Shape.of(goal), rim)
+
+    def _ahead(self, wanted: PlanInputs, near: ShapeSolution, curve: Curve, packed: PackedPathway) -> tuple[Shape, ...]:
+        """The next shapes of an insertion, each moved off the wall before the one after it is found."""
+        slack = self._slack if self._pathway.motion is None else None
+        found: list[Shape] = []
+        for _ in range(SHAPES_AHEAD):
+            place = near.tip_s + wanted.sign * wanted.spacing_mm
+            place = min(place, curve.length) if wanted.sign > 0 else max(place, 0.0)
+            if (place - near.tip_s) * wanted.sign <= 0.0:
+                break
+            near = self._inside(conform(self._snake, curve, place, near, slack, near.roll), packed, wanted.bound)
+            found.append(Shape.of(near))
+        return tuple(found)
+
+    def _inside(self, shape: ShapeSolution, packed: PackedPathway, bound: Array) -> ShapeSolution:
+        windows = link_windows(self._pathway, shape.joint_s, self._first)
+        kept = np.where(shape.joint_s[:-1] >= self._entrance, bound, math.inf)
+        return moved_off(shape, self._snake, self._query, packed, windows, kept) or shape
+
+    def _bends(self, wanted: BendsWanted) -> tuple[Bend, ...]:
+        """Control bends in the pathway of the time that is asked for, mostly the one that was looked at last."""
+        t, packed = self._seen
+        if t != wanted.t:
+            packed = self._pathway.packed(wanted.t)
+        place = DistalContext(
+            self._distal, self._distal_query, wanted.base, wanted.rest, packed, wanted.window, wanted.bound
+        )
+        return found_bends(place, self._settings.bends)
+
+
+def rim_travel(before: PackedPathway, after: PackedPathway) -> Array:
+    """(S,) mm, how far the wall of each segment has moved at most: |Δcentre| + R |Δtangent| + |ΔR| of its two contours.
+
+    R: the larger of both moments. Pathways with contours of one number.
+    """
+    ends = []
+    for centre, tangent, radius in ((START, START_TANGENT, START_RADIUS), (END, END_TANGENT, END_RADIUS)):
+        moved = np.linalg.norm(after.rows[:, centre : centre + 3] - before.rows[:, centre : centre + 3], axis=1)
+        turned = np.linalg.norm(after.rows[:, tangent : tangent + 3] - before.rows[:, tangent : tangent + 3], axis=1)
+        largest = np.maximum(before.rows[:, radius], after.rows[:, radius])
+        ends.append(moved + largest * turned)
+    contours = np.abs(after.polar - before.polar).max(axis=1)
+    ends[0] += contours[:-1]
+    ends[1] += contours[1:]
+    found: Array = np.maximum(*ends)
+    return found

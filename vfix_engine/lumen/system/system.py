@@ -1,0 +1,251 @@
+"""The snake as a system: a pure step from state and command to state, requests, rows, snapshots and plans."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ControlError, InputError
+from ...robots.snake_kernel import snake_frames
+from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
+from ...runtime.requests import Bend, Request, SetSettings, Straighten
+from ...runtime.snapshot import Blocker
+from ...runtime.system import Background, Column, Grip
+from ..drive.drive_state import Command as DriveCommand
+from .planned_drive import PlannedDrive
+from .planner import Planner
+from .planning import Plan
+from .requests import FollowTissue
+from .settings import SnakeSettings
+from .snapshot import SnakeSnapshot
+
+Array = NDArray[np.float64]
+
+STILL_N = 1e-3  # [N] a force that is less is none; it only fades
+REACHED = 1e-9  # [rad] off the bend that was asked for
+OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
+STRUCTURE = "lumen"  # id of what a link's bound belongs to
+_WARM_STEPS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class SnakeState:
+    """All that the next step needs.
+
+    steps: control periods since the start. settings: in force. drive: the robot in its lumen at this moment; it is
+    copied before it steps and never written to. doing, goal: the request under way and the bend (2L',) rad it is for.
+    """
+
+    steps: int
+    settings: SnakeSettings
+    drive: PlannedDrive
+    doing: Literal["", "straighten", "bend"] = ""
+    goal: tuple[float, ...] = ()
+
+
+class SnakeSystem:
+    """Implements ``runtime.System``; made by ``SnakeSystemSpec.build``.
+
+    Args:
+        first: the robot at its start; planner: computes here, when ``prepare`` warms up, what the worker will.
+    """
+
+    def __init__(self, first: PlannedDrive, settings: SnakeSettings, planner: Planner) -> None:
+        self._first, self._settings, self.planner = first, settings, planner
+        self._rows = np.empty((first.snake.links, 3, 4))
+        self._layout = _layout(first.snake.dof)
+
+    @property
+    def row_layout(self) -> tuple[Column, ...]:
+        """Names and units of the numbers that ``row`` writes."""
+        return self._layout
+
+    def prepare(self) -> None:
+        """Steps of every kind, which lead nowhere: their kernels are compiled and loaded, those of the plans too."""
+        state = self.start()
+        for axes in ((0.0, 0.0, 1.0), (1.0, 0.5, 0.0), (0.0, 0.0, -1.0)):
+            for _ in range(_WARM_STEPS):
+                state = self._planned(self.step(state, replace(no_command(), axes=axes)))
+            state = self._planned(self.step(state, replace(no_command(), buttons=BUTTON_STRAIGHTEN)))
+        self.row(state, np.empty(len(self._layout)))
+        self.snapshot(state)
+
+    def _planned(self, state: SnakeState) -> SnakeState:
+        wanted = self.background(state)
+        return state if wanted is None else self.adopt(state, self.planner(wanted.inputs), 0.0)
+
+    def start(self) -> SnakeState:
+        """The state at the start, at rest; that it keeps its bounds was seen when it was built."""
+        return SnakeState(0, self._settings, self._first.copy())
+
+    def step(self, state: SnakeState, command: Command) -> SnakeState:
+        """One control period; every motion is certified, whoever wants it."""
+        drive, settings = state.drive.copy(), state.settings
+        x, y, insert = (_share(axis) for axis in command.axes)
+        straighten = bool(command.buttons & BUTTON_STRAIGHTEN)
+        doing, goal = state.doing, state.goal
+        if x or y or insert or straighten:
+            doing, goal = "", ()
+        speed = settings.camera_mm_per_s
+        drive.step(
+            DriveCommand(
+                insert * settings.insertion_mm_per_s,
+                (x * speed, y * speed),
+                straighten or doing == "straighten",
+                goal if doing == "bend" else None,
+            )
+        )
+        if (doing == "straighten" and drive.straight) or (doing == "bend" and _reached(drive, goal)):
+            doing, goal = "", ()
+        return SnakeState(state.steps + 1, settings, drive, doing, goal)
+
+    def apply(self, state: SnakeState, request: Request) -> SnakeState:
+        """The state after a request: ``SetSettings``, ``Straighten``, ``Bend`` or ``FollowTissue``.
+
+        Raises:
+            ControlError: settings that the pose does not keep; a request of another world.
+            InputError: a bend of another number of joints, or settings of another world.
+        """
+        if isinstance(request, SetSettings):
+            return self._with_settings(state, request.settings)
+        if isinstance(request, Straighten):
+            return replace(state, doing="straighten", goal=())
+        if isinstance(request, Bend):
+            wanted, joints = request.goal, state.drive.distal.dof
+            if len(wanted) != joints or not all(map(math.isfinite, wanted)):
+                raise InputError(f"a bend is {joints} finite angles in rad, not {wanted!r:.80}")
+            return replace(state, doing="bend", goal=tuple(float(value) for value in wanted))
+        if isinstance(request, FollowTissue):
+            drive = state.drive.copy()
+            drive.following = bool(request.on)
+            return replace(state, drive=drive)
+        raise ControlError(f"a snake does not know the request {type(request).__name__}")
+
+    def _with_settings(self, state: SnakeState, settings: Any) -> SnakeState:
+        if not isinstance(settings, SnakeSettings):
+            raise InputError(f"settings of a snake are SnakeSettings, not {type(settings).__name__}")
+        drive = state.drive.copy()
+        drive.set_settings(settings.of_drive(drive.settings))
+        return replace(state, settings=settings, drive=drive)
+
+    def settings(self, state: SnakeState) -> SnakeSettings:
+        """The settings in force."""
+        return state.settings
+
+    def period_s(self, state: SnakeState) -> float:
+        """The control period in s."""
+        return state.settings.step_s
+
+    def steps(self, state: SnakeState) -> int:
+        """Control periods since the start."""
+        return state.steps
+
+    def at_rest(self, state: SnakeState, running: bool) -> bool:
+        """Whether steps without a command would change nothing: no request under way, no force left, no tissue."""
+        drive = state.drive
+        still = not state.doing and drive.state.outcome == "rest" and not drive.wants_plan
+        return still and not (running and drive.moves) and float(np.abs(drive.state.forces.total).max()) < STILL_N
+
+    def grip(self, state: SnakeState) -> Grip | None:
+        """None: a snake is steered by axes."""
+        return None
+
+    def row(self, state: SnakeState, out: Array) -> None:
+        """Write the numbers of ``row_layout`` into ``out``."""
+        drive = state.drive
+        now = drive.state
+        snake_frames(now.q, now.base, drive.snake.length_mm, self._rows)
+        over = now.deviation.depth - drive.bound
+        out[0], out[1], out[2], out[3] = now.t, now.tip_s, *now.steering
+        out[4], out[5] = over[now.measured].max(initial=-np.inf), drive.tissue_age_s
+        out[6:8] = now.forces.total
+        out[8] = _CODES[now.outcome]
+        out[9:12], out[12:24] = self._rows[-1, :, 3], now.base[:3].ravel()
+        out[24:] = now.q
+
+    def snapshot(self, state: SnakeState) -> SnakeSnapshot:
+        """The picture of a state."""
+        drive = state.drive
+        now, snake = drive.state, drive.snake
+        frames = snake.frames(now.q, now.base)
+        camera = frames[-1].copy()
+        camera[:3, 3] += snake.camera_offset_mm * camera[:3, 2]
+        radius = np.full((snake.links, 1), snake.radius_mm)
+        rest = drive.distal_context().rest
+        return SnakeSnapshot(
+            t=now.t,
+            q=now.q,
+            capsules=np.hstack([frames[:-1, :3, 3], frames[1:, :3, 3], radius]),
+            tip=frames[-1, :3, 3],
+            camera=camera,
+            outcome=OUTCOMES[now.outcome],
+            progress_mm=now.tip_s,
+            length_mm=drive.length_mm,
+            steps=state.steps,
+            blockers=_blockers(drive),
+            forces=np.append(now.forces.total, 0.0),
+            mode=now.mode,
+            doing=state.doing,
+            bend=drive.control.bent(now.q[-len(rest) :], rest),
+            straight=drive.straight,
+            can_look=drive.can_look,
+            links_inside=int(now.measured.sum()),
+            deviations=np.where(now.measured, now.deviation.depth, 0.0),
+            bounds=np.where(now.measured, drive.bound, np.inf),
+            resistance=now.forces.resistance,
+            guidance=now.forces.guidance,
+            tissue_age_s=drive.tissue_age_s,
+            following=drive.following,
+        )
+
+    def background(self, state: SnakeState) -> Background | None:
+        """What the worker is to plan next, or None."""
+        wanted = state.drive.wanted()
+        return None if wanted is None else Background(wanted, state.steps)
+
+    def adopt(self, state: SnakeState, result: Any, age_s: float) -> SnakeState:
+        """The state with a plan; what of it no longer fits is left out."""
+        if not isinstance(result, Plan):
+            raise InputError(f"{type(result).__name__} is no plan for a snake")
+        drive = state.drive.copy()
+        drive.adopt(result, age_s)
+        return replace(state, drive=drive)
+
+
+_CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
+
+
+def _layout(dof: int) -> tuple[Column, ...]:
+    """Columns of a row; outcome: 0 idle, 1 moved, 2 shrunk, 3 held."""
+    first = [("t", "s"), ("tip_s", "mm"), ("u", ""), ("v", ""), ("beyond_bound", "mm"), ("tissue_age", "s")]
+    first += [("force_x", "N"), ("force_y", "N"), ("outcome", "")]
+    first += [(f"tip_{axis}", "mm") for axis in "xyz"]
+    first += [(f"base_{row}{column}", "mm" if column == 3 else "") for row in range(3) for column in range(4)]
+    return tuple(Column(*one) for one in [*first, *((f"q{joint}", "rad") for joint in range(dof))])
+
+
+def _share(axis: float) -> float:
+    """An axis from −1 to 1; what is no number is 0."""
+    return min(max(float(axis), -1.0), 1.0) if math.isfinite(axis) else 0.0
+
+
+def _reached(drive: PlannedDrive, goal: tuple[float, ...]) -> bool:
+    return bool(np.abs(drive.bend - goal).max() < REACHED)
+
+
+def _blockers(drive: PlannedDrive) -> tuple[Blocker, ...]:
+    """What shrank or held the last step."""
+    now = drive.state
+    if now.limit is None:
+        return ()
+    words = now.held_by or ""
+    refused = drive.refused
+    if now.limit == "bound" and refused is not None:
+        link, name = refused
+        distance = float(drive.bound[link] - now.deviation.depth[link])
+        return (Blocker("bound", STRUCTURE, name, distance, now.held_at, words),)
+    return (Blocker(now.limit, STRUCTURE if now.limit in ("tissue", "end") else "", words=words),)
