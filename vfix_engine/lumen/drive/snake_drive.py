@@ -67,7 +67,7 @@ class SnakeDrive(DistalSteps):
             another shape; a pathway with closed ends, which has no entrance.
     """
 
-    eases = True  # within a step, where the certificate refuses it
+    projects_within_step = True  # a shape that the certificate refuses, to its limits
     times_queries = True
 
     def __init__(
@@ -379,7 +379,7 @@ class SnakeDrive(DistalSteps):
         start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
         known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
-        if self.eases and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
+        if self.projects_within_step and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
             wanted, end = self._projected(wanted, end, dt)
             verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if verdict.taken:
