@@ -1,4 +1,4 @@
-"""Who holds the handle: one tab at a time, the others watch (HAZ-12)."""
+"""Who holds the handle: one client at a time, the others watch (HAZ-12)."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ class Lease:
         with self._lock:
             return self._holder
 
-    def take(self, tab: str) -> bool:
+    def take(self, client: str) -> bool:
         """Become the holder; False while somebody else is."""
         with self._lock:
-            if self._holder not in (None, tab):
+            if self._holder not in (None, client):
                 return False
-            self._holder = tab
+            self._holder = client
             return True
 
-    def let_go(self, tab: str) -> bool:
-        """Stop being the holder; False when this tab was not."""
+    def let_go(self, client: str) -> bool:
+        """Stop being the holder; False when this client was not."""
         with self._lock:
-            if self._holder != tab:
+            if self._holder != client:
                 return False
             self._holder = None
             return True
 
-    def held_by(self, tab: str) -> bool:
+    def held_by(self, client: str) -> bool:
         with self._lock:
-            return self._holder == tab
+            return self._holder == client

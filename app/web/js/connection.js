@@ -1,11 +1,11 @@
 // The websocket to the planner: state comes in by sections, commands go out, and a lost line is said and mended.
 
-/** @import { Answer, CommandType, Fields, Message, NoteMessage, ViewModel } from "./types.js" */
+/** @import { Answer, CommandType, Fields, HelloMessage, Message, NoteMessage, ViewModel } from "./types.js" */
 import { Backoff } from "./backoff.js";
 
 /** @typedef {{ connected: boolean, again?: boolean, words?: string, refused?: boolean }} Link what a `link` event tells */
 /** @typedef {{ waitMs: number, words: string }} Refusal */
-/** @typedef {{ link: Link, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error"> }} Events */
+/** @typedef {{ link: Link, hello: HelloMessage, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error"> }} Events */
 
 const AWAKE_MS = 50;
 const TAKEN = 4409; // app/session/router.py names the codes
@@ -61,7 +61,7 @@ async function lockedOut() {
   }
 }
 
-/** Says `state`, `link` and `note`; see {@link Events}. */
+/** Says `hello`, `state`, `link` and `note`; see {@link Events}. */
 export class Connection extends EventTarget {
   constructor() {
     super();
@@ -166,6 +166,10 @@ export class Connection extends EventTarget {
   /** @param {Message} message */
   received(message) {
     if (!this.connected) this.opened();
+    if (message.type === "hello") {
+      this.say("hello", message);
+      return;
+    }
     if (message.type === "state") {
       Object.assign(this.state, message.sections);
       remember(this.state);

@@ -23,7 +23,7 @@ HEARTBEAT = '{"type":"heartbeat"}'
 @pytest.fixture
 def pages(whole_planner: Planner, monkeypatch: pytest.MonkeyPatch) -> Iterator[Planner]:
     """Workspaces that draw nothing and take every command."""
-    monkeypatch.setattr(client_session, "ClientSession", lambda *_: MagicMock(board=ViewModel()))
+    monkeypatch.setattr(client_session, "ClientSession", lambda *_: MagicMock(view_model=ViewModel()))
     yield whole_planner
     hub = whole_planner.app.state.sessions
     eventually(lambda: not any(entry.connected for entry in hub._entries.values()))
@@ -48,7 +48,9 @@ def closing(connection: ClientConnection) -> Close:
 
 def answers(connection: ClientConnection) -> bool:
     connection.send('{"type":"no such command"}')
-    return bool(json.loads(connection.recv(timeout=10))["type"] == "note")
+    while (message := json.loads(connection.recv(timeout=10)))["type"] == "hello":
+        pass
+    return bool(message["type"] == "note")
 
 
 @pytest.mark.parametrize(

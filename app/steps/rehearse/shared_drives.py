@@ -1,0 +1,41 @@
+"""The shared drives of the planner, by plan."""
+
+from __future__ import annotations
+
+import threading
+
+from app.steps.rehearse.shared_drive import SharedDrive
+
+
+class SharedDrives:
+    """Drives by plan; a drive that nobody watches any more is closed and forgotten."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._drives: dict[str, SharedDrive] = {}
+
+    def enter(self, plan_id: str, client: str) -> SharedDrive:
+        """The drive of a plan, with this client as one of its watchers."""
+        with self._lock:
+            drive = self._drives.get(plan_id)
+            if drive is None:
+                drive = self._drives[plan_id] = SharedDrive()
+            drive.watchers.add(client)
+            return drive
+
+    def leave(self, drive: SharedDrive, client: str) -> None:
+        """A client goes; the robot that nobody watches any more is sent home."""
+        with self._lock:
+            drive.watchers.discard(client)
+            if drive.watchers:
+                return
+            # Whoever enters from here on gets another one: this one closes after the lock is free.
+            self._drives = {plan_id: other for plan_id, other in self._drives.items() if other is not drive}
+        drive.close()
+
+    def close(self) -> None:
+        with self._lock:
+            drives = list(self._drives.values())
+            self._drives.clear()
+        for drive in drives:
+            drive.close()
