@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import viser
 
+from app.messages.client import Client, Role
 from app.messages.fields import Command
 from app.scene.camera import Lens
 from app.scene.hand import GripDrag
@@ -57,7 +58,7 @@ class ClientSession:
         self._inbox = Inbox()
         self._layers: LayerStack | None = None
         self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
-        self.views = Views(client, services, executor, self.post, lambda words, error: self.note(words, error))
+        self.views = Views(Client(client), services, executor, self.post, lambda words, error: self.note(words, error))
         self.steps: dict[str, Step] = {}
         self._step_of: dict[type[Command], Step] = {}
         for spec in specs():
@@ -107,6 +108,12 @@ class ClientSession:
     def come_back(self) -> None:
         self.post(lambda: self._each("come_back"))
         self.post(self._look_again, "look again")
+
+    def greet(self, role: Role) -> None:
+        """The client has said what it is; one that was more before gives up what it held."""
+        before, self.views.client = self.views.client, Client(self.client, role)
+        if before.may_hold and not self.views.client.may_hold:
+            self.post(lambda: self._each("give_up"))
 
     def post(self, request: Request, slot: str | None = None) -> bool:
         """Queue a request; False when too many wait already."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 
+from app.messages.client import Client
 from app.steps.rehearse.shared_drive import SharedDrive
 
 
@@ -14,19 +15,19 @@ class SharedDrives:
         self._lock = threading.Lock()
         self._drives: dict[str, SharedDrive] = {}
 
-    def enter(self, plan_id: str, client: str) -> SharedDrive:
+    def enter(self, plan_id: str, client: Client) -> SharedDrive:
         """The drive of a plan, with this client as one of its watchers."""
         with self._lock:
             drive = self._drives.get(plan_id)
             if drive is None:
                 drive = self._drives[plan_id] = SharedDrive()
-            drive.watchers.add(client)
+            drive.watchers.add(client.id)
             return drive
 
-    def leave(self, drive: SharedDrive, client: str) -> None:
+    def leave(self, drive: SharedDrive, client: Client) -> None:
         """A client goes; the robot that nobody watches any more is sent home."""
         with self._lock:
-            drive.watchers.discard(client)
+            drive.watchers.discard(client.id)
             if drive.watchers:
                 return
             # Whoever enters from here on gets another one: this one closes after the lock is free.

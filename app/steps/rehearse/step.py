@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from typing import Any
 
+from app.messages.client import Client
 from app.messages.fields import Command
 from app.scene.drive import DriveNodes
 from app.scene.hand import GripDrag
@@ -47,7 +48,7 @@ class RehearseStep(Step):
 
     def __init__(self, views: Views, shared: SharedDrives) -> None:
         super().__init__(views)
-        self._services, self._drives, self._client = views.services, shared, views.client
+        self._services, self._drives = views.services, shared
         self._plan_id: str | None = None
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self.drive: SharedDrive | None = None
@@ -59,6 +60,10 @@ class RehearseStep(Step):
         self._unkept: dict[str, float] = {}  # settings that the plan could not keep when it was tried last
         self._plan_edited = False  # the plan in the store has changed by what was done here
         views.plan.on_opened(self._plan_opened)
+
+    @property
+    def _client(self) -> Client:
+        return self.views.client
 
     def available(self) -> bool:
         return self.views.plan.id is not None
@@ -171,7 +176,7 @@ class RehearseStep(Step):
         if isinstance(command, c.DriveCommand):
             self._drive(command.type)
         elif self.drive is not None:
-            if not self.drive.lease.held_by(self._client):
+            if not self.drive.may_instruct(self._client):
                 raise PlanError(_NOT_HELD)
             if isinstance(command, c.SetMode):
                 self.drive.set_mode(self._client, command.mode, command.target_id)
@@ -329,6 +334,7 @@ class RehearseStep(Step):
         holder = drive is not None and drive.lease.holder is not None
         words = "" if drive is None else drive.words
         section = rehearsal_section(self.snapshot, self.state, words, self.mine, holder, self._before)
+        section["can_take"] = not holder and self._client.may_hold
         section["plan_changed"] = self._changed
         if drive is not None and drive.hand_lost(self._client) and "holding" in section:
             section["holding"] = _HAND_LOST

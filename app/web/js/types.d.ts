@@ -247,6 +247,13 @@ export interface ToolSection {
   segments: [number, number, number][][];
 }
 
+export interface Hello {
+  id?: number | null;
+  type: "hello";
+  version: number;
+  role?: "holds" | "instructs" | "watches";
+}
+
 /** The first message to a client: the version of all that follow, and the steps in the order of their tabs. */
 export interface HelloMessage {
   type: "hello";
