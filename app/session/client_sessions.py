@@ -25,7 +25,7 @@ MAX_SESSIONS = 24  # with those whose page is away
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
 ABANDONED_S = 600.0  # its rehearsal for so long
 ENDED_S = 900.0  # and what it had selected and looked at for so long
-TICK_S = 0.05  # a robot is shown at 20 Hz
+TICK_S = 0.02  # what changes by itself is looked at; its figures are shown at 50 Hz
 LOOK_S = 1.0  # between looks whether the store has changed, and at what changes seldom
 
 

@@ -30,15 +30,13 @@ class SharedDrive(DriveProcess):
 
     # -- the hand; quick and from any thread
 
-    def set_grip(self, client: Client, position: Position) -> None:
-        if (process := self._held(client)) is not None:
-            self._hand = client.id
-            process.set_grip(position)
-
-    def move_grip(self, client: Client, position: Position) -> None:
-        """The hand moves on; a hand that was let go of has to take hold again first."""
-        if self._hand == client.id:
-            self.set_grip(client, position)
+    def set_grip(self, client: Client, position: Position, takes_hold: bool = True) -> None:
+        """The hand is at (3,) [mm]; a hand that only moves on and was let go of has to take hold again first."""
+        process = self._process  # one read, of which no lock makes more
+        if process is None or not (takes_hold or self._hand == client.id) or not self.lease.held_by(client):
+            return
+        self._hand = client.id
+        process.set_grip(position)
 
     def heartbeat(self, client: Client) -> None:
         """The button or key is still down. It never takes hold: a hand that was lost has to press or to move."""

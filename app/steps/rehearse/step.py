@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from typing import Any
 
 from app.messages.client import Client
@@ -54,6 +55,7 @@ class RehearseStep(Step):
         self.drive: SharedDrive | None = None
         self.snapshot: Snapshot | None = None
         self._before: Snapshot | None = None  # the one that was read before it
+        self._taken_ms = 0  # when the snapshot was taken over
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
         self._changed = False  # the plan is another one than what is driven
         self._run_when_ready = False
@@ -252,10 +254,8 @@ class RehearseStep(Step):
             return
         if drag.phase == "end":
             drive.release_grip(self._client)
-        elif drag.phase == "start":
-            drive.set_grip(self._client, drag.position)
         else:
-            drive.move_grip(self._client, drag.position)
+            drive.set_grip(self.views.client, drag.position, takes_hold=drag.phase == "start")
 
     def release_now(self) -> None:
         if self.drive is not None:
@@ -287,6 +287,8 @@ class RehearseStep(Step):
         if accepted != self._unkept:
             words += self._keep_settings(drive, accepted)
         before, self.snapshot = self.snapshot, drive.snapshot()
+        if self.snapshot is not before:
+            self._taken_ms = int(1000 * time.time())
         self._before = before if before is not self.snapshot else self._before
         if before is None and self.snapshot is not None and self.active:
             self.views.camera.look_from("nose")  # the robot has come
@@ -334,6 +336,8 @@ class RehearseStep(Step):
         holder = drive is not None and drive.lease.holder is not None
         words = "" if drive is None else drive.words
         section = rehearsal_section(self.snapshot, self.state, words, self.mine, holder, self._before)
+        if "tip" in section:
+            section["taken_ms"] = self._taken_ms if self.state == "running" else None
         section["can_take"] = not holder and self._client.may_hold
         section["plan_changed"] = self._changed
         if drive is not None and drive.hand_lost(self._client) and "holding" in section:

@@ -191,6 +191,7 @@ export interface RehearsalSection {
   length_mm?: number | null;
   target_error_mm?: number | null;
   path_done?: boolean;
+  taken_ms?: number | null;
   tip?: [number, number, number];
   grip?: [number, number, number];
   virtual_point?: [number, number, number];

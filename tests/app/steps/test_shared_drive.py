@@ -240,9 +240,9 @@ def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: SharedDrive) ->
     """HAZ-11: a drag goes on in a scene that missed the release; its moves are no hand."""
     drive.lease.take(ONE)
     drive.set_grip(ONE, (1.0, 2.0, 3.0))
-    drive.move_grip(ONE, (2.0, 2.0, 3.0))
+    drive.set_grip(ONE, (2.0, 2.0, 3.0), takes_hold=False)
     drive.release_grip(ONE)
-    drive.move_grip(ONE, (9.0, 9.0, 9.0))
+    drive.set_grip(ONE, (9.0, 9.0, 9.0), takes_hold=False)
     drive.heartbeat(ONE)
     assert _Process.last.told == [
         ("set_grip", (1.0, 2.0, 3.0)),
