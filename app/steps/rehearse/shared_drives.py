@@ -7,12 +7,15 @@ import threading
 from app.messages.client import Client
 from app.steps.rehearse.shared_drive import SharedDrive
 
+MAX_READERS = 16
+
 
 class SharedDrives:
     """Drives by plan; a drive that nobody watches any more is closed and forgotten."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
+        self.readers = threading.BoundedSemaphore(MAX_READERS)  # of poses, at a time
         self._drives: dict[str, SharedDrive] = {}
 
     def enter(self, plan_id: str, client: Client) -> SharedDrive:
@@ -23,6 +26,11 @@ class SharedDrives:
                 drive = self._drives[plan_id] = SharedDrive()
             drive.watchers.add(client.id)
             return drive
+
+    def find(self, plan_id: str) -> SharedDrive | None:
+        """The drive of a plan, for somebody who only reads; None where nobody is in it."""
+        with self._lock:
+            return self._drives.get(plan_id)
 
     def leave(self, drive: SharedDrive, client: Client) -> None:
         """A client goes; the robot that nobody watches any more is sent home."""
