@@ -22,7 +22,7 @@ def build(settings: Settings) -> FastAPI:
 
 def create_app(settings: Settings, services: Services, scene_server: SceneServer) -> FastAPI:
     """The planner over services and a scene server that exist already; the application closes both at its end."""
-    services.store.sweep()
+    services.sweep()
     warm_up = WarmUp(
         (
             WarmUpStep("Loading the scene", _load_scene),

@@ -70,6 +70,11 @@ class Settings:
         return self.home / "files"
 
     @property
+    def runs_dir(self) -> Path:
+        """Folder of the content-addressed files of recorded runs."""
+        return self.home / "runs"
+
+    @property
     def temporary_dir(self) -> Path:
         """Folder of all that does not outlive the planner: uploads, and what the workers decode."""
         return self.home / "tmp"

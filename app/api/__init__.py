@@ -1,11 +1,11 @@
-"""REST over the services: cases, plans, jobs, pictures and exports. Not for clinical use."""
+"""REST over the services: cases, plans, jobs, runs, pictures and exports. Not for clinical use."""
 
 from fastapi import APIRouter
 
-from app.api import cases, jobs, pictures, plan_files, plans
+from app.api import cases, jobs, pictures, plan_files, plans, runs
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/api")
-for part in (cases, pictures, plans, plan_files, jobs):
+for part in (cases, pictures, plans, plan_files, jobs, runs):
     router.include_router(part.router)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from app.services.errors import DocumentConflict, DocumentLocked, NotFound, PlannerEnds, TooLarge
+from app.services.errors import DocumentConflict, DocumentLocked, JobCancelled, NotFound, PlannerEnds, TooLarge
 from app.store.errors import StorageError, StoreBusy, StoreUnusable
 from vfix_engine.errors import ControlError, InputError, VfixError
 
@@ -22,7 +22,7 @@ ERROR_STATUSES = (
     ErrorStatus(401, "No token"),
     ErrorStatus(403, "A foreign Host or Origin, or another site or port"),
     ErrorStatus(404, "Not there", (NotFound,)),
-    ErrorStatus(409, "Changed meanwhile", (DocumentConflict, ControlError)),
+    ErrorStatus(409, "Changed or cancelled meanwhile", (DocumentConflict, ControlError, JobCancelled)),
     ErrorStatus(412, "Not the revision of If-Match"),
     ErrorStatus(413, "Too large", (TooLarge,)),
     ErrorStatus(423, "Locked", (DocumentLocked,)),

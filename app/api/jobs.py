@@ -1,21 +1,28 @@
-"""Jobs: how far an import is, and the answer to what its file does not say."""
+"""Jobs: how far an import or a dry run is, cancelling it, and the answer to what an import's file does not say."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, ErrorWords, Identifier, ServicesDep, Wish
 from app.error_shape import error_code, error_details
-from app.services.jobs import Job, JobState
+from app.services.jobs import ENDED, Job, JobKind, JobState
 
 router = APIRouter(prefix="/jobs", tags=["jobs"], responses=ERRORS)
 
 
 class JobPublic(BaseModel):
-    """A job; `result` is the id of what it made, `error` is why it failed."""
+    """A job; `result` is the id of what it made, `error` is why it failed or was cancelled.
+
+    case_id: of the case that it works on, null for an import. subject: what it works on, for people.
+    """
 
     id: str
+    kind: JobKind
+    case_id: str | None
+    subject: str
+    created: str
     state: JobState
     stage: str
     fraction: float
@@ -28,13 +35,29 @@ class JobPublic(BaseModel):
         if job.error is not None:
             words, details = str(job.error), error_details(job.error)
             error = ErrorWords(code=error_code(job.error), message=words, details=details)
-        return cls(id=job.id, state=job.state, stage=job.stage, fraction=job.fraction, result=job.result, error=error)
+        return cls.model_validate({**vars(job), "error": error})
+
+
+@router.get("")
+def list_jobs(services: ServicesDep, case_id: Annotated[str | None, Query(max_length=64)] = None) -> list[JobPublic]:
+    """What runs and waits, and what ended lately, oldest first; of a case, or all."""
+    return [JobPublic.of(job) for job in services.jobs.list(case_id)]
 
 
 @router.get("/{job_id}")
 def show_job(job_id: Identifier, services: ServicesDep) -> JobPublic:
     """How far a job is."""
     return JobPublic.of(services.jobs.get(job_id))
+
+
+@router.delete("/{job_id}")
+def cancel_job(job_id: Identifier, services: ServicesDep) -> JobPublic:
+    """Cancel a job that waits or runs; take one that has ended off the list, with what is kept for it."""
+    job = services.jobs.get(job_id)
+    if job.state not in ENDED:
+        return JobPublic.of(services.jobs.cancel(job_id))
+    services.import_jobs.forget(job_id)
+    return JobPublic.of(job)
 
 
 class ImportAnswer(Wish):

@@ -6,6 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
+from app.api.jobs import JobPublic
 from app.api.plan_models import (
     EditedPoint,
     EvaluationPublic,
@@ -169,11 +170,17 @@ def snap(case_id: Identifier, wish: SnapWish, services: ServicesDep) -> SnapPubl
     return SnapPublic.model_validate(services.planning.snap(case_id, wish.position), from_attributes=True)
 
 
+@router.post("/plans/{plan_id}/evaluation", status_code=202)
+def start_evaluation(plan_id: Identifier, services: ServicesDep) -> JobPublic:
+    """Drive the plan dry as a job; when it is done, the evaluation is there at once."""
+    return JobPublic.of(services.dry_runs.start(services.plans.get(plan_id)))
+
+
 @router.get("/plans/{plan_id}/evaluation")
 def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
     """Drive the plan dry with the controller; takes seconds the first time."""
     plan = services.plans.get(plan_id)
-    result = services.planning.evaluate(plan)
+    result = services.dry_runs.evaluate(plan)
     clearance = [None if math.isnan(value) else value for value in result.clearance.tolist()]
     return EvaluationPublic(
         revision=plan.revision,

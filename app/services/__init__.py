@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from app.services.cases import CaseService
     from app.services.documents import Documents
+    from app.services.dry_runs import DryRuns
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
     from app.services.jobs import Jobs
     from app.services.planning import Planning
     from app.services.plans import PlanService
     from app.services.registration import RegistrationContent
+    from app.services.runs import RunService
     from app.settings import Settings
     from app.store import Store
 
@@ -36,6 +38,13 @@ class Services:
     importing: ImportService
     jobs: Jobs
     import_jobs: ImportJobs
+    dry_runs: DryRuns
+    runs: RunService
+
+    def sweep(self) -> None:
+        """Remove what planners that ended without doing so have left."""
+        self.store.sweep()
+        self.runs.sweep()
 
     def end(self) -> None:
         """End what takes long, before anybody waits for it: the running import, and dry runs."""
@@ -53,6 +62,7 @@ def build_services(settings: Settings) -> Services:
     """Open the store of a home folder, migrated, with the embedded case in it."""
     from app.services.cases import CaseService
     from app.services.documents import Documents
+    from app.services.dry_runs import DryRuns
     from app.services.embedded import ensure_head_phantom
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
@@ -60,6 +70,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.planning import Planning
     from app.services.plans import PlanService
     from app.services.registration import REGISTRATION
+    from app.services.runs import RunService
     from app.store import Store
 
     store = Store(settings)
@@ -67,4 +78,16 @@ def build_services(settings: Settings) -> Services:
     ensure_head_phantom(store, cases, plans)
     planning, importing, jobs = Planning(cases, plans), ImportService(cases), Jobs()
     registrations, import_jobs = Documents(store, REGISTRATION), ImportJobs(jobs, importing)
-    return Services(settings, store, cases, plans, registrations, planning, importing, jobs, import_jobs)
+    return Services(
+        settings=settings,
+        store=store,
+        cases=cases,
+        plans=plans,
+        registrations=registrations,
+        planning=planning,
+        importing=importing,
+        jobs=jobs,
+        import_jobs=import_jobs,
+        dry_runs=DryRuns(jobs, planning),
+        runs=RunService(store),
+    )

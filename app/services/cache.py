@@ -18,6 +18,12 @@ class Cache(Generic[Key, Value]):
         self._lock = threading.Lock()
         self._entries: OrderedDict[Key, Future[Value]] = OrderedDict()
 
+    def has(self, key: Key) -> bool:
+        """Whether the value of `key` is there, so that `get` does not wait for it."""
+        with self._lock:
+            entry = self._entries.get(key)
+        return entry is not None and entry.done() and entry.exception() is None
+
     def get(self, key: Key, make: Callable[[], Value]) -> Value:
         """The value of `key`, made by this call if it is the first."""
         with self._lock:

@@ -37,6 +37,13 @@ class OtherCase(PlanError):
     """The plan was made for another head; whoever knows that says so."""
 
 
+class JobCancelled(VfixError):
+    """Somebody cancelled the job."""
+
+    def __init__(self) -> None:
+        super().__init__("The work was cancelled.")
+
+
 class PlannerEnds(VfixError):
     """The planner is being ended and finishes nothing that takes long."""
 

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from app.services.importing import ImportRequest, ImportService
+from app.services.importing import ImportRequest, ImportService, case_name
 from app.services.jobs import Job, Jobs, Progress
 from vfix_engine.errors import FrameError, InputError
 
@@ -36,10 +36,13 @@ class ImportJobs:
         started = _Started(request, remove)
 
         def work(progress: Progress) -> str:
+            cancellation = self._importing.cancellation()
+            progress.on_cancel(cancellation.cancel)
             try:
-                return self._importing.run(request, progress).id
-            except FrameError as error:
-                if error.missing:
+                return self._importing.run(request, progress, cancellation).id
+            except InputError as error:
+                progress.check()  # then the file is not what is wrong
+                if isinstance(error, FrameError) and error.missing:
                     started.asks.set()
                 raise
 
@@ -49,7 +52,7 @@ class ImportJobs:
             started.ended.set()
             self._forget_old()
 
-        job = self._jobs.submit(work, ended)
+        job = self._jobs.submit(work, ended, kind="import", lane="import", subject=_subject(request))
         with self._lock:
             self._started[job.id] = started
         self._forget_old()
@@ -64,6 +67,15 @@ class ImportJobs:
     def discard(self, job_id: str) -> None:
         """Delete the file of an import that waits for an answer. Raises NotFound or InputError."""
         self._take(job_id).remove()
+
+    def forget(self, job_id: str) -> None:
+        """Take a job that has ended off the list, with the file that may be kept for it. Raises NotFound."""
+        with self._lock:
+            started = self._started.get(job_id)
+            waits = started is not None and started.asks.is_set() and started.ended.is_set()
+        if waits:
+            self.discard(job_id)
+        self._jobs.forget(job_id)
 
     def _take(self, job_id: str) -> _Started:
         self._jobs.get(job_id)
@@ -82,3 +94,11 @@ class ImportJobs:
                 self._started.pop(job_id).remove()
             for job_id in set(done) - set(waiting):
                 del self._started[job_id]
+
+
+def _subject(request: ImportRequest) -> str:
+    """What the case will be called; '' for a name that cannot be used, which the import refuses."""
+    try:
+        return case_name(request)
+    except InputError:
+        return ""

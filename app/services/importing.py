@@ -44,30 +44,35 @@ class ImportService:
         self._cancellation = Cancellation()
 
     def cancel(self) -> None:
-        """End the import that runs, and take no other one; it fails unless it is being stored already."""
+        """End every import that runs, and take no other one; it fails unless it is being stored already."""
         self._cancellation.cancel()
 
-    def run(self, request: ImportRequest, progress: Progress = no_progress) -> Case:
+    def cancellation(self) -> Cancellation:
+        """What ends one import, for `run`."""
+        return Cancellation(within=self._cancellation)
+
+    def run(
+        self, request: ImportRequest, progress: Progress = no_progress, cancellation: Cancellation | None = None
+    ) -> Case:
         """Import and store.
 
+        cancellation: ends the worker of this import from another thread.
         Raises FrameError, naming what is missing, when the file does not say its frame or unit and neither does the
         request; another InputError when the file cannot be used.
         """
-        name = case_name(request)
+        name, ends = case_name(request), cancellation or self._cancellation
         with self._storage_errors():
             folder = self._cases.scratch.open()  # for what the worker decodes
-            head = read_head(request, progress, cancellation=self._cancellation, folder=folder)
+            head = read_head(request, progress, cancellation=ends, folder=folder)
             part = _part(progress, 0.3, 0.95)
-            bone = extract_bone(head, part, cancellation=self._cancellation, folder=folder)
+            bone = extract_bone(head, part, cancellation=ends, folder=folder)
         progress("Storing the case", 0.95)
         surfaces: dict[str, TriangleMesh] = {BONE: bone.control, DISPLAY: bone.display}
         reports = {BONE: bone.control_report, DISPLAY: bone.display_report}
         frame = CaseFrame(head.frame.name, head.frame.assumed)
-        case = self._cases.create(
+        return self._cases.create(
             name, frame=frame, surfaces=surfaces, volume=head.volume, notes=head.notes, reports=reports
         )
-        progress("Done", 1.0)
-        return case
 
     def control_head(self, request: HeadRequest) -> ControlHead:
         """The head that a case made of the file would be driven in; nothing is stored."""

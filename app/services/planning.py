@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,8 +33,14 @@ from vfix_engine.simulation.scene import Scene
 
 Array = NDArray[np.float64]
 
+Tell = Callable[[str, float], None]
+
 SPACING_MM = 0.5  # between samples of the spline
 _MOVED_MM = 0.01  # a shorter move is not worth a word
+
+
+def _tell_nobody(stage: str, fraction: float) -> None:
+    """Report nothing."""
 
 
 @dataclass(frozen=True)
@@ -131,15 +137,24 @@ class Planning:
         settings = ControlSettings.from_dict(dict(plan.settings))
         return self.snap(plan.case_id, position, tool=plan.tool, margin_mm=settings.margin_mm)
 
-    def evaluate(self, plan: Plan) -> PlanEvaluation:
+    def evaluate(self, plan: Plan, progress: Tell = _tell_nobody) -> PlanEvaluation:
         """Spline, bone clearance of the whole tool along it, the soft tissue that it passes, and the placing.
 
+        progress: gets the stage in words and the fraction of the whole before each step of the run; what it raises
+            ends the run.
         Raises PlanError for fewer than two points, and StartRefused when the tool does not fit at the entry.
         """
+        return self._evaluations.get(self.content_key(plan), lambda: self._evaluate(plan, progress))
+
+    def content_key(self, plan: Plan) -> str:
+        """Equal for plans that are driven alike."""
         case_hash = self._cases.get(plan.case_id).content_hash
         points = [point.position for point in plan.points]
-        content = json.dumps([plan.case_id, case_hash, plan.tool, dict(plan.robot), dict(plan.settings), points])
-        return self._evaluations.get(content, lambda: self._evaluate(plan))
+        return json.dumps([plan.case_id, case_hash, plan.tool, dict(plan.robot), dict(plan.settings), points])
+
+    def is_evaluated(self, plan: Plan) -> bool:
+        """Whether the answer for a plan is there already."""
+        return self._evaluations.has(self.content_key(plan))
 
     def curve(self, plan: Plan) -> tuple[tuple[CurveSample, ...], str]:
         """Samples of a plan's path for an export, and a remark where there are no clearances."""
@@ -164,19 +179,30 @@ class Planning:
         side = self._sides.get(tree.mesh.content_hash, lambda: SurfaceSide(tree))
         return lambda places: ~side.outside(places)
 
-    def _evaluate(self, plan: Plan) -> PlanEvaluation:
+    def _evaluate(self, plan: Plan, progress: Tell) -> PlanEvaluation:
+        def go_on(stage: str, fraction: float) -> Callable[[], None]:
+            def act() -> None:
+                self._go_on()
+                progress(stage, fraction)
+
+            return act
+
         path = _path(plan)
-        preparation.wait(self._go_on)
+        preparation.wait(go_on("Preparing the engine", 0.0))
         settings = ControlSettings.from_dict(dict(plan.settings))
         robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
+        go_on("Building the tree of the surface", 0.1)()
         tree = self._cases.tree(plan.case_id)
         stored = stored_placing(plan.robot)
         if stored is None:
-            placing = place_robot(tree, robot, tool, path, settings, go_on=self._go_on)
+            placing = place_robot(
+                tree, robot, tool, path, settings, go_on=go_on("Placing the robot and driving the path", 0.2)
+            )
             base, q_start, run = placing.base, placing.q_start, placing.run
         else:
             base, q_start = stored
-            run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings, self._go_on)
+            run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings, go_on("Driving the path", 0.2))
+        go_on("Measuring the soft tissue", 0.95)()
         s = _stations(path)
         return PlanEvaluation(
             s=s,

@@ -39,6 +39,7 @@ class Store:
         """
         self._home = settings.home
         self.files, self.scratch = FileStore(settings.files_dir), Scratch(settings.temporary_dir)
+        self.run_files = FileStore(settings.runs_dir)  # apart: they are deleted, those of cases never
         self._one_writer = threading.Lock()
         self._snapshot: Snapshot | None = None
         self._refusal: StorageError | None = None
@@ -107,11 +108,17 @@ class Store:
         finally:
             self._one_writer.release()
 
+    @property
+    def writable(self) -> bool:
+        """Whether anything can be changed; a home that takes nothing is only read."""
+        return self._refusal is None
+
     def sweep(self) -> None:
         """Remove the temporary data of planners that ended without doing so, where anything can be changed."""
-        if self._refusal is None:
+        if self.writable:
             self.scratch.open()
             self.files.scratch.open()
+            self.run_files.scratch.open()
             for left in (self._home / "uploads", *(self._home / "files").glob(".vfix-*")):  # of earlier versions
                 shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
@@ -136,6 +143,7 @@ class Store:
             self._snapshot.close()
         self.scratch.close()
         self.files.scratch.close()
+        self.run_files.scratch.close()
 
 
 def _keep_private(database: Path) -> None:

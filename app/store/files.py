@@ -5,6 +5,7 @@ import hashlib
 import os
 import secrets
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
@@ -73,7 +74,7 @@ class FileStore:
             sync_folder(path.parent)
             sync_folder(self._folder)
         except OSError as error:
-            raise StorageError(f"a file of the case could not be stored: {error.strerror or error}.") from error
+            raise StorageError(f"a file could not be stored: {error.strerror or error}.") from error
         finally:
             temporary.unlink(missing_ok=True)
         return key
@@ -85,7 +86,31 @@ class FileStore:
             raise StorageError(f"the stored file {key[:12]} is missing; import the case again.")
         return path
 
+    def has(self, key: str) -> bool:
+        """Whether the file is there."""
+        return self._path(key).is_file()
+
+    def keys(self, older_than_s: float = 0.0) -> list[str]:
+        """Names of the files that were stored at least so long ago."""
+        before = time.time() - older_than_s
+        found = [path for path in self._folder.glob("??/*") if len(path.name) == 64]
+        return sorted(path.name for path in found if _changed_before(path, before))
+
+    def remove(self, key: str) -> None:
+        """Delete a file, where it is there. Raises StorageError."""
+        try:
+            self._path(key).unlink(missing_ok=True)
+        except OSError as error:
+            raise StorageError(f"a stored file could not be deleted: {error.strerror or error}.") from error
+
     def _path(self, key: str) -> Path:
         if len(key) != 64 or not set(key) <= set("0123456789abcdef"):
             raise StorageError("a stored file is named by 64 hexadecimal digits.")
         return self._folder / key[:2] / key
+
+
+def _changed_before(path: Path, when: float) -> bool:
+    try:
+        return path.stat().st_mtime <= when
+    except FileNotFoundError:  # another planner has just deleted it
+        return False

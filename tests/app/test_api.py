@@ -17,6 +17,7 @@ import httpx
 import numpy as np
 import pytest
 from fastapi import FastAPI
+from run_folder import write_run
 
 from app.api import cases as case_routes
 from app.api import router
@@ -314,7 +315,7 @@ def never_end(*_: object) -> None:
 def wait(client: Client, job: dict[str, str]) -> dict[str, object]:
     for _ in range(600):
         answer: dict[str, object] = client.get(f"/api/jobs/{job['id']}").json()
-        if answer["state"] in ("done", "failed"):
+        if answer["state"] in ("done", "failed", "cancelled"):
             return answer
         time.sleep(0.05)
     pytest.fail("the job did not end")
@@ -351,6 +352,37 @@ def test_the_planner_ends_at_once_and_keeps_no_upload(tmp_path: Path, monkeypatc
     client.close()
 
 
+def test_an_import_is_cancelled_with_its_worker_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The one that runs and the one that waits; a page that is loaded again finds both in the list."""
+    monkeypatch.setattr(head_import, "_read_surface", never_end)
+    services = build_services(Settings(home=tmp_path / "home", port=0))
+    client = opened_client(services)
+    form = {"name": "Head"}
+    jobs = [client.post("/api/cases", files={"file": ("x.obj", SURFACE)}, data=form).json()["id"] for _ in range(2)]
+    while services.jobs.get(jobs[0]).stage != "Reading the surface":
+        time.sleep(0.01)
+    listed = client.get("/api/jobs").json()
+    assert [(job["id"], job["kind"], job["case_id"], job["subject"]) for job in listed] == [
+        (job, "import", None, "Head") for job in jobs
+    ]
+    assert [job["state"] for job in listed] == ["running", "queued"]
+    for job in reversed(jobs):
+        assert client.delete(f"/api/jobs/{job}").status_code == 200
+        ended = services.jobs.wait(job, 5.0)
+        assert (ended.state, type(ended.error).__name__) == ("cancelled", "JobCancelled")
+    assert uploaded(services) == []
+    assert not list(services.settings.temporary_dir.rglob("vfix-worker-*"))
+    assert [case["id"] for case in client.get("/api/cases").json()] == [HEAD_PHANTOM]
+    assert not list(services.settings.files_dir.glob("??/*"))
+    assert client.get(f"/api/jobs/{jobs[0]}").json()["error"]["code"] == "job_cancelled"
+    assert client.delete(f"/api/jobs/{jobs[0]}").json()["state"] == "cancelled"  # it is taken off the list
+    assert [job["id"] for job in client.get("/api/jobs").json()] == jobs[1:]
+    services.close()
+    client.close()
+
+
 def test_an_upload_without_a_frame_is_asked_about(client: Client) -> None:
     job = wait(client, client.post("/api/cases", files={"file": ("x.obj", SURFACE)}).json())
     assert job["state"] == "failed"
@@ -378,6 +410,10 @@ def test_the_answer_repeats_an_import_without_another_upload(client: Client, pha
     assert client.post(f"/api/jobs/{half['id']}/answer", json={"units": "mm"}).status_code == 422
     assert client.delete(f"{asked[2]}/upload").status_code == 204
     assert client.delete("/api/jobs/nobody/upload").status_code == 404
+    waits = ask()
+    assert len(uploaded(phantom_services)) == 1
+    assert client.delete(waits).status_code == 200  # with the file that was kept for the answer
+    assert client.get(waits).status_code == 404
     assert uploaded(phantom_services) == []
     client.delete(f"/api/cases/{done['result']}")
 
@@ -530,3 +566,21 @@ def test_everything_is_described(client: Client) -> None:
     assert {"CasePublic", "CaseUpdate", "PlanCreate", "PlanPublic", "PlanUpdate"} <= set(schemas)
     for operation in (operation for path in paths.values() for operation in path.values()):
         assert re.search(r"\w", operation["description"])
+
+
+def test_runs_are_listed_read_and_deleted(client: Client, phantom_services: Services) -> None:
+    runs = phantom_services.runs
+    run = runs.keep(write_run(runs.new_folder()), origin="page", case_id=HEAD_PHANTOM, plan_id=SAMPLE_PLAN)
+    (listed,) = client.get(f"{CASE}/runs").json()
+    assert (listed["id"], listed["origin"], listed["world"], listed["whole"]) == (run.id, "page", "rigid", True)
+    assert (listed["ticks"], listed["lost"], "manifest" in listed) == (100, 2, False)
+    assert client.get("/api/runs?plan_id=nobody").json() == []
+    assert client.get(f"{CASE}/runs?plan_id={SAMPLE_PLAN}").json() == [listed]
+    shown = client.get(f"/api/runs/{run.id}").json()
+    assert shown["manifest"]["seed"] == 7
+    assert {key: value for key, value in shown.items() if key != "manifest"} == listed
+    assert client.get(f"/api/runs/{run.id}/files/ticks.f64").content == bytes(800)
+    for path in ("/api/runs/nobody", f"/api/runs/{run.id}/files/notes.txt", "/api/cases/nobody/runs"):
+        assert client.get(path).status_code == 404
+    assert client.delete(f"/api/runs/{run.id}").status_code == 204
+    assert client.get("/api/runs").json() == []

@@ -126,7 +126,7 @@ def test_page_is_asked_for_what_is_missing(tmp_path: Path, service: ImportServic
     assert (case.frame.name, case.frame.assumed, case.name) == ("RAS", False, "head")
     fractions = [fraction for _, fraction in stages]
     assert fractions == sorted(fractions)
-    assert stages[-1] == ("Done", 1.0)
+    assert stages[-1] == ("Storing the case", 0.95)
     assert len(stages) > 4
 
 

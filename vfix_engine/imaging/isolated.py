@@ -16,7 +16,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -33,9 +33,13 @@ _MAX_FAILURE_BYTES = 64 << 10
 
 
 class Cancellation:
-    """Ends the workers that run under it, from another thread, and lets no further one start."""
+    """Ends the workers that run under it, from another thread, and lets no further one start.
 
-    def __init__(self) -> None:
+    within: another one that ends them too; this one ends its own alone.
+    """
+
+    def __init__(self, within: Cancellation | None = None) -> None:
+        self._within = within
         self._lock = threading.Lock()
         self._running: set[subprocess.Popen[bytes]] = set()
         self._cancelled = False
@@ -49,12 +53,22 @@ class Cancellation:
 
     def check(self) -> None:
         """Raises InputError once it was cancelled."""
+        if self._within is not None:
+            self._within.check()
         if self._cancelled:
-            raise errors.InputError("reading the file was stopped, since the planner ends.")
+            raise errors.InputError("reading the file was stopped before its end.")
 
     @contextmanager
     def over(self, process: subprocess.Popen[bytes]) -> Iterator[None]:
         """While a worker runs; one that comes too late is ended at once."""
+        with ExitStack() as outer:
+            if self._within is not None:
+                outer.enter_context(self._within.over(process))
+            with self._over(process):
+                yield
+
+    @contextmanager
+    def _over(self, process: subprocess.Popen[bytes]) -> Iterator[None]:
         with self._lock:
             self._running.add(process)
             if self._cancelled:

@@ -53,3 +53,33 @@ class Command:
 def no_command() -> Command:
     """The command of a step in which nobody drives."""
     return Command(np.zeros(3))
+
+
+COMMAND_COLUMNS = (
+    ("force_x", "N"), ("force_y", "N"), ("force_z", "N"), ("drive", ""), ("twist", ""),
+    ("master", ""), ("master_x", "mm"), ("master_y", "mm"), ("master_z", "mm"), ("clutch", ""),
+    ("camera_x", ""), ("camera_y", ""), ("insert", ""), ("buttons", ""),
+)  # fmt: skip
+COMMAND_SIZE = len(COMMAND_COLUMNS)
+
+
+def command_to_row(command: Command, out: Array) -> None:
+    """Write a command into the first ``COMMAND_SIZE`` numbers of ``out``; ``command_from_row`` reads it, bit by bit."""
+    out[:3] = command.force
+    out[3], out[4] = command.drive, command.twist
+    if command.master is None:
+        out[5:10] = 0.0
+    else:
+        out[5], out[6:9], out[9] = 1.0, command.master.increment, command.master.clutch
+    if command.axes is NO_AXES:
+        out[10:13] = 0.0
+    else:
+        out[10:13] = command.axes
+    out[13] = command.buttons
+
+
+def command_from_row(row: Array) -> Command:
+    """The command that ``command_to_row`` wrote."""
+    master = Master(np.array(row[6:9]), bool(row[9])) if row[5] else None
+    x, y, insert = (float(value) for value in row[10:13])
+    return Command(np.array(row[:3]), float(row[3]), float(row[4]), master, (x, y, insert), int(row[13]))

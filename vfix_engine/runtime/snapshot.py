@@ -58,6 +58,8 @@ class Snapshot:
     forces: (3,) in N on the operator's hand.
     progress_mm, length_mm: arc length along the path or lumen, and the whole of it; 0 where there is none.
     running, timing: filled in by the loop.
+
+    No field has a default in the class itself, so that a subclass can make all of them when they are asked for.
     """
 
     t: float
@@ -69,7 +71,7 @@ class Snapshot:
     progress_mm: float
     length_mm: float
     steps: int
-    blockers: tuple[Blocker, ...] = ()
+    blockers: tuple[Blocker, ...] = field(default_factory=tuple)
     forces: Array = field(default_factory=lambda: np.zeros(3))
-    running: bool = False
+    running: bool = field(default_factory=bool)
     timing: Timing = field(default_factory=Timing)

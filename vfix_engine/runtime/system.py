@@ -187,8 +187,16 @@ class SystemSpec(Protocol):
         """
         ...
 
-    def worker(self) -> Worker | None:
-        """The function that computes ``Background.inputs``; called once, in the worker process. None: no worker."""
+    @property
+    def has_worker(self) -> bool:
+        """Whether the system asks for background work, so that a worker process is started."""
+        ...
+
+    def worker(self) -> Worker:
+        """The function from ``Background.inputs`` to a result; called once, in the worker process.
+
+        Inputs and results are plain values: numbers, text, lists, dictionaries and arrays.
+        """
         ...
 
     def to_parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

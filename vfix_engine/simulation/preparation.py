@@ -30,8 +30,9 @@ from ..geometry.proximity import ProximityTree
 from ..imaging.sampling import sample_plane, sample_points
 from ..robots import PlacedRobot, RobotModel, Tool
 from .dry_run import dry_run
-from .rehearsal import Command, Rehearsal
+from .rigid import RigidSystem
 from .scene import Scene
+from .warm_up import warm_up
 
 # Of two processes; the second parts put kernels of both first ones into theirs.
 HALVES = (("surface", "distances"), ("parts", "control"))
@@ -88,17 +89,6 @@ def wait(go_on: Callable[[], object] = bool) -> None:
     """
     while not _idle.wait(_LOOK_S):
         go_on()
-
-
-def warm_up(rehearsal: Rehearsal) -> None:
-    """A few steps in every mode, which lead nowhere: their kernels are loaded before the first tick needs them."""
-    scene = rehearsal.scene
-    modes = ["free"] + ["path"] * (scene.path is not None) + ["inspect"] * bool(len(scene.targets))
-    for mode in modes:
-        state = rehearsal.start(mode)
-        for force in (np.zeros(3), np.ones(3), -np.ones(3)):
-            state, _ = rehearsal.step(state, Command(force, drive=1))
-        rehearsal.controller.warm_up(state.tool)
 
 
 def _run_halves() -> bool:
@@ -235,10 +225,10 @@ def _control() -> None:
     robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
     scene = Scene(ProximityTree(_tube()), robot, tool, _base(tool), np.zeros(len(robot.joints)))
     settings = ControlSettings()
-    warm_up(Rehearsal(scene, settings))  # first what this half alone compiles, then what the other one has done
+    warm_up(RigidSystem(scene, settings))  # first what this half alone compiles, then what the other one has done
     path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0], [0, 20, 0]]))
     scene = replace(scene, path=path, targets=np.array([[0.0, 18.0, 1.0]]), target_names=("ahead",))
-    warm_up(Rehearsal(scene, settings))
+    warm_up(RigidSystem(scene, settings))
     dry_run(scene, settings)
 
 

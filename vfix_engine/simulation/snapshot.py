@@ -1,4 +1,4 @@
-"""The frozen picture of a rehearsal after a step: what the page draws and the recorder keeps."""
+"""The picture of a rigid tool after a step: what the page draws and the recorder keeps."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..runtime import snapshot as of_any_world
 from ..runtime.snapshot import Timing
 
 __all__ = ["Snapshot", "Timing"]
@@ -14,9 +15,9 @@ __all__ = ["Snapshot", "Timing"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Snapshot:
-    """Positions (3,) and segments (S, 3) in LPS mm, force in N, torque in N·mm, q in mm and rad.
+@dataclass(frozen=True, kw_only=True)
+class Snapshot(of_any_world.Snapshot):
+    """What every world tells, and of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
 
     phase: 'approach', 'follow', 'done', 'inspect_approach', 'inspect_hold' or 'free'.
     held: the hand pushes and the tool does not move; slowed: it moves less than wanted; reason says why, in words.
@@ -24,15 +25,9 @@ class Snapshot:
     clearance_mm: of the whole tool, told up to threshold_mm.
     target_error_mm: |P_v − P_t|, NaN outside inspection.
     emergencies: steps so far that had to exceed a joint's acceleration limit.
-    teleoperated: a master drives; reflection: force (3,) in N that it is to feel, no more than the force cap.
+    teleoperated: a master drives; ``reflection`` is what it is to feel then, no more than the force cap.
     """
 
-    t: float
-    q: Array
-    segments_start: Array
-    segments_end: Array
-    radius: Array
-    tip: Array
     grip: Array
     virtual_point: Array
     force: Array
@@ -48,13 +43,27 @@ class Snapshot:
     clearance_mm: float
     margin_mm: float
     threshold_mm: float
-    progress_mm: float
-    length_mm: float
     target_error_mm: float
     rows: int
-    steps: int
-    running: bool = False
-    timing: Timing = field(default_factory=Timing)
-    emergencies: int = 0
-    teleoperated: bool = False
-    reflection: Array = field(default_factory=lambda: np.zeros(3))
+    emergencies: int = field(default_factory=int)
+    teleoperated: bool = field(default_factory=bool)
+
+    @property
+    def segments_start(self) -> Array:
+        """(S, 3) where the tool's axis segments start, from the tip on."""
+        return self.capsules[:, :3]
+
+    @property
+    def segments_end(self) -> Array:
+        """(S, 3) where they end."""
+        return self.capsules[:, 3:6]
+
+    @property
+    def radius(self) -> Array:
+        """(S,) of the segments."""
+        return self.capsules[:, 6]
+
+    @property
+    def reflection(self) -> Array:
+        """(3,) in N, what a master is to feel; another name of ``forces``."""
+        return self.forces

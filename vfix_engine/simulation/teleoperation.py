@@ -14,30 +14,18 @@ With an open clutch there is no spring: the master can be put elsewhere while th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..control import ControlSettings
 from ..control.admittance import saturate
+from ..runtime.command import Master
+
+__all__ = ["Master", "followed", "led", "spring"]
 
 Array = NDArray[np.float64]
 
 MAX_INCREMENT_MM = 50.0  # more than this within one period is an error of the sender, not a motion
-
-
-@dataclass(frozen=True, eq=False)
-class Master:
-    """What the master did since the last step.
-
-    increment: its motion (3,) in mm, in the patient frame; a master aligned with the robot's base, as Li 2007's,
-    gives transform_base_to_patient[:3, :3] @ increment.
-    clutch: True while the master holds the tool.
-    """
-
-    increment: Array
-    clutch: bool = True
 
 
 def led(lag: Array, master: Master, settings: ControlSettings) -> Array:

@@ -118,7 +118,9 @@ class DriveProcess:
                 self._coming = process
             process.start()
             process.wait_ready()
-            robot = RobotModel.load(prepared.spec.robot).placed(np.asarray(prepared.spec.base))
+            named = prepared.spec.robot
+            model = named if isinstance(named, RobotModel) else RobotModel.load(named)
+            robot = model.placed(np.asarray(prepared.spec.base))
         except VfixError as error:
             self._not_started(generation, process, str(error))
             return

@@ -290,10 +290,18 @@ export interface ErrorMessage {
   message: string;
 }
 
-/** A job; `result` is the id of what it made, `error` is why it failed. */
+/**
+ * A job; `result` is the id of what it made, `error` is why it failed or was cancelled.
+ *
+ * case_id: of the case that it works on, null for an import. subject: what it works on, for people.
+ */
 export interface JobPublic {
   id: string;
-  state: "queued" | "running" | "done" | "failed";
+  kind: "import" | "dry_run";
+  case_id: string | null;
+  subject: string;
+  created: string;
+  state: "queued" | "running" | "done" | "failed" | "cancelled";
   stage: string;
   fraction: number;
   result: string | null;

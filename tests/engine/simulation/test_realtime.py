@@ -22,6 +22,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import Tool
 from vfix_engine.runtime.events import Event
 from vfix_engine.runtime.mailbox import Mailbox
+from vfix_engine.runtime.requests import SetTask
 from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
 from vfix_engine.simulation.snapshot import Snapshot
 
@@ -373,11 +374,11 @@ def test_answers_that_nobody_reads_stop_no_tick(process: RehearsalProcess) -> No
 
 def test_a_process_that_fails_says_why(own_process: RehearsalProcess) -> None:
     """Whatever it was: the last word comes before the end."""
-    own_process.set_settings("none")  # type: ignore[arg-type]
+    own_process.apply(SetTask("inspect", "none"))  # type: ignore[arg-type]
     own_process._process.join(30.0)
     kinds = [(event.kind, event.text) for event in own_process.events()]
     assert [kind for kind, _ in kinds] == ["failed", "failed"]
-    assert "AttributeError" in kinds[0][1]
+    assert "TypeError" in kinds[0][1]
     assert "ended" in kinds[1][1]
     assert own_process.events() == []
     with pytest.raises(ControlError, match="ended"):

@@ -9,15 +9,12 @@ import msgspec
 import numpy as np
 import pytest
 
+from vfix_engine.runtime.hand import INPUT_BYTES, HandInput
 from vfix_engine.runtime.handle import Hold
+from vfix_engine.runtime.wire import SNAPSHOT_BYTES, SnapshotReader, snapshot_to_bytes
 from vfix_engine.simulation.snapshot import Snapshot, Timing
-from vfix_engine.simulation.wire import (
-    INPUT_BYTES,
-    SNAPSHOT_BYTES,
-    HandInput,
-    snapshot_from_bytes,
-    snapshot_to_bytes,
-)
+
+snapshot_from_bytes = SnapshotReader(Snapshot).read
 
 
 def sample() -> Snapshot:
@@ -33,6 +30,7 @@ def sample() -> Snapshot:
             values[field.name] = ("bone", "joint range")
         elif kind in ("str", "bool", "int", "float"):
             values[field.name] = {"str": f"«{number}»", "bool": True, "int": number, "float": np.float64(number)}[kind]
+    values["blockers"] = ()
     values["timing"] = Timing(1000.0, 100.0, 200.0, 1.0, 2.0, 3, True, "why")
     return Snapshot(**values)  # type: ignore[arg-type]
 

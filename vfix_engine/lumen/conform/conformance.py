@@ -68,11 +68,14 @@ class ShapeSolution:
 _known: WeakKeyDictionary[Curve, Array] = WeakKeyDictionary()
 
 
-def _across(curve: Curve) -> Array:
-    """The transported directions (N, 3) along a curve, found once."""
+def _across(curve: Curve, before: Curve | None = None) -> Array:
+    """The transported directions (N, 3) along a curve, found once; the first is near that of the curve of before.
+
+    Any other first direction may jump by a quarter turn as a curve moves a little, and the base's roll with it.
+    """
     found = _known.get(curve)
     if found is None:
-        found = transported(curve.points, curve.tangents)
+        found = transported(curve.points, curve.tangents, None if before is None else _across(before)[0])
         found.setflags(write=False)
         _known[curve] = found
     return found
@@ -273,8 +276,9 @@ def conform(
     Raises:
         PathwayError: a tip beyond the curve's end, or a snake longer than it that may not be outside.
     """
-    if roll is None and near is not None:
-        roll = near.roll
+    if near is not None:
+        roll = near.roll if roll is None else roll
+        _across(curve, near.curve)
     chain = _Chain(snake, curve, slack, roll, outside)
     chain.check(tip_s)
     if near is not None and near.curve is curve:

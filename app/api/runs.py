@@ -1,0 +1,91 @@
+"""Runs: what every drive left, read-only but for deleting."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Response
+from fastapi.responses import FileResponse
+from pydantic import BaseModel
+
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.services.plan_model import NOTICE
+from app.services.runs import Origin, StoredRun
+
+router = APIRouter(tags=["runs"], responses=ERRORS)
+
+Named = Annotated[str | None, Query(max_length=64)]
+
+
+class RunFilePublic(BaseModel):
+    sha256: str
+    size_bytes: int
+
+
+class RunTitle(BaseModel):
+    """A run; ticks, lost: how many steps were recorded, and how many the recorder came too late for.
+
+    whole is false, and ticks and lost are null, for a run that was cut off.
+    """
+
+    id: str
+    case_id: str | None
+    plan_id: str | None
+    origin: Origin
+    world: str
+    recorded: str
+    size_bytes: int
+    whole: bool
+    ticks: int | None
+    lost: int | None
+    files: dict[str, RunFilePublic]
+
+    @classmethod
+    def values(cls, run: StoredRun) -> dict[str, Any]:
+        """The fields out of a stored run."""
+        end = run.end or {}
+        files = {name: vars(file) for name, file in run.files.items()}
+        told = {"world": run.world, "whole": run.whole, "ticks": end.get("ticks"), "lost": end.get("lost")}
+        return {**vars(run), **told, "files": files}
+
+
+class RunPublic(RunTitle):
+    """A run with its manifest: what was driven, settings, hashes, seed, versions and columns."""
+
+    manifest: dict[str, Any]
+
+
+@router.get("/runs")
+def list_runs(services: ServicesDep, case_id: Named = None, plan_id: Named = None) -> list[RunTitle]:
+    """Runs of a case or plan, or all, newest first."""
+    return [RunTitle.model_validate(RunTitle.values(run)) for run in services.runs.list(case_id, plan_id)]
+
+
+@router.get("/cases/{case_id}/runs")
+def list_runs_of_case(case_id: Identifier, services: ServicesDep, plan_id: Named = None) -> list[RunTitle]:
+    """Runs of a case, newest first."""
+    services.cases.get(case_id)
+    return list_runs(services, case_id, plan_id)
+
+
+@router.get("/runs/{run_id}")
+def show_run(run_id: Identifier, services: ServicesDep) -> RunPublic:
+    """One run, with its manifest."""
+    return RunPublic.model_validate(RunPublic.values(services.runs.get(run_id)))
+
+
+@router.get(
+    "/runs/{run_id}/files/{name}",
+    response_class=FileResponse,
+    responses={200: {"content": {"application/octet-stream": {}}, "description": "The file as it was written"}},
+)
+def run_file(run_id: Identifier, name: Identifier, services: ServicesDep) -> FileResponse:
+    """A file of a run."""
+    headers = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
+    return FileResponse(services.runs.file(run_id, name), media_type="application/octet-stream", headers=headers)
+
+
+@router.delete("/runs/{run_id}", status_code=204, response_class=Response)
+def delete_run(run_id: Identifier, services: ServicesDep) -> None:
+    """Delete a run; that cannot be taken back."""
+    services.runs.delete(run_id)

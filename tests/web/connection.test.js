@@ -1,0 +1,106 @@
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+import { Connection } from "../../app/web/js/connection.js";
+
+let posted;
+let stored;
+
+beforeEach(() => {
+  posted = [];
+  stored = new Map();
+  Object.assign(globalThis, {
+    Worker: class { postMessage(order) { posted.push(order); } },
+    sessionStorage: { getItem: (key) => stored.get(key) ?? null, setItem: (key, value) => stored.set(key, value), removeItem: (key) => stored.delete(key) },
+    location: { protocol: "http:", host: "localhost:8765", reload() {} },
+    fetch: async () => new Response(null, { status: 200 }),
+  });
+});
+
+/** A connection that the planner has spoken on, what was sent over it, and what it has said. */
+function connected(sections = {}) {
+  const connection = new Connection();
+  const said = { link: [], note: [], state: [] };
+  for (const [name, details] of Object.entries(said)) connection.on(name, (detail) => details.push(detail));
+  connection.received({ type: "state", sections });
+  const sent = () => posted.filter(({ kind }) => kind === "send").map(({ text }) => JSON.parse(text));
+  return { connection, said, sent };
+}
+
+async function lost(connection, code = 1006) {
+  await connection.closed(code);
+  clearTimeout(connection.timer);
+}
+
+test("a command is its type and its fields", () => {
+  const { connection, sent } = connected();
+  connection.send("undo");
+  connection.send("plan.open", { plan_id: "p1" });
+  assert.deepEqual(sent(), [{ type: "undo" }, { type: "plan.open", plan_id: "p1" }]);
+});
+
+test("sections are laid over what is known, and the page is told which changed", () => {
+  const { connection, said } = connected({ plan: { id: "p1" }, case: { id: "c1" } });
+  connection.received({ type: "state", sections: { plan: null } });
+  assert.deepEqual(connection.state, { plan: null, case: { id: "c1" } });
+  assert.deepEqual(said.state.map(({ changed }) => changed), [["plan", "case"], ["plan"]]);
+});
+
+test("what is open is remembered for a planner that is started again", () => {
+  const { connection } = connected({ case: { id: "c1" }, plan: { id: "p1" }, step: { name: "rehearse" } });
+  connection.open();
+  const { url } = posted.at(-1);
+  assert.deepEqual(Object.fromEntries(new URL(url).searchParams), { tab: connection.tab, case: "c1", plan: "p1", step: "rehearse" });
+});
+
+test("each request gets its own answer, whatever their order", async () => {
+  const { connection, sent } = connected();
+  const answers = [connection.request("project", { points: [[0, 0, 0]] }), connection.request("undo")];
+  const [first, second] = sent();
+  assert.notEqual(first.id, second.id);
+  connection.received({ type: "reply", id: second.id, ok: false, error: { message: "the plan is locked." } });
+  connection.received({ type: "reply", id: first.id, ok: true, result: { places: null } });
+  assert.deepEqual(await answers[0], { places: null });
+  await assert.rejects(answers[1], { message: "the plan is locked." });
+});
+
+test("a lost line rejects what waits, and is said", async () => {
+  const { connection, said } = connected();
+  const answer = connection.request("undo");
+  const rejected = assert.rejects(answer, { message: "The connection was lost." });
+  await lost(connection);
+  await rejected;
+  await assert.rejects(connection.request("undo"), { message: "Not connected." });
+  assert.deepEqual(said.link.map((link) => [link.connected, link.refused]), [[true, undefined], [false, false]]);
+});
+
+test("on a dead line a command is refused in words, and what streams is dropped without any", async () => {
+  const { connection, said, sent } = connected();
+  await lost(connection);
+  connection.send("undo");
+  for (const [type, fields] of [["drive", { direction: 1 }], ["slice.set", { axis: "axial", position: 0 }], ["grip.release"]]) connection.send(type, fields);
+  assert.deepEqual(sent(), []);
+  assert.equal(said.note.length, 1);
+  assert.match(said.note[0].words, /not done/);
+});
+
+test("a planner that refuses the window says why", async () => {
+  const { connection, said } = connected();
+  await lost(connection, 4503);
+  assert.equal(said.link.at(-1).refused, true);
+  assert.match(said.link.at(-1).words, /Too many windows/);
+});
+
+test("a planner with another token is told from one that is gone", async () => {
+  const { connection, said } = connected();
+  globalThis.fetch = async () => new Response(null, { status: 401 });
+  await lost(connection);
+  assert.deepEqual(said.link.slice(1).map(({ refused }) => refused), [false, true]);
+  assert.match(said.link.at(-1).words, /another token/);
+});
+
+test("a tab that another window speaks for takes another name", async () => {
+  const { connection } = connected();
+  const before = connection.tab;
+  await lost(connection, 4409);
+  assert.notEqual(connection.tab, before);
+});

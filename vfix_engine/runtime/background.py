@@ -1,0 +1,154 @@
+"""Work that takes longer than a step: asked for after a step, adopted before a later one.
+
+One worker, one piece of work at a time: whoever is free takes the newest state's request, older ones are never queued.
+An adoption is an input of the run like a command: it is recorded with its step and its content.
+"""
+
+from __future__ import annotations
+
+import threading
+import traceback
+from multiprocessing.connection import Connection
+from typing import Any, NamedTuple, Protocol
+
+from .outbox import Outbox
+from .system import Background, SystemSpec, Worker
+
+
+class Adoption(NamedTuple):
+    """A result that is ready: ``steps`` of the state that it was asked for."""
+
+    result: Any
+    steps: int
+
+
+class Workers(Protocol):
+    """Who does the work: a process, this thread, or nobody."""
+
+    @property
+    def free(self) -> bool:
+        """Whether ``ask`` may be called."""
+        ...
+
+    @property
+    def lost(self) -> str:
+        """Why nobody works any more, '' while somebody does or nobody ever did."""
+        ...
+
+    def ask(self, request: Background) -> None:
+        """Begin this work."""
+        ...
+
+    def take(self, steps: int) -> Adoption | None:
+        """The result, once, when it is there; ``steps``: of the present state."""
+        ...
+
+    def forget(self) -> None:
+        """The system was reset: what is under way is no longer wanted."""
+        ...
+
+
+class NoWorker:
+    """For worlds without background work."""
+
+    free, lost = False, ""
+
+    def ask(self, request: Background) -> None:
+        raise RuntimeError("there is no worker")
+
+    def take(self, steps: int) -> Adoption | None:
+        return None
+
+    def forget(self) -> None:
+        pass
+
+
+class InlineWorker:
+    """Works at once, in the caller's thread; the result is adopted at a fixed simulated age.
+
+    The same inputs give the same run, whatever the machine: for scripts, studies and tests.
+
+    Args:
+        work: the spec's worker; age_steps: control periods from the request to its adoption, 1 at least.
+    """
+
+    lost = ""
+
+    def __init__(self, work: Worker, age_steps: int):
+        self._work, self._age = work, max(age_steps, 1)
+        self._ready: Adoption | None = None
+
+    @property
+    def free(self) -> bool:
+        return self._ready is None
+
+    def ask(self, request: Background) -> None:
+        self._ready = Adoption(self._work(request.inputs), request.steps)
+
+    def take(self, steps: int) -> Adoption | None:
+        ready = self._ready
+        if ready is None or steps < ready.steps + self._age:
+            return None
+        self._ready = None
+        return ready
+
+    def forget(self) -> None:
+        self._ready = None
+
+
+class WorkerLink:
+    """The control process's end of the pipe to its worker process; no call waits for the worker.
+
+    lost: why there is no worker any more, '' while there is one; the system goes on without results then.
+    """
+
+    def __init__(self, pipe: Connection):
+        self._pipe, self._outbox = pipe, Outbox(pipe)
+        self._asked: int | None = None  # steps of the state under work
+        self._number = self._wanted_from = 0
+        self._found: tuple[int, Any] | None = None
+        self.lost = ""
+        threading.Thread(target=self._listen, name="vfix-worker-link", daemon=True).start()
+
+    @property
+    def free(self) -> bool:
+        return self._asked is None and not self.lost
+
+    def ask(self, request: Background) -> None:
+        self._number, self._asked = self._number + 1, request.steps
+        self._outbox.put((self._number, request.inputs))
+
+    def take(self, steps: int) -> Adoption | None:
+        if self._found is None or self._asked is None:
+            return None
+        (number, result), self._found = self._found, None
+        asked, self._asked = self._asked, None
+        return Adoption(result, asked) if number >= self._wanted_from else None
+
+    def forget(self) -> None:
+        self._wanted_from = self._number + 1
+
+    def _listen(self) -> None:
+        try:
+            while True:
+                number, result, error = self._pipe.recv()
+                if error:
+                    self.lost = error
+                    return
+                self._found = (number, result)
+        except (EOFError, OSError):
+            self.lost = "the worker process ended"
+
+
+def work(spec: SystemSpec, pipe: Connection) -> None:
+    """The worker process: builds the spec's worker and answers requests until the pipe closes."""
+    try:
+        worker = spec.worker()
+        while True:
+            number, inputs = pipe.recv()
+            pipe.send((number, worker(inputs), ""))
+    except (EOFError, OSError):
+        pass
+    except Exception as error:
+        traceback.print_exc()  # to the log of whoever started it
+        pipe.send((0, None, f"the worker process failed ({type(error).__name__}: {error})"))

@@ -1,0 +1,174 @@
+"""The loop inside the control process: hand input in, certified steps, snapshots out; for any system."""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import sys
+import time
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+
+from ..errors import VfixError
+from .clock import SPIN_S, FixedRateClock
+from .command import no_command
+from .driver import Driver
+from .events import Event
+from .hand import Hand, HandInput
+from .mailbox import Mailbox
+from .outbox import Outbox
+from .priority import RealTimePriority
+from .requests import Request, Reset, SetSettings
+from .snapshot import Snapshot
+from .wire import snapshot_to_bytes
+
+PUBLISH_S = 1 / 120  # snapshots are for the eye
+REST_S = 0.005  # nap of a loop that nobody drives
+SIGN_S = 0.1  # at rest a snapshot this often says that the loop is alive
+ANSWERS = 2  # events that one command can cause
+GREEDY_SHARE = 0.7  # of the period: steps that take more leave too little to the rest of the machine
+LITTER = 20_000  # objects made and not freed while driving, after which the youngest are looked through
+
+
+class ControlLoop:
+    """One system at its fixed rate while a hand drives it or it moves, at rest otherwise.
+
+    The loop owns heartbeats, the decay of the hand's force, and the clock; a system gets commands that are decayed.
+    While it drives it has a real-time priority where it may, spins away the last part of every wait, and collects no
+    garbage: no tick pays for what can wait until the hand rests.
+    """
+
+    def __init__(
+        self,
+        driver: Driver[Any],
+        out: Mailbox,
+        into: Mailbox,
+        commands: Connection,
+        events: Outbox,
+        priority: RealTimePriority,
+    ):
+        self._driver, self._system = driver, driver.system
+        self._out, self._in = out, into
+        self._commands, self._events, self._priority = commands, events, priority
+        self._clock = _clock(self._system.period_s(driver.state))
+        self._hand = Hand()
+        self._input_seen = 0
+        self._running = False
+        self._driving = False
+        self._open, self._lost_told = True, False
+        self._published_at = self._obeyed_at = -np.inf
+        self._publish(force=True)
+
+    def run(self) -> None:
+        """Until it is told to end, or the pipe closes."""
+        while self._open:
+            now = time.monotonic()
+            if not self._driving or now - self._obeyed_at >= PUBLISH_S:  # a look into the pipe costs 10 µs
+                self._obeyed_at = now
+                self._obey()
+            self._read_hand(now)
+            driven = self._running and self._hand.input.active(now)
+            if driven or not self._system.at_rest(self._driver.state, self._running):
+                self._drive()
+                self._clock.wait()
+                self._tick(time.monotonic(), driven)
+                self._clock.worked()
+            else:
+                self._rest()
+                self._driver.poll()
+                self._publish(SIGN_S)
+                time.sleep(REST_S)
+        self._rest()
+
+    def _drive(self) -> None:
+        """Begin a stretch of ticks."""
+        if not self._driving:
+            self._driving = True
+            gc.disable()
+            self._priority.take()
+            self._clock.restart()
+
+    def _rest(self) -> None:
+        """The system stands and nobody drives: time for all that had to wait."""
+        if self._driving:
+            self._driving = False
+            self._priority.give_back()
+            self._publish(force=True)
+            gc.enable()
+            gc.collect()
+
+    def _tick(self, now: float, driven: bool) -> None:
+        """One step: the hand's command, or none where the system only comes to rest or is moved by its world."""
+        command = self._hand.command(self._system.grip(self._driver.state), now) if driven else no_command()
+        self._driver.step(command)
+        self._publish()
+
+    def _read_hand(self, now: float) -> None:
+        news = self._in.read(self._input_seen)
+        if news is not None:
+            self._input_seen = news[0]
+            self._hand.hear(HandInput.from_bytes(news[1]), now)
+
+    def _obey(self) -> None:
+        """A message from the page; what cannot be done is said, never half done.
+
+        One at a time, so that a flood of them stops no ticks, and none from whoever does not read the answers.
+        """
+        self._open = self._open and not self._events.ended
+        if self._driver.lost and not self._lost_told:
+            self._lost_told = self._events.put(Event("note", f"{self._driver.lost}; it goes on without its results"))
+        try:
+            if self._open and self._events.room >= ANSWERS and self._commands.poll():
+                self._do(self._commands.recv())
+        except (EOFError, OSError):
+            self._open = False
+
+    def _do(self, message: str | Request) -> None:
+        """One of the verbs 'run', 'pause', 'record' and 'end', or a request to the system."""
+        if isinstance(message, Request):
+            self._apply(message)
+        elif message == "record":
+            self._events.put(Event("record", json.dumps(self._clock.record().to_dict())))
+        elif message == "end":
+            self._open = False
+        else:
+            self._running = message == "run"
+        self._publish(force=True)
+
+    def _apply(self, request: Request) -> None:
+        if isinstance(request, Reset):
+            self._running = False
+        try:
+            self._driver.apply(request)
+        except VfixError as error:
+            self._events.put(Event("note", str(error)))
+        if isinstance(request, SetSettings):
+            period = self._system.period_s(self._driver.state)
+            if period != self._clock.period:
+                self._clock = _clock(period)
+            self._events.put(Event("settings", json.dumps(self._driver.settings.to_dict())))
+
+    def _publish(self, every: float = PUBLISH_S, force: bool = False) -> None:
+        """A snapshot, if the last one is older than ``every`` seconds."""
+        now = time.monotonic()
+        if not force and now - self._published_at < every:
+            return
+        self._published_at = now
+        snapshot: Snapshot = self._system.snapshot(self._driver.state)
+        timing = replace(self._clock.timing(force), real_time=self._priority.held, without_why=self._priority.words)
+        self._out.write(snapshot_to_bytes(replace(snapshot, running=self._running, timing=timing)))
+        if self._driving:
+            if self._clock.busy_share > GREEDY_SHARE:
+                self._priority.give_up()
+            if gc.get_count()[0] > LITTER:
+                gc.collect(0)
+
+
+def _clock(period: float) -> FixedRateClock:
+    """A clock that spins only where another core is left to everybody else."""
+    cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    return FixedRateClock(period, spin=SPIN_S if cores > 1 else 0.0)

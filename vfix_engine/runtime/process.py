@@ -1,0 +1,323 @@
+"""The control process: one system at a fixed rate with its own clock, away from the page."""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import math
+import multiprocessing
+import multiprocessing.process
+import signal
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ControlError, VfixError
+from ..geometry.places import FARTHEST_MM
+from .background import NoWorker, WorkerLink, Workers, work
+from .driver import Driver
+from .events import Event
+from .hand import INPUT_BYTES, HandInput
+from .handle import NOBODY
+from .loop import ControlLoop
+from .mailbox import Mailbox
+from .outbox import Outbox
+from .priority import RealTimePriority
+from .requests import Request, Reset
+from .run_recorder import FarEnd, RunRecorder
+from .snapshot import Snapshot
+from .system import SystemSpec
+from .wire import SNAPSHOT_BYTES, SnapshotReader
+
+T = TypeVar("T", bound=Snapshot)
+
+START_TIMEOUT_S = 120.0  # the first start after an installation compiles the kernels
+CLOSE_TIMEOUT_S = 0.5  # a process that has not ended by itself by then is killed
+LAST_WORD_S = 0.5  # for a process that ends to say why
+UNANSWERED = "the control process does not answer, or nobody reads its events; close the rehearsal and start it again"
+CLOSED = "the rehearsal is closed"
+ENDED = "the control process ended; start the rehearsal again"
+
+
+class ControlProcess(Generic[T]):
+    """A system in a process of its own; every method may be called from any thread.
+
+    None waits for the process but ``wait_ready`` and ``close``, not even for one that is stopped or hangs.
+
+    Args:
+        spec: of the system; T is its snapshots' type.
+        real_time: take a real-time priority while somebody drives, where the system allows it.
+        record: folder that the run is written to, from the start to the end; None: nothing is written.
+    """
+
+    def __init__(self, spec: SystemSpec, real_time: bool = True, record: Path | None = None):
+        self._lock = threading.Lock()
+        self._starting = threading.Lock()  # taken before _lock; start and close are never at work side by side
+        self._out, self._in = Mailbox.create(SNAPSHOT_BYTES), Mailbox.create(INPUT_BYTES)
+        context = multiprocessing.get_context("spawn")
+        self._pipe, self._theirs = context.Pipe()
+        self._passed_on: list[Connection] = [self._theirs]  # closed here once the processes have them
+        self._worker: multiprocessing.process.BaseProcess | None = None
+        to_worker: Connection | None = None
+        if spec.has_worker:
+            to_worker, to_control = context.Pipe()
+            self._passed_on += [to_worker, to_control]
+            self._worker = context.Process(target=_work, args=(spec, to_control), name="vfix-worker", daemon=True)
+        self._recorder = None if record is None else RunRecorder(record, spec, context.Pipe())
+        log = None if self._recorder is None else self._recorder.far_end
+        self._process = context.Process(
+            target=_main,
+            args=(self._out.name, self._in.name, self._theirs, real_time, to_worker, log),
+            name="vfix-control",
+            daemon=True,
+        )
+        self._outbox = Outbox(self._pipe)
+        self._spec = spec
+        self._reader: SnapshotReader[T] = SnapshotReader(spec.snapshot_type)  # type: ignore[arg-type]
+        self._input = HandInput()
+        self._latest: T | None = None
+        self._seen = 0
+        self._heard_at = time.monotonic()
+        self._closed = self._end_told = False
+
+    def start(self) -> None:
+        """Start the process; it says 'ready' when it can be driven.
+
+        Raises:
+            ControlError: it has been closed.
+        """
+        with self._starting:
+            if self._closed:
+                raise ControlError(CLOSED)
+            self._process.start()
+            if self._worker is not None:
+                self._worker.start()
+            for end in self._passed_on:
+                end.close()
+            atexit.register(self.close)  # before multiprocessing waits for it, in vain where it is stopped
+            self._outbox.put(self._spec)
+            if self._recorder is not None:
+                self._recorder.start()
+
+    def wait_ready(self, timeout: float = START_TIMEOUT_S) -> None:
+        """Wait until it can be driven.
+
+        Raises:
+            ControlError: it refused to start (the reason is in the message) or did not answer in time.
+        """
+        deadline = time.monotonic() + timeout
+        while time.monotonic() < deadline:
+            alive = self.alive  # asked first: what an ending process has said is heard before its end
+            for event in self.events():
+                if event.kind == "ready":
+                    return
+                if event.kind in ("refused", "failed"):
+                    raise ControlError(event.text)
+            if not alive:
+                raise ControlError("the control process ended before it was ready; start the rehearsal again")
+            time.sleep(0.01)
+        raise ControlError(f"the control process was not ready within {timeout:.0f} s")
+
+    @property
+    def alive(self) -> bool:
+        """Whether the control process runs and has not been closed."""
+        return not self._closed and self._process.is_alive()
+
+    def set_grip(self, position: ArrayLike) -> None:
+        """The hand takes the grip to (3,) in LPS mm; also a heartbeat. What is no place of a tool is ignored."""
+        grip = np.asarray(position, dtype=float)
+        if grip.shape != (3,) or not (np.abs(grip) <= FARTHEST_MM).all():
+            return
+        place = (float(grip[0]), float(grip[1]), float(grip[2]))
+        self._put(lambda i, now: replace(i, grip=place, moves=i.moves + 1, hand=i.hand.press(now)))
+
+    def heartbeat(self) -> None:
+        """The button or key is still down; a hand that has been silent for 100 ms has to take hold anew."""
+        self._put(lambda i, now: replace(i, hand=i.hand.beat(now), keys=i.keys.beat(now), stick=i.stick.beat(now)))
+
+    def release(self) -> None:
+        """The hand lets go of everything."""
+        self._put(_released)
+
+    def drive(self, direction: int) -> None:
+        """Along the path: −1 back, 0 stop, +1 forward; needs heartbeats like the grip."""
+        self._put(lambda i, now: _key(replace(i, drive=_sign(direction)), direction, now))
+
+    def twist(self, direction: int) -> None:
+        """About the shaft: −1, 0, +1; needs heartbeats like the grip."""
+        self._put(lambda i, now: _key(replace(i, twist=_sign(direction)), direction, now))
+
+    def axes(self, camera_x: float, camera_y: float, insert: float, buttons: int = 0) -> None:
+        """Camera and insertion, from -1 to +1 of full speed, and the buttons held; needs heartbeats like the grip."""
+        values = (_share(camera_x), _share(camera_y), _share(insert))
+        self._put(lambda i, now: _stick(replace(i, axes=values, buttons=int(buttons)), now))
+
+    def run(self) -> None:
+        """Let the clock tick; the robot moves when a hand or its world moves it."""
+        self._send("run")
+
+    def pause(self) -> None:
+        """Stop the clock where it is; ``run`` goes on from there."""
+        self._send("pause")
+
+    def reset(self) -> None:
+        """Back to the start, paused; the hand has to take hold anew."""
+        self.release()
+        self._send(Reset())
+
+    def apply(self, request: Request) -> None:
+        """A typed request; what cannot be done comes back as an event of the kind 'note'."""
+        self._send(request)
+
+    def ask_record(self) -> None:
+        """Ask how the clock has kept its period since the start; the answer is an event of the kind 'record'."""
+        self._send("record")
+
+    def snapshot(self) -> T | None:
+        """The newest snapshot, or None before the first."""
+        with self._lock:
+            if self._closed:
+                return self._latest
+            news = self._out.read(self._seen)
+            if news is not None:
+                self._seen, self._heard_at = news[0], time.monotonic()
+                self._latest = self._reader.read(news[1])
+            return self._latest
+
+    @property
+    def hand_lost(self) -> bool:
+        """A hand or key that nobody let go of was not heard of for so long that it no longer counts."""
+        return self._input.lost(time.monotonic())
+
+    @property
+    def silence_s(self) -> float:
+        """Seconds since the last snapshot. Once it is ready, one comes every ``SIGN_S`` at least, or the loop hangs."""
+        self.snapshot()
+        return time.monotonic() - self._heard_at
+
+    def events(self) -> list[Event]:
+        """What the process has said since the last call; that it has ended is said once, why before that."""
+        with self._lock:
+            found: list[Event] = []
+            try:
+                while not (self._closed or self._end_told) and self._pipe.poll():
+                    found.append(self._pipe.recv())
+            except (EOFError, OSError):
+                self._end_told = True
+                found.append(Event("failed", ENDED))
+            return found
+
+    def close(self) -> None:
+        """End the process within a second, by force where it does not end by itself, and free its mailboxes."""
+        with self._starting:
+            with self._lock:
+                if self._closed:
+                    return
+                self._closed = True
+            atexit.unregister(self.close)
+            if self._process.pid is not None:
+                self._outbox.put("end")
+                self._process.join(CLOSE_TIMEOUT_S)
+                if self._process.is_alive():
+                    self._process.kill()
+                    self._process.join()
+            if self._worker is not None and self._worker.pid is not None:
+                self._worker.kill()  # it holds nothing that is to be kept
+                self._worker.join()
+            self._outbox.end()
+            self._outbox.join()
+            self._pipe.close()
+            for end in self._passed_on:
+                end.close()
+            if self._recorder is not None:
+                self._recorder.close()
+            self._out.close()
+            self._in.close()
+
+    def _put(self, change: Callable[[HandInput, float], HandInput]) -> None:
+        with self._lock:
+            if not self._closed:
+                self._input = change(self._input, time.monotonic())
+                self._in.write(self._input.to_bytes())
+
+    def _send(self, message: str | Request) -> None:
+        with self._lock:
+            if self._closed:
+                raise ControlError(CLOSED)
+            if not self._process.is_alive():
+                raise ControlError(ENDED)
+            if not self._outbox.put(message):
+                raise ControlError(UNANSWERED)
+
+
+def _sign(direction: int) -> int:
+    return (direction > 0) - (direction < 0)
+
+
+def _share(value: float) -> float:
+    """From -1 to +1; a non-finite one counts as 0 (HAZ-05)."""
+    return min(max(float(value), -1.0), 1.0) if math.isfinite(value) else 0.0
+
+
+def _key(hand: HandInput, direction: int, now: float) -> HandInput:
+    """After a key went down, or up where the direction is 0: then it is held only as long as another one is."""
+    if direction:
+        return replace(hand, keys=hand.keys.press(now))
+    return hand if hand.drive or hand.twist else replace(hand, keys=hand.keys.release(now))
+
+
+def _stick(hand: HandInput, now: float) -> HandInput:
+    """After an axis or button changed; at zero it is let go of."""
+    if any(hand.axes) or hand.buttons:
+        return replace(hand, stick=hand.stick.press(now))
+    return replace(hand, stick=NOBODY)
+
+
+def _released(hand: HandInput, now: float) -> HandInput:
+    hold, keys, stick = (one.release(now) for one in (hand.hand, hand.keys, hand.stick))
+    return replace(hand, drive=0, twist=0, hand=hold, keys=keys, stick=stick)
+
+
+def _main(
+    out: str, into: str, pipe: Connection, real_time: bool, to_worker: Connection | None, log: FarEnd | None
+) -> None:
+    """The process's main: builds the system, says so, and loops until it is told to end or its pipe closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the planner, which closes this pipe
+    events = Outbox(pipe)
+    try:
+        spec: SystemSpec = pipe.recv()
+        system = spec.build()
+        system.prepare()
+        workers: Workers = NoWorker() if to_worker is None else WorkerLink(to_worker)
+        record = None if log is None else log.attach(system.row_layout)
+        driver = Driver(system, workers, record)
+        loop = ControlLoop(driver, Mailbox.attach(out), Mailbox.attach(into), pipe, events, RealTimePriority(real_time))
+        gc.collect()
+        gc.freeze()  # what is here stays: no later collection looks through it
+        events.put(Event("ready"))
+        loop.run()
+        if record is not None:
+            record.flush(LAST_WORD_S)
+    except VfixError as error:
+        events.put(Event("refused", str(error)))
+    except EOFError:
+        pass  # closed before it began
+    except Exception as error:
+        traceback.print_exc()  # to the planner's log
+        words = f"the control process failed ({type(error).__name__}: {error}); start the rehearsal again"
+        events.put(Event("failed", words))
+    events.flush(LAST_WORD_S)
+
+
+def _work(spec: SystemSpec, pipe: Connection) -> None:
+    """The worker process's main."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    work(spec, pipe)

@@ -1,0 +1,97 @@
+"""Driving a recorded run again: the same commands, requests and adoptions at the same steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .driver import Driver
+from .requests import Request
+from .run import Run, RunEvent
+from .system import SystemSpec
+from .versions import versions
+
+Array = NDArray[np.float64]
+S = TypeVar("S")
+
+
+@dataclass(frozen=True, eq=False)
+class Replay(Generic[S]):
+    """What a replay came to.
+
+    states: after every step, the first one before any; rows: (n, w) as they came this time.
+    first_difference: the first step whose row is not the recorded one bit by bit, None where all are.
+    largest_difference: between the rows, 0 where all are the same; other_arithmetic: versions that differ from the
+    recording's, by name, as (then, now).
+    """
+
+    states: tuple[S, ...]
+    rows: Array
+    first_difference: int | None
+    largest_difference: float
+    other_arithmetic: dict[str, tuple[str, str]]
+
+    @property
+    def same(self) -> bool:
+        """Every row is the recorded one bit by bit."""
+        return self.first_difference is None
+
+
+class _Rows:
+    """A log that keeps the rows."""
+
+    def __init__(self) -> None:
+        self.lines: list[Array] = []
+
+    def tick(self, line: Array) -> None:
+        self.lines.append(line.copy())
+
+    def event(self, kind: str, content: Any) -> None:
+        pass
+
+
+def replay(run: Run, spec: SystemSpec) -> Replay[Any]:
+    """Drive a run again from its start.
+
+    Args:
+        spec: of the same system, such as ``from_parts`` of the manifest's 'spec' and the run's arrays.
+
+    Raises:
+        InputError: the run lost ticks, or its columns are not the system's.
+    """
+    if run.lost:
+        raise InputError(f"the run lost {run.lost} steps while it was recorded; it can be looked at, not replayed")
+    system, rows = spec.build(), _Rows()
+    system.prepare()
+    if list(run.columns) != list(system.row_layout):
+        raise InputError("the run has other columns than this version of the system; replay it with its own version")
+    driver: Driver[Any] = Driver(system, log=rows)
+    events, states = list(run.events), [driver.state]
+    for index in range(len(run.ticks)):
+        while events and events[0].at <= index:
+            _again(driver, events.pop(0))
+        states.append(driver.step(run.command(index)))
+    for event in events:
+        _again(driver, event)
+    found = np.array(rows.lines).reshape(run.ticks.shape)
+    differs = (found.view(np.uint64) != run.ticks.view(np.uint64)).any(axis=1)
+    first = int(differs.argmax()) if differs.any() else None
+    apart = np.abs(found - run.ticks)
+    largest = float(np.nanmax(apart)) if first is not None else 0.0
+    then, now = run.manifest["versions"], versions()
+    other = {name: (str(then.get(name, "")), now[name]) for name in now if then.get(name, "") != now[name]}
+    return Replay(tuple(states), found[:, -len(system.row_layout) :], first, largest, other)
+
+
+def _again(driver: Driver[Any], event: RunEvent) -> None:
+    """The same request or adoption."""
+    if event.kind == "adopt":
+        driver.adopt(event.content["result"], event.content["steps"])
+    elif isinstance(event.content, Request):
+        driver.apply(event.content)
+    else:
+        raise InputError(f"the run has an event '{event.kind}', which this version does not know")

@@ -1,0 +1,210 @@
+"""A run on disk: a manifest, the commands applied with the system's rows, and the events with their step numbers.
+
+A folder NAME with
+
+- ``manifest.json``: schema, world, spec, hashes, settings, seed, versions, columns with units;
+- ``spec.npz``: the spec's arrays;
+- ``ticks.f64``: for every step the command as applied, then the system's row, float64, little-endian;
+- ``events.jsonl``: one event a line: a request or an adoption, and how many ticks came before it;
+- ``end.json``: how many ticks, a digest of them, and how many were lost.
+
+While it is written the folder is called NAME.part, and all but its last line and row is readable at any moment.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .command import COMMAND_COLUMNS, COMMAND_SIZE, Command, command_from_row
+from .plain import from_plain, to_plain
+from .system import Column, SystemSpec
+from .versions import versions
+
+Array = NDArray[np.float64]
+
+SCHEMA = "vfix-run/1"
+NOTICE = "Not for clinical use"
+PART = ".part"
+MANIFEST, SPEC, TICKS, EVENTS, END = "manifest.json", "spec.npz", "ticks.f64", "events.jsonl", "end.json"
+_BATCH = 1000  # ticks that a writer keeps back
+
+
+@dataclass(frozen=True)
+class RunEvent:
+    """What happened after ``at`` ticks.
+
+    kind: 'request' or 'adopt'; content: the request itself, or the result and the steps of the state that it was
+    asked for.
+    """
+
+    at: int
+    kind: str
+    content: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run as it was read.
+
+    manifest: see the module; arrays: of the spec; ticks: (n, 14 + w), command and row of each step.
+    whole: the run was closed; lost: ticks that the recorder came too late for.
+    """
+
+    manifest: dict[str, Any]
+    arrays: dict[str, NDArray[Any]]
+    ticks: Array
+    events: tuple[RunEvent, ...]
+    whole: bool
+    lost: int
+
+    @property
+    def rows(self) -> Array:
+        """(n, w) the system's rows; their names and units are ``columns``."""
+        return self.ticks[:, COMMAND_SIZE:]
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Of ``rows``."""
+        return tuple(Column(*pair) for pair in self.manifest["columns"][COMMAND_SIZE:])
+
+    def column(self, name: str) -> Array:
+        """(n,) one column of the rows. Raises InputError for an unknown name."""
+        names = [column.name for column in self.columns]
+        if name not in names:
+            raise InputError(f"the run has no column '{name}'; it has {', '.join(names)}")
+        return self.rows[:, names.index(name)]
+
+    def command(self, index: int) -> Command:
+        """The command of one step, as applied."""
+        return command_from_row(self.ticks[index])
+
+    @classmethod
+    def read(cls, folder: Path) -> Self:
+        """A run, or what there is of one that was cut off.
+
+        Raises:
+            InputError: the folder holds no run, or one of another schema.
+        """
+        try:
+            manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+            with np.load(folder / SPEC, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in archive.files}
+            data = (folder / TICKS).read_bytes()
+            lines = (folder / EVENTS).read_text(encoding="utf-8").splitlines(keepends=True)
+        except (OSError, ValueError) as error:
+            raise InputError(f"'{folder.name}' is not a run that can be read: {error}") from error
+        if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
+            raise InputError(f"'{folder.name}' is no run of the schema {SCHEMA}")
+        width = len(manifest["columns"])
+        ticks = np.frombuffer(data[: len(data) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
+        events = tuple(_event(json.loads(line)) for line in lines if line.endswith("\n"))
+        end = folder / END
+        told = json.loads(end.read_text(encoding="utf-8")) if end.exists() else None
+        return cls(manifest, arrays, ticks, events, told is not None, 0 if told is None else told["lost"])
+
+
+class RunWriter:
+    """Writes a run; also a driver's log, where the driver is in the same process.
+
+    Args:
+        folder: that the run gets when it is closed; must not exist.
+        spec, columns: of the system; seed: of whatever chose the commands.
+
+    Raises:
+        InputError: the folder is taken.
+    """
+
+    def __init__(self, folder: Path, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None = None):
+        self._folder, self._part = folder, folder.with_name(folder.name + PART)
+        if folder.exists() or self._part.exists():
+            raise InputError(f"'{folder.name}' exists already; choose another name for the run")
+        self._part.mkdir(parents=True)
+        self._write_manifest(spec, columns, seed)
+        self._ticks = (self._part / TICKS).open("wb", buffering=0)
+        self._events = (self._part / EVENTS).open("w", encoding="utf-8")
+        self._digest, self._count = hashlib.sha256(), 0
+        self.width = COMMAND_SIZE + len(columns)  # numbers of a tick
+        self._waiting: list[bytes] = []
+
+    def _write_manifest(self, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None) -> None:
+        try:
+            values, arrays = spec.to_parts()
+            not_written = ""
+        except InputError as error:  # a fixture of one's own: the run can be replayed with the spec in hand
+            values, arrays, not_written = {}, {}, str(error)
+        np.savez(self._part / SPEC, **arrays)  # type: ignore[arg-type]
+        manifest = {
+            "schema": SCHEMA,
+            "notice": NOTICE,
+            "frame": "LPS",
+            "world": spec.world,
+            "spec": values,
+            "spec_not_written": not_written,
+            "hashes": {name: digest(array) for name, array in arrays.items()},
+            "seed": seed,
+            "versions": versions(),
+            "columns": [*COMMAND_COLUMNS, *columns],
+        }
+        (self._part / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
+
+    def tick(self, line: Array) -> None:
+        """One step, kept back until there are a thousand."""
+        self._waiting.append(line.tobytes())
+        if len(self._waiting) >= _BATCH:
+            self.flush()
+
+    def ticks(self, data: bytes) -> None:
+        """Whole rows, one behind the other, written at once."""
+        self._ticks.write(data)
+        self._digest.update(data)
+        self._count += len(data) // (8 * self.width)
+
+    def event(self, kind: str, content: Any) -> None:
+        """An event after the ticks so far."""
+        self.event_at(self._count + len(self._waiting), kind, content)
+
+    def event_at(self, at: int, kind: str, content: Any) -> None:
+        """An event after ``at`` ticks."""
+        self._events.write(json.dumps({"at": at, "kind": kind, "content": to_plain(content)}) + "\n")
+        self._events.flush()
+
+    def flush(self) -> None:
+        """Write what is kept back."""
+        if self._waiting:
+            self.ticks(b"".join(self._waiting))
+            self._waiting.clear()
+
+    def abandon(self) -> None:
+        """Write no more; what is written stays readable under the name of a part."""
+        with suppress(OSError):
+            self.flush()
+        self._ticks.close()
+        self._events.close()
+
+    def close(self, lost: int = 0) -> None:
+        """The run is whole: it gets its name."""
+        self.flush()
+        self._ticks.close()
+        self._events.close()
+        end = {"ticks": self._count, "sha256": self._digest.hexdigest(), "lost": lost}
+        (self._part / END).write_text(json.dumps(end), encoding="utf-8")
+        self._part.replace(self._folder)
+
+
+def digest(array: NDArray[Any]) -> str:
+    """SHA-256 of an array's type, shape and bytes."""
+    head = f"{array.dtype.str}{array.shape}".encode()
+    return hashlib.sha256(head + np.ascontiguousarray(array).tobytes()).hexdigest()
+
+
+def _event(line: dict[str, Any]) -> RunEvent:
+    return RunEvent(int(line["at"]), str(line["kind"]), from_plain(line["content"]))

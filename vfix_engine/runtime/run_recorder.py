@@ -1,0 +1,96 @@
+"""The recorder of a control process's run: rows through a ring, events through a pipe, files written elsewhere.
+
+The control process never touches a file. A full disk ends the recording, is told, and costs no tick.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.shared_memory import SharedMemory
+from pathlib import Path
+from typing import Any
+
+from .command import COMMAND_SIZE
+from .ring import Ring, RingLog
+from .run import RunWriter
+from .system import Column, SystemSpec
+
+LOOK_S = 0.05  # between two looks into the ring, which holds seconds
+
+
+@dataclass(frozen=True)
+class FarEnd:
+    """What the control process gets of a recorder; it crosses when the process is started."""
+
+    ring: str
+    pipe: Connection
+
+    def attach(self, columns: tuple[Column, ...]) -> RingLog:
+        """The driver's log; tells the recorder first what the rows are."""
+        self.pipe.send((0, "columns", columns))
+        return RingLog(Ring(SharedMemory(name=self.ring), COMMAND_SIZE + len(columns)), self.pipe)
+
+
+class RunRecorder:
+    """Writes a run from a thread of the process that watches.
+
+    failed: why the recording ended early, '' where it did not.
+    """
+
+    def __init__(self, folder: Path, spec: SystemSpec, ends: tuple[Connection, Connection]):
+        self._folder, self._spec = folder, spec
+        self._near, far = ends
+        self._memory = Ring.memory()
+        self.far_end = FarEnd(self._memory.name, far)
+        self._ring: Ring | None = None
+        self._writer: RunWriter | None = None
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="vfix-recorder", daemon=True)
+        self.failed = ""
+
+    def start(self) -> None:
+        """Begin; the far end's pipe is the process's now."""
+        self.far_end.pipe.close()
+        self._thread.start()
+
+    def close(self) -> None:
+        """The process has ended: write the rest, and give the run its name."""
+        self._over.set()
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._near.close()
+        self.far_end.pipe.close()
+        self._memory.close()
+        self._memory.unlink()
+
+    def _run(self) -> None:
+        try:
+            while not self._over.wait(LOOK_S):
+                self._look()
+            self._look()
+            if self._writer is not None:
+                self._writer.close(0 if self._ring is None else self._ring.lost)
+        except OSError as error:  # what was written so far stays where it is, under its name of a part
+            if self._writer is not None:
+                self._writer.abandon()
+            self.failed = f"the recording ended: {error.strerror or error}"
+
+    def _look(self) -> None:
+        """What has come since the last look; events first, since their rows may come with them."""
+        try:
+            while self._near.poll():
+                self._hear(*self._near.recv())
+        except EOFError:  # the process has ended; its rows are still in the ring
+            pass
+        if self._ring is not None and self._writer is not None:
+            self._writer.ticks(self._ring.read())
+
+    def _hear(self, at: int, kind: str, content: Any) -> None:
+        if kind == "columns":
+            columns = tuple(Column(*pair) for pair in content)
+            self._writer = RunWriter(self._folder, self._spec, columns)
+            self._ring = Ring(self._memory, self._writer.width)
+        elif self._writer is not None:
+            self._writer.event_at(at, kind, content)
