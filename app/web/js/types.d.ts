@@ -191,6 +191,7 @@ export interface RehearsalSection {
   length_mm?: number | null;
   target_error_mm?: number | null;
   path_done?: boolean;
+  taken_ms?: number | null;
   tip?: [number, number, number];
   grip?: [number, number, number];
   virtual_point?: [number, number, number];
@@ -245,6 +246,13 @@ export interface SettingField {
 /** Segments (start, end) of robot and tool. */
 export interface ToolSection {
   segments: [number, number, number][][];
+}
+
+export interface Hello {
+  id?: number | null;
+  type: "hello";
+  version: number;
+  role?: "holds" | "instructs" | "watches";
 }
 
 /** The first message to a client: the version of all that follow, and the steps in the order of their tabs. */
