@@ -18,9 +18,9 @@ import qpsolvers
 from numpy.typing import NDArray
 
 from benchmarks.coal_peer import build, turning_z_to
-from vfix_engine.control import ControlSettings, Task, ToolState
+from vfix_engine.control import ControlSettings, StepRequest, ToolState
 from vfix_engine.control.surroundings import BUFFER_MM
-from vfix_engine.fixtures.joint_limits import little_motion
+from vfix_engine.fixtures.joint_limits import joint_regularisation
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.pairs import COSINE, MAX_ROWS, RADIUS_MM, Pairs
 from vfix_engine.robots import PlacedRobot, TipState, Tool
@@ -74,11 +74,11 @@ class Stack:
         self._close.security_margin, self._close.num_max_contacts = settings.margin_mm, 1
         self._close.enable_contact = False
         self._distance = coal.DistanceRequest()
-        self._little = little_motion(robot.robot).matrix
+        self._little = joint_regularisation(robot.robot).matrix
         self._keep, self._dt = settings.margin_mm + BUFFER_MM, settings.dt_s
         self._change = settings.approach_deceleration_mm_per_s2 * settings.dt_s**2
 
-    def step(self, state: ToolState, task: Task) -> StackStep:
+    def step(self, state: ToolState, task: StepRequest) -> StackStep:
         """One step from the state's joints and velocity."""
         marks = [time.perf_counter()]
         tip = self._robot.tip(state.q)
@@ -91,7 +91,7 @@ class Stack:
         marks.append(time.perf_counter())
         solution = qpsolvers.solve_problem(problem, solver="daqp")
         marks.append(time.perf_counter())
-        step = solution.x[: len(state.q)] * task.scale if solution.found and solution.x is not None else None
+        step = solution.x[: len(state.q)] * (task.scale or 0.0) if solution.found and solution.x is not None else None
         clearance = None if step is None else self._check(state.q + step)
         marks.append(time.perf_counter())
         return StackStep(step, clearance, count, len(pairs), tuple(np.diff(marks).tolist()))
@@ -141,9 +141,9 @@ class Stack:
         )
         return every.take(_reduced(every)), count
 
-    def _problem(self, task: Task, tip: TipState, pairs: Pairs, low: Array, high: Array) -> qpsolvers.Problem:
+    def _problem(self, task: StepRequest, tip: TipState, pairs: Pairs, low: Array, high: Array) -> qpsolvers.Problem:
         """Li 2007, eq. 14-20 in numpy, scaled by the length of the wanted step."""
-        n, scale = len(low), task.scale
+        n, scale = len(low), task.scale or 0.0
         column = np.append(np.ones(n), 1.0 / scale)
         matrix = np.concatenate([np.sqrt(o.weight) * o.matrix for o in task.objectives] + [self._little]) * column
         target = np.concatenate([np.sqrt(o.weight) * o.target for o in task.objectives] + [np.zeros(n)]) / scale

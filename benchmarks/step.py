@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks import cases, report
 from benchmarks.stack import PARTS, Stack
 from benchmarks.step_parts import StepParts
-from vfix_engine.control import Controller, ControlSettings, StepReport, Task, ToolState
+from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepRequest, StepState, Task
 from vfix_engine.simulation.rehearsal import Command, Rehearsal
 
 SUMMARY = "a whole control step along the corridor, against Pinocchio + coal + qpsolvers"
@@ -32,7 +32,7 @@ MOST_STEPS = 60_000
 SAME_STEP = 1e-6  # relative to the length of the wanted step
 SAME_CLEARANCE_MM = 1e-6
 
-Moment = tuple[ToolState, Task]
+Moment = tuple[StepState, StepRequest]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -111,21 +111,22 @@ class _Drive:
                 gc.enable()
         return self._told(progress, parts)
 
-    def _drive(self) -> tuple[np.ndarray, list[Task], float]:
-        """Joints at the start, the task of every step of the rehearsal, and how far along the path it came."""
+    def _drive(self) -> tuple[np.ndarray, list[StepRequest], float]:
+        """Joints at the start, the request of every step of the rehearsal, and how far along the path it came."""
         rehearsal = Rehearsal(self._scene, self._settings)
         state = rehearsal.start()
         rehearsal.step(state, Command(np.zeros(3), drive=1))  # compiles what is not yet
-        start, tasks, step = state.tool.q, list[Task](), rehearsal.controller.step
+        start, tasks, step = state.tool.q, list[StepRequest](), rehearsal.controller.step
 
-        def timed(state: ToolState, task: Task) -> StepReport:
+        def timed(state: StepState, task: Task, command: HandCommand) -> StepReport:
+            request = task.request(state, command)
             begin = time.perf_counter()
-            done = step(state, task)
+            done = step(state, request)
             self._driven.append(time.perf_counter() - begin)
-            tasks.append(task)
+            tasks.append(request)
             return done
 
-        rehearsal.controller.step = timed  # type: ignore[method-assign]
+        rehearsal.controller.step = timed  # type: ignore[method-assign, assignment]
         for _ in range(self._most):
             state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
             if snapshot.phase == "done":
@@ -134,7 +135,7 @@ class _Drive:
 
     def _compare(self, block: list[Moment], controller: Controller) -> None:
         """The stack's turn at some of the block's states."""
-        moments = [moment for moment in block[::EVERY] if moment[1].scale > 0.0]
+        moments = [moment for moment in block[::EVERY] if (moment[1].scale or 0.0) > 0.0]
         answers = []
         for state, task in moments[-1:]:
             self._stack.step(state, task)  # not counted, as before a block
@@ -154,7 +155,9 @@ class _Drive:
             if theirs.step is None or theirs.clearance is None:
                 self._steps_apart.append(np.inf)
             elif done.outcome == "moved":
-                self._steps_apart.append(float(np.abs(theirs.step - (done.state.q - state.q)).max()) / task.scale)
+                self._steps_apart.append(
+                    float(np.abs(theirs.step - (done.state.q - state.q)).max()) / (task.scale or 0.0)
+                )
                 clearance = min(theirs.clearance, self._settings.reach_mm)
                 self._clearances_apart.append(abs(clearance - done.state.clearance))
 

@@ -17,15 +17,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.control import Controller, Task, ToolState, qp
-from vfix_engine.control.certificate import measured
+from vfix_engine.control import Controller, StepRequest, StepState, qp
 from vfix_engine.control.dual_kernel import solve_dual
 from vfix_engine.control.judge_kernel import judge
 from vfix_engine.control.measure_kernel import measure, place
-from vfix_engine.control.problem_kernel import prepare, settle
-from vfix_engine.control.step_kernel import attempt, room_parts, room_size
+from vfix_engine.control.problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
+from vfix_engine.control.step_kernel import answer_size, answer_views, fused_step, program_size, program_views
 from vfix_engine.control.world import unpack_cover, unpack_world
-from vfix_engine.fixtures.moment_kernel import moment_parts
+from vfix_engine.fixtures.state_kernel import state_views
 from vfix_engine.geometry.pairs import MAX_ROWS
 
 PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
@@ -44,11 +43,9 @@ def _nothing(*arguments: Any) -> int:
 @_bare
 def _kinematics(times: int, numbers: Any, counts: Any, after: Array) -> None:
     world = unpack_world(numbers, counts)
-    q, _, position, rotation, jacobian, start, end, _ = moment_parts(
-        after, len(world.lower), len(world.radius), len(world.margin)
-    )
+    s = state_views(after, len(world.lower), len(world.radius), len(world.margin))
     for _ in range(times):
-        place(world, q, position, rotation, jacobian, start, end)
+        place(world, s.q, s.position, s.rotation, s.jacobian, s.start, s.end)
 
 
 @_bare
@@ -58,21 +55,21 @@ def _proximity(
 ) -> None:  # fmt: skip
     world = unpack_world(numbers, counts)
     cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    _, _, _, _, _, start, end, distance = moment_parts(after, len(world.lower), len(world.radius), len(world.margin))
+    s = state_views(after, len(world.lower), len(world.radius), len(world.margin))
     for _ in range(times):
-        measure(world, cover, start, end, world.threshold, distance, rows, labels, body)
+        measure(world, cover, s.start, s.end, world.threshold, s.distance, rows, labels, body)
 
 
 @_bare
 def _rows(
-    times: int, numbers: Any, counts: Any, before: Array, matrix: Array, target: Array, weight: Array, little: Array,
+    times: int, numbers: Any, counts: Any, before: Array, matrix: Array, target: Array, weight: Array,
     given: Array, bound: Array, scale: float,
-    hessian: Array, gradient: Array, program: Array, upper: Array, lower: Array, box: Array,
+    hessian: Array, gradient: Array, program: Array, upper: Array, lower: Array,
 ) -> None:  # fmt: skip
     for _ in range(times):
         prepare(
-            numbers, counts, before, matrix, target, weight, little, given, bound, scale,
-            hessian, gradient, program, upper, lower, box,
+            numbers, counts, before, matrix, target, weight, given, bound, scale,
+            hessian, gradient, program, upper, lower,
         )  # fmt: skip
 
 
@@ -82,7 +79,7 @@ def _qp(
 ) -> None:
     for _ in range(times):
         solve_dual(hessian, gradient, program, upper, lower, x, multiplier)
-        settle(hessian, gradient, program, upper, lower, x, multiplier, qp.PRIMAL_TOLERANCE, qp.DUAL_TOLERANCE)
+        check_kkt(hessian, gradient, program, upper, lower, x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE)
 
 
 @_bare
@@ -105,35 +102,32 @@ class StepParts:
         self._taken: dict[str, list[float]] = {}
         self._least: dict[str, list[float]] = {}
 
-    def time(self, state: ToolState, task: Task) -> None:
+    def time(self, state: StepState, task: StepRequest) -> None:
         """One pass over the parts of the step from a state that this controller has measured; nothing is kept of it."""
-        if not task.scale > 0.0 or task.constraints:
+        scale = task.scale
+        if scale is None or not scale > 0.0 or task.constraints:
             return
-        near, certifier = measured(state), self._controller._certifier
-        arrays, (rows, labels, body) = certifier.surroundings.arrays, certifier._workspace
-        n, little = len(state.q), self._controller._little
-        wanted, given = qp.join_objectives(task.objectives, n + 1), qp.join_constraints((), n + 1)
-        room = np.zeros(room_size(n, MAX_ROWS))
-        after = near.moment.copy()
-        program = (
-            near.moment, *wanted, little, given.matrix, given.bound, task.scale,
-        )  # fmt: skip
-        hessian, gradient, matrix, upper, lower, x, multiplier, box, step = room_parts(room, n, len(near.pairs))
+        context = self._controller.context
+        arrays, (rows, labels, body) = context.surroundings.arrays, context._pairs
+        n, before = len(state.q), state.numbers
+        wanted, given = qp.join_objectives(task.objectives, n + 1), context.no_rows
+        workspace, after = np.zeros(program_size(n + 1, MAX_ROWS)), before.copy()
+        answer = np.zeros(answer_size(n, n + 1, MAX_ROWS))
+        inputs = (before, *wanted, given.matrix, given.bound, scale)
+        hessian, gradient, upper, lower, matrix = program_views(workspace, n + 1, len(state.pairs))
+        step, x, multiplier = answer_views(answer, n, n + 1, len(state.pairs))
         solver = (hessian, gradient, matrix, upper, lower)
-        whole = (
-            *arrays, rows, labels, body, near.moment, *wanted, little, given.matrix, given.bound,
-            task.scale, np.zeros(n), qp.PRIMAL_TOLERANCE, qp.DUAL_TOLERANCE, room, after,
-        )  # fmt: skip
-        called = _seconds(attempt, whole)
+        whole = (*arrays, rows, labels, body, *inputs, np.zeros(n), workspace, answer, after)
+        called = _seconds(fused_step, whole)
         self._note("handing over", _seconds(_nothing, whole), 0.0)
         self._note("whole step", _seconds(self._step, (state, task)), 0.0)
         self._note("compiled", called, 0.0)
-        self._part("rows", _rows, (*arrays[:2], *program, *solver, box))
+        self._part("rows", _rows, (*arrays[:2], *inputs, *solver))
         self._part("qp", _qp, (*solver, x, multiplier))
-        step[:] = x[:n] * task.scale
+        step[:] = x[:n] * scale
         self._part("kinematics", _kinematics, (*arrays[:2], after))
         self._part("proximity", _proximity, (*arrays, after, rows, labels, body))
-        self._part("judge", _judge, (*arrays, near.moment, step, after, rows, labels, body))
+        self._part("judge", _judge, (*arrays, before, step, after, rows, labels, body))
 
     def told(self, median_us: float) -> tuple[dict[str, float], dict[str, float]]:
         """Median µs of each part, together those of a driven step, and of its floor.

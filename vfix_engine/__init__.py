@@ -14,29 +14,94 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .control import ControlSettings
+    from . import errors, fixtures
+    from .control import (
+        Certified,
+        ControlContext,
+        Controller,
+        ControlSettings,
+        HandCommand,
+        Problem,
+        Refused,
+        Solution,
+        StepRequest,
+        StepState,
+        build_step,
+        certify_step,
+        solve_step,
+        tasks,
+    )
+    from .errors import ControlError, InputError, StartRefused, VfixError
+    from .fixtures import Zone, zones
     from .geometry.mesh import TriangleMesh
     from .geometry.path import SplinePath
+    from .geometry.proximity import ProximityTree
     from .imaging.mesh_files import read_mesh
+    from .lumen.drive.snake_drive import SnakeDrive
     from .robots import RobotModel, Tool
     from .simulation.simulation import Simulation
 
 __version__ = "0.1.0"
 
+# Where each name is from; a name that is a module of its own stands for itself.
 _WHERE = {
-    "ControlSettings": ".control",
+    **dict.fromkeys(
+        (
+            "Certified", "ControlContext", "ControlSettings", "Controller", "HandCommand", "Problem", "Refused",
+            "Solution", "StepRequest", "StepState", "build_step", "certify_step", "solve_step",
+        ),
+        ".control",
+    ),
+    **dict.fromkeys(("ControlError", "InputError", "StartRefused", "VfixError"), ".errors"),
+    "ProximityTree": ".geometry.proximity",
     "RobotModel": ".robots",
     "Simulation": ".simulation.simulation",
+    "SnakeDrive": ".lumen.drive.snake_drive",
     "SplinePath": ".geometry.path",
     "Tool": ".robots",
     "TriangleMesh": ".geometry.mesh",
+    "Zone": ".fixtures",
     "read_mesh": ".imaging.mesh_files",
-}
+}  # fmt: skip
+_MODULES = {"errors": ".errors", "fixtures": ".fixtures", "tasks": ".control.tasks", "zones": ".fixtures.zones"}
 
-__all__ = ["ControlSettings", "RobotModel", "Simulation", "SplinePath", "Tool", "TriangleMesh", "read_mesh"]
+__all__ = [
+    "Certified",
+    "ControlContext",
+    "ControlError",
+    "ControlSettings",
+    "Controller",
+    "HandCommand",
+    "InputError",
+    "Problem",
+    "ProximityTree",
+    "Refused",
+    "RobotModel",
+    "Simulation",
+    "SnakeDrive",
+    "Solution",
+    "SplinePath",
+    "StartRefused",
+    "StepRequest",
+    "StepState",
+    "Tool",
+    "TriangleMesh",
+    "VfixError",
+    "Zone",
+    "build_step",
+    "certify_step",
+    "errors",
+    "fixtures",
+    "read_mesh",
+    "solve_step",
+    "tasks",
+    "zones",
+]
 
 
 def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(_MODULES[name], __name__)
     if name not in _WHERE:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(_WHERE[name], __name__), name)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
 from typing import Any, Literal
 
 import viser
 
+from app.messages.client import Client, Role
 from app.messages.fields import Command
-from app.scene.camera import Lens
-from app.scene.hand import GripDrag
 from app.scene.plan import DragEvent
-from app.scene.view import ClickRay, SceneEvents, SceneView
+from app.scene.view import SceneEvents, SceneView
 from app.services import Services
 from app.session.commands import SetStep
 from app.session.inbox import Inbox, Request
@@ -30,6 +30,7 @@ from vfix_engine.errors import VfixError
 Reply = Callable[[bool, Any], None]
 Note = Callable[[str, bool], None]
 FIRST_STEP = "plan"  # where a client begins that has a case open
+SCENE_INTERVAL_S = 0.045  # between two pictures of what changes by itself: a browser draws some 20 a second
 _LOG = logging.getLogger(__name__)
 
 
@@ -56,8 +57,9 @@ class ClientSession:
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
         self._layers: LayerStack | None = None
+        self._drawn_at = 0.0
         self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
-        self.views = Views(client, services, executor, self.post, lambda words, error: self.note(words, error))
+        self.views = Views(Client(client), services, executor, self.post, lambda words, error: self.note(words, error))
         self.steps: dict[str, Step] = {}
         self._step_of: dict[type[Command], Step] = {}
         for spec in specs():
@@ -108,6 +110,12 @@ class ClientSession:
         self.post(lambda: self._each("come_back"))
         self.post(self._look_again, "look again")
 
+    def greet(self, role: Role) -> None:
+        """The client has said what it is; one that was more before gives up what it held."""
+        before, self.views.client = self.views.client, Client(self.client, role)
+        if before.may_hold and not self.views.client.may_hold:
+            self.post(lambda: self._each("give_up"))
+
     def post(self, request: Request, slot: str | None = None) -> bool:
         """Queue a request; False when too many wait already."""
         return self._inbox.put(request, slot)
@@ -128,14 +136,11 @@ class ClientSession:
 
     def _events(self) -> SceneEvents:
         return SceneEvents(
-            clicked=lambda ray: self.post(lambda: self._clicked(ray)),
-            item_dragged=lambda drag: self.post(lambda: self._dragged(drag), _drag_slot(drag)),
-            grip_dragged=self._gripped,
-            camera_moved=lambda lens: self.post(lambda: self._camera_moved(lens), "camera"),
+            clicked=lambda ray: self.post(lambda: self.active.clicked(ray)),
+            item_dragged=lambda drag: self.post(lambda: self.active.dragged(drag), _drag_slot(drag)),
+            grip_dragged=lambda drag: self.active.gripped(drag),
+            camera_moved=lambda lens: self.post(lambda: self.views.camera.moved(lens), "camera"),
         )
-
-    def _gripped(self, drag: GripDrag) -> None:
-        self.active.gripped(drag)
 
     # -- on the session's own thread
 
@@ -221,15 +226,6 @@ class ClientSession:
             step.release_now()
             step.release()
 
-    def _clicked(self, ray: ClickRay) -> None:
-        self.active.clicked(ray)
-
-    def _dragged(self, drag: DragEvent) -> None:
-        self.active.dragged(drag)
-
-    def _camera_moved(self, lens: Lens) -> None:
-        self.views.camera.moved(lens)
-
     # -- what the page and the scene show
 
     def _active_last(self) -> list[Step]:
@@ -256,7 +252,9 @@ class ClientSession:
     def _publish_ticking(self) -> None:
         """Between requests: only the steps whose sections and layers change by themselves."""
         self._publish_steps([step for step in self._active_last() if step.ticks], fresh=False)
-        if self._layers is not None and self.active.ticks:
+        now = time.monotonic()
+        if self._layers is not None and self.active.ticks and now - self._drawn_at >= SCENE_INTERVAL_S:
+            self._drawn_at = now
             self._layers.draw(self.layers().values())
 
     def _draw(self) -> None:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import viser
 
@@ -25,7 +25,7 @@ MAX_SESSIONS = 24  # with those whose page is away
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
 ABANDONED_S = 600.0  # its rehearsal for so long
 ENDED_S = 900.0  # and what it had selected and looked at for so long
-TICK_S = 0.05  # a robot is shown at 20 Hz
+TICK_S = 0.02  # what changes by itself is looked at; its figures are shown at 50 Hz
 LOOK_S = 1.0  # between looks whether the store has changed, and at what changes seldom
 
 
@@ -113,7 +113,7 @@ class ClientSessions:
 
     def connect(self, client: str, wanted: dict[str, str]) -> ClientSession:
         """The session of a client, new or as it was left. Raises TabTaken or TooManyTabs."""
-        from app.session.client_session import ClientSession, make_shared  # here: slow to load, with all of the scene
+        from app.session.client_session import ClientSession  # imported here: slow to load, with all of the scene
 
         with self._lock:
             entry = self._entries.get(client)
@@ -126,15 +126,25 @@ class ClientSessions:
                 entry.session.come_back()
                 return entry.session
             self._make_room()
-            if not self._shared:
-                self._shared = make_shared(self._services)
-            session = ClientSession(client, self._services, self._shared, self._executor, self._warming)
+            session = ClientSession(client, self._services, self._made_shared(), self._executor, self._warming)
             self._entries[client] = _Entry(session, connected=True)
         session.start(wanted)
         scene = self._scene_server.client_for(client)
         if scene is not None:
             session.scene_connected(scene)
         return session
+
+    def shared(self, step: str) -> Any:
+        """What the clients of a step share, for the step's own addresses; slow the first time."""
+        with self._lock:
+            return self._made_shared()[step]
+
+    def _made_shared(self) -> dict[str, Closable | None]:
+        from app.session.client_session import make_shared  # imported here, as above
+
+        if not self._shared:
+            self._shared = make_shared(self._services)
+        return self._shared
 
     def disconnect(self, client: str) -> None:
         """The page is gone: the hand lets go at once, the handle after a grace (HAZ-11), the robot stays for long."""

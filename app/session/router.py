@@ -1,4 +1,4 @@
-"""The websocket ``/session?tab=…``: sections of the view model out, validated commands in."""
+"""The websocket ``/session?tab=…``: a hello both ways, then sections of the view model out, validated commands in."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from fastapi import APIRouter, FastAPI
 from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from app.messages.hello import NotUnderstood, read_hello
 from app.messages.sections import HelloMessage, NoteMessage, ReplyMessage, StateMessage
 from app.messages.version import VERSION
 from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
@@ -26,9 +27,9 @@ if TYPE_CHECKING:
 
 Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage
 MAX_MESSAGE_CHARS = 64_000
-MIN_INTERVAL_S = 0.05  # the page is told at most 20 times a second
+MIN_INTERVAL_S = 0.015  # between two states that a client is told; the sessions' clock makes it 50 a second
 MAX_PER_SECOND = 400  # messages of one client; a hand, keys and a heartbeat stay below 100
-INVALID, NOT_TEXT, TAB_TAKEN, TOO_MANY, FLOOD = 1008, 1003, 4409, 4503, 4429
+INVALID, NOT_TEXT, TAB_TAKEN, NOT_UNDERSTOOD, FLOOD, TOO_MANY = 1008, 1003, 4409, 4426, 4429, 4503
 _LOG = logging.getLogger(__name__)
 _TAB = re.compile(r"[A-Za-z0-9_-]{8,64}")
 _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
@@ -169,7 +170,7 @@ def _finite(value: Any) -> Any:
 
 async def _read(websocket: WebSocket, session: ClientSession, send_soon: Callable[[Message], None]) -> None:
     loop = asyncio.get_running_loop()
-    second, count = loop.time(), 0
+    second, count, greeted = loop.time(), 0, False
     while True:
         message = await websocket.receive()
         if message["type"] == "websocket.disconnect":
@@ -185,6 +186,14 @@ async def _read(websocket: WebSocket, session: ClientSession, send_soon: Callabl
             bounds = f"{MAX_PER_SECOND} messages a second of {MAX_MESSAGE_CHARS} characters each"
             await websocket.close(FLOOD, f"more than {bounds} are not taken; try again in 10 s")
             return
+        if not greeted:
+            try:
+                session.greet(read_hello(text).role)
+            except NotUnderstood as error:
+                await websocket.close(NOT_UNDERSTOOD, str(error))
+                return
+            greeted = True
+            continue
         try:
             command = parse_command(text)
         except ValidationError as error:

@@ -28,7 +28,7 @@ class Closable(Protocol):
 class Step:
     """Base class of the steps.
 
-    spec: what is declared of the step. ticks: its sections and layers are published with every tick, at 20 Hz while it
+    spec: what is declared of the step. ticks: its sections and layers are published with every tick, at 50 Hz while it
     is :attr:`lively`, and not after requests alone. first_view: where the camera looks from when the scene comes while
     the step is active.
     """
@@ -87,7 +87,7 @@ class Step:
         return False
 
     def tick(self) -> bool:
-        """The planner's clock: 20 Hz while a step is lively, else once a second; True publishes everything."""
+        """The planner's clock: 50 Hz while a step is lively, else once a second; True publishes everything."""
         return False
 
     def release_now(self) -> None:

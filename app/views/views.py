@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import Any
 
+from app.messages.client import Client
 from app.messages.fields import Command
 from app.services import Services
 from app.views import commands as c
@@ -21,14 +22,14 @@ Request = Callable[[], None]
 class Views:
     """The open case and plan, the camera, and the ways to the client. Owned by the session's thread.
 
-    client: the id of the client. post: queues a request onto the session's thread; may be called on any.
+    client: who it is and its role. post: queues a request onto the session's thread; may be called on any.
     note: words for the user, and whether they are an error. stale: cases and plans are read anew with what is
     published next.
     """
 
     def __init__(
         self,
-        client: str,
+        client: Client,
         services: Services,
         executor: Executor,
         post: Callable[[Request], Any],

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.control import Task, qp
+from vfix_engine.control import StepRequest, qp
 from vfix_engine.fixtures import Constraint, Objective
 from vfix_engine.simulation.rehearsal import Rehearsal, RehearsalState
 from vfix_engine.simulation.snapshot import Snapshot
@@ -57,8 +57,7 @@ def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState
     else:
         step = np.where(random.random(size) < 0.3, random.choice(NONSENSE, size=size), box * random.normal(size=size))
     within = np.clip(step, robot.lower - state.tool.q, robot.upper - state.tool.q) if kind != 4 else step
-    certifier = rehearsal.controller._certifier
-    tool = certifier.certify(certifier.knows(state.tool), within)
+    tool = rehearsal.controller.certify(state.tool, within)
     after = state if tool is None else replace(state, tool=tool)
     return after, rehearsal.snapshot(after)
 
@@ -91,7 +90,7 @@ def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> St
         spoilt = (target, matrix, rows, bound)[int(random.integers(4))]
         spoilt.flat[int(random.integers(spoilt.size))] = random.choice(NONSENSE)
     constraint = Constraint("target", rows, bound, np.arange(4))
-    task = Task((Objective(matrix, target),), (constraint,), scale, np.ones(size - 1))
+    task = StepRequest((Objective(matrix, target),), (constraint,), scale, np.ones(size - 1))
     report = rehearsal.controller.step(state.tool, task)
     after = replace(state, tool=report.state, steps=state.steps + 1, emergencies=state.emergencies + report.emergency)
     return after, rehearsal.snapshot(after, report)

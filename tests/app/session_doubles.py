@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from app.messages.client import Client
 from app.services import Services
 from app.services.cases import Case, CaseFrame
 from app.services.plans import Plan
@@ -22,7 +23,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 
 SAMPLE = "head-phantom-sample"
 HEAD = "head-phantom"
-CLIENT = "tab-one-0"
+CLIENT = Client("tab-one-0", "holds")
 
 
 class Later(Executor):

@@ -34,8 +34,6 @@ def test_a_fourth_step_is_one_folder_and_one_line(browser: Browser, planner: Pla
     assert page.locator("#steps button").all_inner_texts() == ["Patient", "Plan", "Rehearse", "Marker"]
     page.click("[data-step=marker]")
     station.wait_for("the panel", lambda: page.locator("#marker-words").is_visible())
-    hint = "the hint, once the planner is warm"
-    station.wait_for(hint, lambda: "marker is laid" in page.locator("#hint").inner_text(), patience_s=180.0)
     assert station.state("marker") is None
     assert not any(b"/marker/ball" in frame for frame in received)
     page.click("#lay-marker")
@@ -47,6 +45,8 @@ def test_a_fourth_step_is_one_folder_and_one_line(browser: Browser, planner: Pla
     words = httpx.get(f"{planner.base}/api/steps/marker/words", headers={"Authorization": f"Bearer {TOKEN}"})
     assert words.json() == {"words": "a marker"}
     assert httpx.get(f"{planner.base}/api/steps/marker/words").status_code == 401
+    warm = "the hint, once the planner has compiled its kernels"
+    station.wait_for(warm, lambda: "marker is laid" in page.locator("#hint").inner_text(), patience_s=300.0)
     page.click("[data-step=plan]")
     station.wait_for("another step", lambda: station.state("step")["name"] == "plan")
     station.picture("marker")

@@ -1,13 +1,39 @@
-"""Control: admittance law, one QP, certificate, explanation.
+"""Control: tasks, one QP, certificate, explanation.
 
-One step: the task gives rows, the boundary adds its own, the QP gives a joint step, the certificate takes, shrinks or
-holds it, and the explanation names what held it.
+One step: the tasks and fixtures give rows, the boundary adds its own (``build_step``), the QP gives a joint step
+(``solve_step``), and the certificate takes or refuses it (``certify_step``).
+The controller does these three, tries less where a step is refused, and names what held it.
 """
 
-from ..fixtures import ToolState
+from ..fixtures import StepState, ToolState
+from .blockers import Blocker
+from .context import ControlContext
 from .controller import Controller
-from .explain import Blocker
+from .problem import Problem, Row
+from .qp import Solution
 from .settings import Bound, ControlSettings
-from .task import StepReport, Task
+from .step import Certified, Refused, build_step, certify_step, solve_step
+from .step_report import StepReport
+from .step_request import HandCommand, StepRequest, Task
 
-__all__ = ["Blocker", "Bound", "ControlSettings", "Controller", "StepReport", "Task", "ToolState"]
+__all__ = [
+    "Blocker",
+    "Bound",
+    "Certified",
+    "ControlContext",
+    "ControlSettings",
+    "Controller",
+    "HandCommand",
+    "Problem",
+    "Refused",
+    "Row",
+    "Solution",
+    "StepReport",
+    "StepRequest",
+    "StepState",
+    "Task",
+    "ToolState",
+    "build_step",
+    "certify_step",
+    "solve_step",
+]

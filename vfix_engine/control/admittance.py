@@ -61,14 +61,14 @@ def approach_velocity(force: Array, towards: Array, *, gain: float, fastest: flo
     return towards * (min(gain * float(np.linalg.norm(force)), fastest) / distance)
 
 
-def eased(now: Array, wanted: Array, change: float) -> tuple[Array, float]:
-    """The velocity one step nearer to the wanted one, and the share s of the way from one to the other.
+def slew_limited(now: Array, wanted: Array, change: float) -> tuple[Array, float]:
+    """The velocity one step nearer to the wanted one, and the share s of the change from one to the other.
 
     A tool has inertia: v = v_now + s (v_wanted − v_now), so that ‖v − v_now‖ ≤ change, an acceleration × dt.
     A hand that is gone wants 0: the same line brings the tool to rest, along its fixture.
     """
-    way = wanted - now
-    length = float(np.linalg.norm(way))
+    difference = wanted - now
+    length = float(np.linalg.norm(difference))
     if length <= change:
         return wanted, 1.0
-    return now + way * (change / length), change / length
+    return now + difference * (change / length), change / length

@@ -13,8 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.joint_limits import step_box
-from ..fixtures.moment_kernel import BODY, SEGMENT, TRIANGLE
+from ..fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
 from ..fixtures.stopping import stopping_distance
 from ..geometry.compiled import compiled
 from ..geometry.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
@@ -25,13 +24,13 @@ Index = NDArray[np.int32]
 
 
 @compiled
-def largest_moves(
-    world: World, q: Array, velocity: Array, position: Array, jacobian: Array, start: Array, end: Array, move: Array
-) -> None:
-    """Bound (S,) in mm of how far any point of each segment moves in the next step: at one of its ends."""
-    n = len(q)
-    low, high = np.empty(n), np.empty(n)
-    step_box(q, velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt, low, high)
+def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, end: Array, move: Array) -> None:
+    """Bound (S,) in mm of how far any point of each segment moves in the next step: at one of its ends.
+
+    Args:
+        box: (2, n) least and largest Δq, see ``step_box``.
+    """
+    n = box.shape[1]
     for s in range(len(move)):
         move[s] = 0.0
         for side in range(2):
@@ -43,7 +42,7 @@ def largest_moves(
                 u = jacobian[0, j] + b * z - c * y
                 v = jacobian[1, j] + c * x - a * z
                 w = jacobian[2, j] + a * y - b * x
-                total += max(abs(low[j]), abs(high[j])) * np.sqrt(u * u + v * v + w * w)
+                total += max(abs(box[0, j]), abs(box[1, j])) * np.sqrt(u * u + v * v + w * w)
             move[s] = max(move[s], total)
 
 
@@ -55,7 +54,7 @@ def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, 
 
     Args:
         move: (S,) from ``largest_moves``; rows, labels, body: the ``found`` pairs of ``measure``.
-        pairs: (MAX_ROWS, 13) out, see ``moment_kernel``.
+        pairs: (MAX_ROWS, 13) out, see ``state_kernel``.
     """
     limit = np.empty(len(move))
     for s in range(len(move)):

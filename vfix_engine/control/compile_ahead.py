@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.moment_kernel import PAIR, moment_parts, moment_places
+from ..fixtures.joint_limits import step_box
+from ..fixtures.state_kernel import PAIR, StateViews, state_size, state_views
 from ..geometry.candidate_kernels import pack
 from ..geometry.candidates import CandidateList
 from ..geometry.capsules import Segments
@@ -23,9 +24,9 @@ from .bind_kernel import binding, largest_moves
 from .dual_kernel import solve_dual
 from .judge_kernel import judge, look
 from .measure_kernel import covered, measure, place
-from .problem_kernel import prepare, settle
+from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
 from .settings import ControlSettings
-from .step_kernel import room_parts, room_size
+from .step_kernel import answer_size, answer_views, program_size, program_views
 from .surroundings import Surroundings
 from .sweep_kernel import bend, chords
 from .world import World, unpack_cover, unpack_world
@@ -38,27 +39,28 @@ def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Non
     around = _surroundings(robot, tool, settings)
     around.gather(around.world.start, around.world.end)
     world = unpack_world(*around.packed)
-    moment, parts = _moment(world)
-    q, _, position, rotation, jacobian, start, end, distance = parts
+    numbers, state = _state(world)
     # Distances first: the process with the tree will be asking for their kernels.
     cover = unpack_cover(len(world.radius), *around.arrays[2:])
-    rows, labels, body = _room()
-    measure(world, cover, start, end, world.threshold, distance, rows, labels, body)
-    covered(world, cover, start, end)
-    place(world, q, position, rotation, jacobian, start, end)
-    look(*around.arrays, moment, rows, labels, body)
-    judge(*around.arrays, moment, np.zeros(len(q)), moment.copy(), rows, labels, body)
+    rows, labels, body = _one_pair()
+    measure(world, cover, state.start, state.end, world.threshold, state.distance, rows, labels, body)
+    covered(world, cover, state.start, state.end)
+    place(world, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
+    look(*around.arrays, numbers, rows, labels, body)
+    judge(*around.arrays, numbers, np.zeros(len(state.q)), numbers.copy(), rows, labels, body)
 
 
 def call_motion(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
     """How far the tool can move, between two poses and in a step, and which pairs can bind."""
     world = unpack_world(*_surroundings(robot, tool, settings).packed)
-    _, (q, velocity, position, _, jacobian, start, end, _) = _moment(world)
-    rows, labels, body = _room()
+    _, s = _state(world)
+    rows, labels, body = _one_pair()
     move, pairs = np.empty(len(world.radius)), np.empty((MAX_ROWS, PAIR))
-    chords(start, end, start, end, move)
-    bend(world.chain, world.links, world.reach, q, velocity)
-    largest_moves(world, q, velocity, position, jacobian, start, end, move)
+    chords(s.start, s.end, s.start, s.end, move)
+    bend(world.chain, world.links, world.reach, s.q, s.velocity)
+    limits = (world.lower, world.upper, world.speed, world.acceleration, world.dt)
+    step_box(s.q, s.velocity, *limits, s.box[0], s.box[1])
+    largest_moves(s.box, s.position, s.jacobian, s.start, s.end, move)
     binding(world, move, rows, labels, body, 1, pairs)
 
 
@@ -66,27 +68,29 @@ def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> No
     """The program of a step that wants one joint to move, and its solver."""
     packed = _surroundings(robot, tool, settings).packed
     joints, segments, bodies = packed.counts[:3].tolist()
-    moment = np.zeros(moment_places(joints, segments, bodies)[-1])
-    room = np.zeros(room_size(joints, MAX_ROWS))
-    hessian, gradient, rows, upper, lower, x, multiplier, box, _ = room_parts(room, joints, 0)
+    numbers = np.zeros(state_size(joints, segments, bodies))
+    workspace = np.zeros(program_size(joints + 1, MAX_ROWS))
+    hessian, gradient, upper, lower, rows = program_views(workspace, joints + 1, 0)
+    answer = np.zeros(answer_size(joints, joints + 1, MAX_ROWS))
+    _, x, multiplier = answer_views(answer, joints, joints + 1, 0)
     given = qp.join_constraints((), joints + 1)
     prepare(
-        *packed, moment, np.eye(1, joints + 1), np.ones(1), np.ones(1), np.eye(joints + 1), given.matrix, given.bound,
-        1.0, hessian, gradient, rows, upper, lower, box,
+        *packed, numbers, np.eye(1, joints + 1), np.ones(1), np.ones(1), given.matrix, given.bound,
+        1.0, hessian, gradient, rows, upper, lower,
     )  # fmt: skip
     solve_dual(hessian, gradient, rows, upper, lower, x, multiplier)
-    settle(hessian, gradient, rows, upper, lower, x, multiplier, qp.PRIMAL_TOLERANCE, qp.DUAL_TOLERANCE)
+    check_kkt(hessian, gradient, rows, upper, lower, x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE)
 
 
-def _moment(world: World) -> tuple[Array, tuple[Array, ...]]:
-    """An empty moment and its parts."""
-    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
-    moment = np.zeros(moment_places(n, count, bodies)[-1])
-    return moment, moment_parts(moment, n, count, bodies)
+def _state(world: World) -> tuple[Array, StateViews]:
+    """An empty packed state and its parts."""
+    sizes = len(world.lower), len(world.radius), len(world.margin)
+    numbers = np.zeros(state_size(*sizes))
+    return numbers, state_views(numbers, *sizes)
 
 
-def _room() -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-    """For one pair."""
+def _one_pair() -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
+    """Workspace for one pair."""
     return np.ones((1, 10)), np.zeros((1, 2), np.int32), np.zeros(1, np.int32)
 
 

@@ -16,9 +16,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.moment_kernel import moment_pairs, moment_parts, set_pair_count
+from ..fixtures.joint_limits import step_box
+from ..fixtures.state_kernel import BROKEN_COUNT, PAIR_COUNT, StateViews, state_views
 from ..geometry.compiled import compiled, inlined
-from ..geometry.pairs import MAX_ROWS
 from .bind_kernel import binding, largest_moves
 from .measure_kernel import covered, measure, place
 from .sweep_kernel import bend, chords
@@ -102,25 +102,26 @@ def _clear_in_halves(
 
 
 @compiled
-def _keep_pairs(world: World, moment: Array, rows: Array, labels: Index, body: Index, found: int) -> None:
-    """Write those of the pairs into a moment that can bind in the step from it."""
-    set_pair_count(moment, 0)
+def _complete(world: World, state: StateViews, rows: Array, labels: Index, body: Index, found: int) -> None:
+    """Write the joints' box of the step from a measured state, and those of its pairs that can bind in that step."""
+    state.counts[BROKEN_COUNT] = step_box(
+        state.q, state.velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt,
+        state.box[0], state.box[1],
+    )  # fmt: skip
+    state.counts[PAIR_COUNT] = 0
     if found > 0:
-        n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
-        q, velocity, position, _, jacobian, start, end, _ = moment_parts(moment, n, count, bodies)
-        move = np.empty(count)
-        largest_moves(world, q, velocity, position, jacobian, start, end, move)
-        set_pair_count(moment, MAX_ROWS)
-        set_pair_count(moment, binding(world, move, rows, labels, body, found, moment_pairs(moment)))
+        move = np.empty(len(world.radius))
+        largest_moves(state.box, state.position, state.jacobian, state.start, state.end, move)
+        state.counts[PAIR_COUNT] = binding(world, move, rows, labels, body, found, state.pairs)
 
 
 @compiled
 def look(
     numbers: Array, counts: Counts,
     boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
-    moment: Array, rows: Array, labels: Index, body: Index,
+    numbers_out: Array, rows: Array, labels: Index, body: Index,
 ) -> tuple[int, int]:  # fmt: skip
-    """Complete a moment whose joints and velocity are given.
+    """Complete a packed state whose joints and velocity are given.
 
     Args: see ``judge``.
 
@@ -129,15 +130,16 @@ def look(
     """
     world = unpack_world(numbers, counts)
     cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
-    q, _, position, rotation, jacobian, start, end, distance = moment_parts(moment, n, count, bodies)
-    place(world, q, position, rotation, jacobian, start, end)
-    if not covered(world, cover, start, end):
+    state = state_views(numbers_out, len(world.lower), len(world.radius), len(world.margin))
+    place(world, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
+    if not covered(world, cover, state.start, state.end):
         return UNCOVERED, 0
-    found = measure(world, cover, start, end, world.threshold, distance, rows, labels, body)
+    found = measure(
+        world, cover, state.start, state.end, world.threshold, state.distance, rows, labels, body
+    )  # fmt: skip
     if found > len(rows):
         return OVERFULL, found
-    _keep_pairs(world, moment, rows, labels, body, found)
+    _complete(world, state, rows, labels, body, found)
     return KEPT, 0
 
 
@@ -147,11 +149,11 @@ def judge(
     boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
     before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Judge the motion from the moment ``before`` by ``step`` (n,), and write the moment that it ends in.
+    """Judge the motion from the packed state ``before`` by ``step`` (n,), and write the state that it ends in.
 
     Args:
         numbers, counts: a ``PackedWorld``; boxes … poses: a packed cover.
-        after: out, a moment (see ``moment_kernel``); its pose is written whatever the verdict.
+        after: out, a packed state (see ``state_kernel``); its pose is written whatever the verdict.
         rows, labels, body: (R, …) room for the pairs within the threshold.
 
     Returns:
@@ -162,19 +164,18 @@ def judge(
     world = unpack_world(numbers, counts)
     cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
     n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
-    q, _, _, _, _, start, end, distance = moment_parts(before, n, count, bodies)
-    new_q, velocity, position, rotation, jacobian, new_start, new_end, new_distance = moment_parts(
-        after, n, count, bodies
-    )
+    state, new = state_views(before, n, count, bodies), state_views(after, n, count, bodies)
+    q, start, end, distance = state.q, state.start, state.end, state.distance
+    new_q, new_start, new_end, new_distance = new.q, new.start, new.end, new.distance
     for j in range(n):
         if not np.abs(step[j]) < np.inf:
             return REFUSED, 0, 0.0
         # q + (limit − q) may be the limit's neighbour: the last bit goes to the limit.
         low, high = min(world.lower[j], q[j]), max(world.upper[j], q[j])
-        new_q[j], velocity[j] = q[j] + step[j], step[j] / world.dt
+        new_q[j], new.velocity[j] = q[j] + step[j], step[j] / world.dt
         if low - LAST_BIT * (1.0 + np.abs(low)) < new_q[j] < high + LAST_BIT * (1.0 + np.abs(high)):
             new_q[j] = min(max(new_q[j], low), high)
-    place(world, new_q, position, rotation, jacobian, new_start, new_end)
+    place(world, new_q, new.position, new.rotation, new.jacobian, new_start, new_end)
     chord, floor = np.empty(count), np.empty((bodies, count))
     chords(start, end, new_start, new_end, chord)
     curve = bend(world.chain, world.links, world.reach, q, step)
@@ -198,5 +199,5 @@ def judge(
         )
         if verdict != KEPT:
             return verdict, 0, way
-    _keep_pairs(world, after, rows, labels, body, found)
+    _complete(world, new, rows, labels, body, found)
     return KEPT, 0, way

@@ -10,15 +10,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.boundary import approach, room_to_step
-from ..fixtures.joint_limits import step_box
-from ..fixtures.moment_kernel import BODY, moment_pairs, moment_parts
+from ..fixtures.boundary import approach
+from ..fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
+from ..fixtures.stopping import room_to_step
 from ..geometry.compiled import compiled, inlined
 from .world import Counts, World, unpack_world
 
 Array = NDArray[np.float64]
 
 UNBOUNDED = 1e30
+PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
+DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
 REGULARISATION = 1e-9  # keeps H positive definite where an objective says nothing, e.g. about λ
 
 
@@ -41,7 +43,7 @@ def add_objective(matrix: Array, target: Array, weight: Array, scale: float, hes
 
 @compiled
 def fill(
-    matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
+    matrix: Array, target: Array, weight: Array, regularisation: Array, given: Array, bound: Array,
     pairs: Array, keep: Array, change: float, position: Array, jacobian: Array, scale: float,
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> None:  # fmt: skip
@@ -51,13 +53,13 @@ def fill(
 
     Args:
         matrix, target, weight: objective rows (m, n + 1), (m,), (m,).
-        little: (n + 1, n + 1) matrix AᵀA of objective rows without target that every step has.
+        regularisation: (n + 1, n + 1) matrix WᵀW of objective rows without target that every step has.
         given, bound: constraint rows (k, n + 1), (k,).
-        pairs: (p, 13), see ``moment_kernel``; keep: (B,) mm, what is kept from each body; change: see ``room_to_step``.
+        pairs: (p, 13), see ``state_kernel``; keep: (B,) mm, what is kept from each body; change: see ``room_to_step``.
         position, jacobian: of the tip, (3,), (6, n); scale: L in mm.
         hessian, gradient, rows, upper, lower: out, (c, c), (c,), (k + p, c), (c + k + p,) twice.
     """
-    size = len(little)
+    size = len(regularisation)
     hessian[:] = 0.0
     gradient[:] = 0.0
     rows[:] = 0.0
@@ -66,7 +68,7 @@ def fill(
     lower[: len(gradient)] = 0.0
     for a in range(size):
         for b in range(size):
-            hessian[a, b] = little[a, b]
+            hessian[a, b] = regularisation[a, b]
     add_objective(matrix, target, weight, scale, hessian, gradient)
     for a in range(len(gradient)):
         hessian[a, a] += REGULARISATION
@@ -94,50 +96,45 @@ def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -
 
 @compiled
 def assemble(
-    world: World, moment: Array, matrix: Array, target: Array, weight: Array, little: Array, given: Array, bound: Array,
-    scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, box: Array,
-) -> tuple[float, int]:  # fmt: skip
-    """The QP of one step from a measured moment: ``fill`` with the box of the joints' limits.
+    world: World, state: StateViews, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
+    scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
+) -> float:  # fmt: skip
+    """The QP of one step from a measured state: ``fill`` with the box of the joints' limits.
 
     Args:
         scale: length of the wanted step in mm; the others as in ``fill``.
-        box: out, (2, n) least and largest Δq that every limit of the joints allows.
 
     Returns:
-        The scale L that was taken, and how many joints cannot keep their acceleration (see ``step_box``).
+        The scale L that was taken.
         What the joints do already counts for L as well, so that a robot that has to brake under a light hand is no
         badly scaled problem.
     """
-    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
-    q, velocity, position, _, jacobian, _, _, _ = moment_parts(moment, n, count, bodies)
-    for j in range(n):
-        scale = max(scale, abs(velocity[j]) * world.dt)
-    pairs = moment_pairs(moment)
+    for j in range(len(world.lower)):
+        scale = max(scale, abs(state.velocity[j]) * world.dt)
     fill(
-        matrix, target, weight, little, given, bound, pairs, world.keep, world.change, position, jacobian, scale,
-        hessian, gradient, rows, upper, lower,
+        matrix, target, weight, world.regularisation, given, bound, binding_pairs(state), world.keep, world.change,
+        state.position, state.jacobian, scale, hessian, gradient, rows, upper, lower,
     )  # fmt: skip
-    low, high = box[0], box[1]
-    broken = step_box(q, velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt, low, high)
-    set_box(low, high, scale, upper, lower)
-    return scale, broken
+    set_box(state.box[0], state.box[1], scale, upper, lower)
+    return scale
 
 
 @compiled
 def prepare(
-    numbers: Array, counts: Counts, moment: Array, matrix: Array, target: Array, weight: Array, little: Array,
+    numbers: Array, counts: Counts, before: Array, matrix: Array, target: Array, weight: Array,
     given: Array, bound: Array, scale: float,
-    hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, box: Array,
-) -> tuple[float, int]:  # fmt: skip
-    """``assemble`` with a ``PackedWorld``."""
+    hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
+) -> float:  # fmt: skip
+    """``assemble`` with a packed world and a packed state."""
+    world = unpack_world(numbers, counts)
+    state = state_views(before, len(world.lower), len(world.radius), len(world.margin))
     return assemble(
-        unpack_world(numbers, counts), moment, matrix, target, weight, little, given, bound, scale,
-        hessian, gradient, rows, upper, lower, box,
+        world, state, matrix, target, weight, given, bound, scale, hessian, gradient, rows, upper, lower
     )  # fmt: skip
 
 
 @compiled
-def settle(
+def check_kkt(
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, x: Array, multiplier: Array,
     primal: float, dual: float,
 ) -> bool:  # fmt: skip

@@ -1,6 +1,6 @@
 """All objectives and constraints as one QP, solved, and the answer checked (Li 2007, eq. 20-21).
 
-Problem: minimise ½ xᵀH x + fᵀx subject to G x ≤ h and low ≤ x ≤ high, x = (Δq, λ, slacks of soft constraints).
+Program: minimise ½ xᵀH x + fᵀx subject to G x ≤ h and low ≤ x ≤ high, x = (Δq, λ, slacks of soft constraints).
 The step is scaled by its length L before solving, so that tolerances mean the same at every speed.
 """
 
@@ -14,28 +14,48 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ControlError, InputError
 from ..fixtures import Constraint, Objective
-from ..fixtures.moment_kernel import PAIR
+from ..fixtures.state_kernel import PAIR
 from .dual_kernel import solve_dual
-from .problem_kernel import UNBOUNDED, fill, set_box, settle
+from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, UNBOUNDED, check_kkt, fill, set_box
+from .step_kernel import program_size, program_views
 
 Array = NDArray[np.float64]
 
 _FLOAT = np.dtype(np.float64)
 DUAL = "dual"  # our own solver, a part of the compiled step
 DAQP = "daqp"  # called natively
-PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
-DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
 RETREAT = 100.0  # what a missing mm² of a retreat costs where not all of it can be had, against one of the wanted step
 
 
 class Solution(NamedTuple):
-    """A checked answer: step Δq (n,), progress λ, and the multipliers of all unknowns and rows."""
+    """The answer to a program: step Δq (n,) in mm and rad, progress λ, and the multipliers of all unknowns and rows.
+
+    why: why there is none; '' where the answer fulfils the Karush-Kuhn-Tucker conditions.
+    """
 
     step: Array
     progress: float
     multiplier: Array
     unknowns: int
+    why: str = ""
+
+    @property
+    def found(self) -> bool:
+        """Whether there is an answer; it has been checked then."""
+        return not self.why
+
+    @property
+    def dq(self) -> Array:
+        """The step Δq (n,) in mm and rad.
+
+        Raises:
+            ControlError: there is no answer; the message says why.
+        """
+        if self.why:
+            raise ControlError(f"the step has no solution: {self.why}")
+        return self.step
 
     @property
     def row_multiplier(self) -> Array:
@@ -48,7 +68,7 @@ class Solution(NamedTuple):
         return self.multiplier[: len(self.step)]
 
 
-class Problem(NamedTuple):
+class Program(NamedTuple):
     """One scaled QP over y = (Δq / L, λ, slacks / L), c unknowns and m rows; ``scale`` L in mm, ``joints`` n.
 
     hessian: (c, c); gradient: (c,); rows: (m, c).
@@ -83,7 +103,7 @@ class Problem(NamedTuple):
         """Inequality rows the way the papers count them: constraints and both sides of every joint bound."""
         return len(self.rows) + 2 * self.joints
 
-    def holdable(self, first: int = 0) -> Problem:
+    def holdable(self, first: int = 0) -> Program:
         """The same problem with every bound widened so far that x = 0 is feasible, from row ``first`` on.
 
         What the widened rows asked for, such as a retreat from both walls of a gap, is a strong wish from then on.
@@ -100,7 +120,7 @@ class Problem(NamedTuple):
             gradient = self.gradient - RETREAT * (target @ rows)
         return self._replace(hessian=hessian, gradient=gradient, upper=upper)
 
-    def boxed(self, low: Array, high: Array) -> Problem:
+    def boxed(self, low: Array, high: Array) -> Program:
         """The same problem with another box (n,), (n,) for Δq."""
         upper, lower = self.upper.copy(), self.lower.copy()
         set_box(low, high, self.scale, upper, lower)
@@ -134,8 +154,19 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
         alone = objectives[0]
         matrix, target = alone.matrix, alone.target
         # Kernels are compiled for these, and a copy takes longer than to look; another dtype object is copied.
-        if matrix.flags.carray and target.flags.carray and matrix.dtype is target.dtype is _FLOAT:
+        if (
+            matrix.shape == (len(target), size)
+            and matrix.flags.carray
+            and target.flags.carray
+            and matrix.dtype is target.dtype is _FLOAT
+        ):
             return ObjectiveRows(matrix, target, _weights(len(target), alone.weight))
+    for o in objectives:
+        if np.shape(o.matrix) != (*np.shape(o.target), size):
+            raise InputError(
+                f"an objective has a matrix {np.shape(o.matrix)} and a target {np.shape(o.target)}; "
+                f"m rows need (m, {size}) and (m,): {size - 1} joints and the progress variable"
+            )
     count = sum([len(o.target) for o in objectives])
     matrix, target, weight = np.empty((count, size)), np.empty(count), np.empty(count)
     row = 0
@@ -153,6 +184,12 @@ def _weights(count: int, weight: float) -> Array:
 
 def join_constraints(constraints: Sequence[Constraint], size: int) -> ConstraintRows:
     """The rows of all constraints as contiguous arrays; ``size``: n + 1."""
+    for c in constraints:
+        if np.shape(c.matrix) != (*np.shape(c.bound), size):
+            raise InputError(
+                f"the constraint '{c.kind}' has a matrix {np.shape(c.matrix)} and a bound {np.shape(c.bound)}; "
+                f"m rows need (m, {size}) and (m,): {size - 1} joints and the progress variable"
+            )
     count = sum([len(c.bound) for c in constraints])
     matrix, bound = np.empty((count, size)), np.empty(count)
     soft: list[tuple[int, Constraint]] = []
@@ -166,19 +203,13 @@ def join_constraints(constraints: Sequence[Constraint], size: int) -> Constraint
     return ConstraintRows(matrix, bound, tuple(soft))
 
 
-Arrays = tuple[Array, Array, Array, Array, Array]
+def program_in(workspace: Array, joints: int, slacks: int, rows: int, scale: float) -> Program:
+    """The program in a packed workspace, see ``step_kernel.ProgramViews``; its values are left as they are."""
+    p = program_views(workspace, joints + 1 + slacks, rows)
+    return Program(p.hessian, p.gradient, p.rows, p.upper, p.lower, scale, joints)
 
 
-def blank(joints: int, constraints: ConstraintRows, pairs: int) -> Arrays:
-    """Room for the arrays of a problem with so many joints, rows and pairs; nothing in it has a value yet."""
-    size = joints + 1 + constraints.slacks
-    count = len(constraints.bound) + pairs
-    return (
-        np.empty((size, size)), np.empty(size), np.empty((count, size)), np.empty(size + count), np.empty(size + count),
-    )  # fmt: skip
-
-
-def soften(problem: Problem, constraints: ConstraintRows) -> None:
+def soften(problem: Program, constraints: ConstraintRows) -> None:
     """Write the slacks of soft constraints into a filled problem: G x − s ≤ h at the cost ½ p s² + c s."""
     slack = problem.joints + 1
     for row, constraint in constraints.soft:
@@ -195,7 +226,7 @@ def soften(problem: Problem, constraints: ConstraintRows) -> None:
 
 def stack(
     objectives: Sequence[Objective], constraints: Sequence[Constraint], low: Array, high: Array, scale: float
-) -> Problem:
+) -> Program:
     """One QP from given rows alone (eq. 3, 20, 21).
 
     Args:
@@ -204,12 +235,12 @@ def stack(
     """
     n = len(low)
     wanted, given = join_objectives(objectives, n + 1), join_constraints(constraints, n + 1)
-    arrays = blank(n, given, 0)
+    workspace = np.empty(program_size(n + 1 + given.slacks, len(given.bound)))
+    problem = program_in(workspace, n, given.slacks, len(given.bound), float(scale))
     fill(
         wanted.matrix, wanted.target, wanted.weight, np.zeros((n + 1, n + 1)), given.matrix, given.bound,
-        _NO_PAIRS, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *arrays,
+        _NO_PAIRS, _NOTHING, np.inf, _NOTHING, _read_only(np.zeros((6, n))), scale, *problem[:5],
     )  # fmt: skip
-    problem = Problem(*arrays, float(scale), n)
     set_box(np.array(low, dtype=float), np.array(high, dtype=float), scale, problem.upper, problem.lower)
     soften(problem, given)
     return problem
@@ -223,7 +254,7 @@ def check_solver(solver: str) -> None:
         check_name(solver, (DUAL, DAQP))
 
 
-def solve(problem: Problem, solver: str = DUAL) -> Solution | None:
+def solve(problem: Program, solver: str = DUAL, own_failed: bool = False) -> Solution | None:
     """The minimiser, or None when the problem has none or the solver's answer does not stand its check.
 
     Several solvers return a finite, wrong x on an infeasible problem, so the answer is judged by its residuals:
@@ -231,35 +262,37 @@ def solve(problem: Problem, solver: str = DUAL) -> Solution | None:
 
     Args:
         solver: 'dual' is our own (``dual_kernel``), 'daqp' is called natively; any other goes through qpsolvers.
+        own_failed: 'dual' has been asked already, in the fused kernel, and had no answer that stands the check.
     """
     if solver == DUAL:
         # Where rounding got the upper hand over our own, another one is asked before the step is given up.
-        return _settled(problem, _solve_here(problem)) or _settled(problem, _solve_natively(problem))
+        own = None if own_failed else _checked(problem, _solve_here(problem))
+        return own or _checked(problem, _solve_natively(problem))
     if solver == DAQP:
-        return _settled(problem, _solve_natively(problem))
+        return _checked(problem, _solve_natively(problem))
     from .named_solvers import solve_by_name
 
     check_solver(solver)
-    return _settled(problem, solve_by_name(problem, solver))
+    return _checked(problem, solve_by_name(problem, solver))
 
 
-def _settled(problem: Problem, answer: tuple[Array, Array] | None) -> Solution | None:
+def _checked(problem: Program, answer: tuple[Array, Array] | None) -> Solution | None:
     """The answer, if there is one and it stands the check."""
     if answer is None:
         return None
     x, multiplier = answer
-    if not settle(*problem[:5], x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE):
+    if not check_kkt(*problem[:5], x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE):
         return None
     n = problem.joints
     return Solution(x[:n] * problem.scale, x[n], multiplier, len(x))
 
 
-def _solve_here(problem: Problem) -> tuple[Array, Array] | None:
+def _solve_here(problem: Program) -> tuple[Array, Array] | None:
     x, multiplier = np.empty(len(problem.gradient)), np.empty(len(problem.upper))
     return (x, multiplier) if solve_dual(*problem[:5], x, multiplier) else None
 
 
-def _solve_natively(problem: Problem) -> tuple[Array, Array] | None:
+def _solve_natively(problem: Program) -> tuple[Array, Array] | None:
     sense = np.zeros(len(problem.upper), dtype=np.int32)
     x, _, flag, info = daqp.solve(problem.hessian, problem.gradient, problem.rows, problem.upper, problem.lower, sense)
     return (x, info["lam"]) if flag == 1 else None

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fixtures import joint_regularisation
 from ..fixtures.zones import Zone, bodies, ordered
 from ..geometry.candidate_kernels import Candidates
 from ..geometry.capsules import Segments
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 
 BUFFER_MM = 0.012  # rows keep this much more than the margin, so that the certificate rarely has to say no
 BEYOND_MARGIN_MM = 1.0  # pairs are looked for at least this far beyond every body's margin
+ANATOMY = "bone"  # id of the anatomy's surface
 SLACK_MM = 1.0  # how far the tool may move before the triangles around it are gathered anew
 
 
@@ -38,6 +40,7 @@ class Surroundings:
         self, robot: PlacedRobot, tool: Tool, tree: Proximity, settings: ControlSettings, zones: Sequence[Zone] = ()
     ):
         self.zones = ordered(zones)
+        self.structure = ANATOMY
         patches, _ = bodies(self.zones)
         self.surfaces = (tree, *patches)
         self.world = _world_of(robot, tool, settings, self.zones)
@@ -61,6 +64,7 @@ def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: 
     """All that stays the same for one tool among an anatomy and ``zones``, which are ordered."""
     margin = np.array([settings.margin_mm, *(zone.margin_mm for zone in zones)])
     model, chain = robot.robot, robot.chain
+    rows = joint_regularisation(model).matrix
     ends = tool.segments(np.eye(3), np.zeros(3))
     farthest = max(np.linalg.norm(ends.start, axis=1).max(), np.linalg.norm(ends.end, axis=1).max())
     return World(
@@ -80,6 +84,7 @@ def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: 
         threshold=float(max(settings.reach_mm, margin.max() + BEYOND_MARGIN_MM)),
         change=float(settings.approach_deceleration_mm_per_s2 * settings.dt_s**2),
         dt=float(settings.dt_s),
+        regularisation=rows.T @ (1.0 * rows),
     )
 
 

@@ -1,18 +1,19 @@
 """What the compiled parts of a step are told: the robot's and tool's fixed numbers, and the triangles kept near.
 
 Every array that Python hands to compiled code costs time, so both travel packed and are unpacked inside.
+``WorldNumbers`` and ``CoverNumbers`` are the tables of their fields.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.compiled import shared
+from ..geometry.packed import packed, packing
 from ..geometry.shapes import DATA_WIDTH, ShapeTable
-from ..geometry.views import view
 from ..robots.chain_kernel import Chain
 
 Array = NDArray[np.float64]
@@ -30,6 +31,7 @@ class World(NamedTuple):
     shapes: the analytic bodies, which come after those that are surfaces.
     margin: (B,) of every body; keep: (B,) margin and buffer, what the rows of the QP keep.
     threshold: pairs are looked for up to here; change: approach deceleration · dt², see ``boundary.approach_room``.
+    regularisation: (n + 1, n + 1) WᵀW of the joint regularisation, an objective that every step has.
     """
 
     chain: Chain
@@ -48,6 +50,46 @@ class World(NamedTuple):
     threshold: float
     change: float
     dt: float
+    regularisation: Array
+
+
+class WorldNumbers(NamedTuple):
+    """The numbers of a world as they are packed; n joints, s segments, b bodies, z of them shapes."""
+
+    reach: Annotated[float, ()]
+    threshold: Annotated[float, ()]
+    change: Annotated[float, ()]
+    dt: Annotated[float, ()]
+    axis: Annotated[Array, "n", 3]
+    rotation: Annotated[Array, "n", 3, 3]
+    offset: Annotated[Array, "n", 3]
+    tip_rotation: Annotated[Array, 3, 3]
+    tip_offset: Annotated[Array, 3]
+    links: Annotated[Array, "n"]
+    lower: Annotated[Array, "n"]
+    upper: Annotated[Array, "n"]
+    speed: Annotated[Array, "n"]
+    acceleration: Annotated[Array, "n"]
+    start: Annotated[Array, "s", 3]
+    end: Annotated[Array, "s", 3]
+    radius: Annotated[Array, "s"]
+    margin: Annotated[Array, "b"]
+    keep: Annotated[Array, "b"]
+    regularisation: Annotated[Array, "n + 1", "n + 1"]
+    shapes: Annotated[Array, "z", DATA_WIDTH]
+
+
+class WorldKinds(NamedTuple):
+    """The whole numbers of a world: n, s, b and z, then the joints' kinds and the shapes' kinds."""
+
+    sizes: Annotated[Counts, 4]
+    revolute: Annotated[Counts, "n"]
+    shape: Annotated[Counts, "z"]
+
+
+WORLD = packing(WorldNumbers, "n", "s", "b", "z")
+KINDS = packing(WorldKinds, "n", "z")
+_world_views, _kind_views = WORLD.views, KINDS.views
 
 
 class Cover(NamedTuple):
@@ -68,8 +110,21 @@ class Cover(NamedTuple):
     slack: float
 
 
+class CoverNumbers(NamedTuple):
+    """The small arrays of a cover as they are packed; s segments, k surfaces."""
+
+    slack: Annotated[float, ()]
+    start: Annotated[Array, "s", 3]
+    end: Annotated[Array, "s", 3]
+    frame: Annotated[Array, "k", 4]
+
+
+COVER = packing(CoverNumbers, "s", "k")
+_cover_views = COVER.views
+
+
 class PackedWorld(NamedTuple):
-    """A world in two arrays: all its numbers, and n, S, B, z, the joints' kinds (n,) and the shapes' kinds (z,)."""
+    """A world in two arrays: ``WorldNumbers`` and ``WorldKinds``."""
 
     numbers: Array
     counts: Counts
@@ -78,50 +133,36 @@ class PackedWorld(NamedTuple):
 def pack_world(world: World) -> PackedWorld:
     """The world as its kernels take it."""
     chain = world.chain
-    arrays = (
-        *chain[1:], world.links, world.lower, world.upper, world.speed, world.acceleration,
-        world.start, world.end, world.radius, world.margin, world.keep, world.shapes.data,
+    numbers = WorldNumbers(
+        world.reach, world.threshold, world.change, world.dt,
+        chain.axis, chain.rotation, chain.offset, chain.tip_rotation, chain.tip_offset,
+        world.links, world.lower, world.upper, world.speed, world.acceleration,
+        world.start, world.end, world.radius, world.margin, world.keep, world.regularisation, world.shapes.data,
     )  # fmt: skip
-    scalars = np.array([world.reach, world.threshold, world.change, world.dt])
     sizes = (len(world.lower), len(world.radius), len(world.margin), len(world.shapes.kind))
-    return PackedWorld(
-        np.concatenate([scalars, *(array.ravel() for array in arrays)]),
-        np.concatenate([sizes, chain.revolute, world.shapes.kind]).astype(np.int64),
-    )
+    counts = np.concatenate([sizes, chain.revolute, world.shapes.kind]).astype(np.int64)
+    return PackedWorld(packed(numbers), counts)
 
 
 def pack_poses(slack: float, start: Array, end: Array, frame: Array) -> Array:
     """The small arrays of a cover in one: slack, start (S, 3), end (S, 3), frame (M, 4)."""
-    return np.concatenate(([slack], start.ravel(), end.ravel(), frame.ravel()))
+    return packed(CoverNumbers(slack, start, end, frame))
 
 
 @shared
 def unpack_world(numbers: Array, counts: Counts) -> World:
     """Views of a packed world."""
     n, s, b, z = counts[0], counts[1], counts[2], counts[3]
-    axis, rotation, offset, tip = 4, 4 + 3 * n, 4 + 12 * n, 4 + 15 * n  # the scalars come first
-    links = tip + 12
-    start, shapes = links + 5 * n, links + 5 * n + 7 * s + 2 * b
-    chain = Chain(
-        view(counts, 4, (n,)), view(numbers, axis, (n, 3)), view(numbers, rotation, (n, 3, 3)),
-        view(numbers, offset, (n, 3)), view(numbers, tip, (3, 3)), view(numbers, tip + 9, (3,)),
-    )  # fmt: skip
+    w, kinds = _world_views(numbers, n, s, b, z), _kind_views(counts, n, z)
+    chain = Chain(kinds.revolute, w.axis, w.rotation, w.offset, w.tip_rotation, w.tip_offset)
     return World(
-        chain, view(numbers, links, (n,)), numbers[0],
-        view(numbers, start, (s, 3)), view(numbers, start + 3 * s, (s, 3)), view(numbers, start + 6 * s, (s,)),
-        view(numbers, links + n, (n,)), view(numbers, links + 2 * n, (n,)),
-        view(numbers, links + 3 * n, (n,)), view(numbers, links + 4 * n, (n,)),
-        ShapeTable(view(counts, 4 + n, (z,)), view(numbers, shapes, (z, DATA_WIDTH))),
-        view(numbers, start + 7 * s, (b,)), view(numbers, start + 7 * s + b, (b,)),
-        numbers[1], numbers[2], numbers[3],
+        chain, w.links, w.reach, w.start, w.end, w.radius, w.lower, w.upper, w.speed, w.acceleration,
+        ShapeTable(kinds.shape, w.shapes), w.margin, w.keep, w.threshold, w.change, w.dt, w.regularisation,
     )  # fmt: skip
 
 
 @shared
 def unpack_cover(segments: int, boxes: Single, corners: Array, label: Index, first: Index, numbers: Array) -> Cover:
     """A cover from its arrays, the small ones packed by ``pack_poses``."""
-    a, b = 1 + 3 * segments, 1 + 6 * segments
-    return Cover(
-        boxes, corners, label, view(numbers, b, (len(first), 4)), first,
-        view(numbers, 1, (segments, 3)), view(numbers, a, (segments, 3)), numbers[0],
-    )  # fmt: skip
+    c = _cover_views(numbers, segments, len(first))
+    return Cover(boxes, corners, label, c.frame, first, c.start, c.end, c.slack)

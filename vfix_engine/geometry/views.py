@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 
 def view(array: NDArray[Any], first: int, shape: tuple[int, ...]) -> NDArray[Any]:
-    """The items of a contiguous array (N,) from ``first`` on as an array of that shape.
+    """The items of a contiguous array of any shape from ``first`` on as an array of that shape.
 
     In compiled code the view does not keep the array alive and nothing is checked. So it is for the arguments of a
     call, which outlive it, and is never returned to Python; a function that returns views is ``shared``.
     """
-    return array[first : first + int(np.prod(shape))].reshape(shape)
+    return array.reshape(-1)[first : first + int(np.prod(shape))].reshape(shape)
 
 
 @intrinsic
@@ -50,6 +50,6 @@ _make: Any = _make_view
 
 @overload(view, inline="always", strict=False)
 def _compiled_view(array: Any, first: Any, shape: Any) -> Any:
-    if isinstance(array, types.Array) and array.ndim == 1 and array.layout == "C":
+    if isinstance(array, types.Array) and array.layout == "C":
         return lambda array, first, shape: _make(array, first, shape)
     return None

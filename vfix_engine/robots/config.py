@@ -24,7 +24,8 @@ _KEYS = {
     "schema", "name", "title", "source", "units", "urdf", "base_frame", "tool_frame", "tool_mount", "stands", "home",
     "joints",
 }  # fmt: skip
-_JOINT_KEYS = {"title", "lower", "upper", "speed", "acceleration", "source"}
+_JOINT_KEYS = {"title", "lower", "upper", "speed", "acceleration", "weight", "source"}
+_NUMBERS = ("lower", "upper", "speed", "acceleration")  # of a joint, which need a source
 
 
 @dataclass(frozen=True)
@@ -126,8 +127,8 @@ def _config(data: dict[str, Any]) -> RobotConfig:
 
 def _words(name: str, entry: Mapping[str, Any]) -> JointWords:
     check_keys(entry, _JOINT_KEYS, f"joint '{name}'")
-    values = {key: _number(entry[key]) for key in ("lower", "upper", "speed", "acceleration") if key in entry}
-    if values and not str(entry.get("source", "")).strip():
+    values = {key: _number(entry[key]) for key in (*_NUMBERS, "weight") if key in entry}
+    if set(values) & set(_NUMBERS) and not str(entry.get("source", "")).strip():
         raise RobotError(f"joint '{name}': its numbers need a source, which may be 'assumed'")
     return JointWords(title=str(entry.get("title", name)), source=str(entry.get("source", "URDF")), **values)
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +19,10 @@ from .tool import HOLDS, Tool
 Array = NDArray[np.float64]
 
 MOST_JOINTS = 32  # between base and tool frame: a control step goes over all pairs of joints
+# Relative cost of a millimetre and of a radian of joint motion where a robot's data does not say otherwise. A turn
+# about a remote centre sweeps the whole shaft, so a radian costs what 50 mm of sliding do: the displacement of a point
+# a third up the shaft of 150 mm.
+JOINT_WEIGHT = {"prismatic": 1.0, "revolute": 50.0}
 _EDGE = 0.1  # share of a joint's range at either end that is no place to start from
 
 
@@ -30,6 +36,7 @@ class Joint:
 
     axis: unit vector in the joint's own frame; placement: transform_joint_to_parent (4, 4) at q = 0, the parent being
     the frame of the joint before, or the base.
+    weight: relative cost of its motion, see ``JOINT_WEIGHT``, which holds where it is None.
     """
 
     name: str
@@ -41,6 +48,7 @@ class Joint:
     acceleration: float
     range_source: str
     placement: Array = field(default_factory=_identity, repr=False, compare=False)
+    weight: float | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in ("prismatic", "revolute"):
@@ -54,6 +62,8 @@ class Joint:
             raise RobotError(
                 f"joint '{self.name}': speed {self.speed:g} and acceleration {self.acceleration:g} must be positive"
             )
+        if self.weight is not None and not 0.0 < self.weight < math.inf:
+            raise RobotError(f"joint '{self.name}': weight {self.weight!r} must be a finite number above 0")
         placement = check_transform(self.placement, f"the placement of joint '{self.name}'")
         object.__setattr__(self, "placement", placement)
 
@@ -112,6 +122,7 @@ class RobotModel:
     """A robot as data: joints from the base outwards, and the flange that holds the tool.
 
     lower, upper, speed, acceleration, home (n,): in mm and rad; revolute (n,): bool.
+    joint_weights (n,): what a mm or rad of each joint's motion costs against that of the others.
     home: the configuration from which a placing starts.
     stands: the base stands upright; else it is held as the tool's pose asks.
     notes: what was assumed or left out when the description was read, in words.
@@ -146,6 +157,7 @@ class RobotModel:
         self.speed = np.array([j.speed for j in joints])
         self.acceleration = np.array([j.acceleration for j in joints])
         self.revolute = np.array([j.kind == "revolute" for j in joints])
+        self.joint_weights = np.array([JOINT_WEIGHT[j.kind] if j.weight is None else j.weight for j in joints])
         self.home = np.array([joint.rest for joint in joints] if home is None else home, dtype=float)
         if self.home.shape != self.lower.shape or not np.isfinite(self.home).all():
             raise RobotError(f"robot '{name}': home needs {len(joints)} finite joint values")
@@ -154,7 +166,8 @@ class RobotModel:
                 raise RobotError(
                     f"joint '{joint.name}': home {value:g} {joint.unit} is outside {joint.lower:g} … {joint.upper:g}"
                 )
-        for array in (self.lower, self.upper, self.speed, self.acceleration, self.revolute, self.home):
+        fixed = (self.lower, self.upper, self.speed, self.acceleration, self.revolute, self.home, self.joint_weights)
+        for array in fixed:
             array.setflags(write=False)
 
     @classmethod
@@ -171,6 +184,27 @@ class RobotModel:
         from .config import load_robot  # reads files into a RobotModel
 
         return load_robot(name_or_path, tool_frame)
+
+    @classmethod
+    def from_pinocchio(
+        cls, model: Any, tip_frame: str, weights: Mapping[str, float] | None = None, hold: str = "tail"
+    ) -> RobotModel:
+        """The chain of a ``pinocchio.Model`` (metres) from its universe to a frame; other joints are left out.
+
+        Args:
+            tip_frame: frame that holds the tool; the tool's shaft runs along its z axis.
+            weights: of joints by name, see ``Joint``; hold: see ``Mount``.
+
+        What a Pinocchio model does not say is assumed as for a plain URDF and told in ``notes``: accelerations, and
+        speeds and ranges where they are infinite.
+
+        Raises:
+            RobotError: no such frame, a joint on the way that is neither revolute nor prismatic, or one without limits
+                that needs them.
+        """
+        from .from_pinocchio import robot_from_pinocchio  # makes RobotModels
+
+        return robot_from_pinocchio(model, tip_frame, weights, hold)
 
     def transform_tip_to_link(self, tool: Tool) -> Array:
         """The tip of a tool in this robot's hold (4, 4), in the last joint's moving frame."""

@@ -22,7 +22,7 @@ CONTINUOUS_RANGE = 8 * 2 * np.pi  # [rad] either way: a joint without limits sti
 
 @dataclass(frozen=True)
 class JointWords:
-    """What a configuration says about one joint, in mm and rad; None: take the URDF's own."""
+    """What a configuration says about one joint, in mm and rad; None: take the URDF's own. weight: see ``Joint``."""
 
     title: str
     source: str
@@ -30,6 +30,7 @@ class JointWords:
     upper: float | None = None
     speed: float | None = None
     acceleration: float | None = None
+    weight: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +100,7 @@ def _joint(given: UrdfJoint, words: JointWords | None, placement: Array, complet
     if lower == upper:
         assumed.append(f"{where} has a range of nothing and stands still")
     source = "; ".join([told.source, *(note.removeprefix(f"{where} ") for note in assumed)])
-    joint = Joint(told.title, kind, given.axis, lower, upper, speed, acceleration, source, placement)
+    joint = Joint(told.title, kind, given.axis, lower, upper, speed, acceleration, source, placement, told.weight)
     return joint, assumed
 
 

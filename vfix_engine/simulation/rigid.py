@@ -9,17 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..control import Controller, ControlSettings, StepReport, Task, ToolState
+from ..control import Controller, ControlSettings, HandCommand, StepReport, StepState, Task
 from ..control.admittance import saturate
 from ..control.qp import DUAL
-from ..control.tasks import (
-    approach_path,
-    approach_target,
-    follow_path,
-    inspect_target,
-    move_freely,
-    view_point,
-)
+from ..control.tasks import ApproachPath, ApproachTarget, FollowPath, InspectTarget, MoveFreely, PathPoint, view_point
 from ..errors import ControlError, InputError
 from ..runtime.command import Command
 from ..runtime.requests import Request, SetSettings, SetTask
@@ -50,14 +43,6 @@ _ZEROS = np.zeros(3)
 _ZEROS.setflags(write=False)
 
 
-class PathPoint(NamedTuple):
-    """The path's point closest to the tip: arc length s in mm, position (3,), unit tangent (3,)."""
-
-    s: float
-    position: Array
-    tangent: Array
-
-
 class LastStep(NamedTuple):
     """What the step that led to a state was about: force (3,) in N and torque (3,) in N·mm as they counted.
 
@@ -80,7 +65,7 @@ class RehearsalState:
     settings: in force; last: the step that led here, None after a start or a change of the task.
     """
 
-    tool: ToolState
+    tool: StepState
     mode: str
     phase: str
     nearest: PathPoint | None
@@ -243,7 +228,7 @@ class RigidSystem:
             # Li 2007, V.F: the master moves the tip; on the grip a force turns the tool as well.
             lever = state.tool.tip.position
             torque = self._torque(state, twist, force if master is None else _ZEROS, lever)
-            report = controller.step(state.tool, move_freely(state.tool, force, torque, settings, reach))
+            report = controller.step(state.tool, MoveFreely(), HandCommand(force, torque, reach))
             done = _Stepped(report, state.phase, state.nearest, force, torque)
         if master is not None:
             lag = followed(lag, self._moved(state, done), done.phase in GUIDED)
@@ -272,12 +257,8 @@ class RigidSystem:
         force = saturate(force, settings.force_cap_n)
         limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
         phase = "follow" if _length(offset) <= limit else "approach"
-        if phase == "approach":
-            task = approach_path(state.tool, force, offset, settings, reach)
-        else:
-            remaining = (near.s, path.length - near.s)
-            task = follow_path(state.tool, force, near.tangent, offset, remaining, settings, reach)
-        report = controller.step(state.tool, task)
+        task: Task = ApproachPath(path, near) if phase == "approach" else FollowPath(path, near)
+        report = controller.step(state.tool, task, HandCommand(force, _ZEROS, reach))
         after = PathPoint(*path.closest(report.state.tip.position, near.s, SEARCH_WINDOW_MM))
         end = ""
         if phase == "follow":
@@ -302,14 +283,14 @@ class RigidSystem:
         if phase == "inspect_hold":
             torque = self._torque(state, twist, force, centre)
             lever = _length(self._grip(state.tool) - centre)
-            task = inspect_target(state.tool, tool, torque, target, settings, reach / lever)
+            task, hand = InspectTarget(target), HandCommand(force, torque, reach / lever)
         else:
             pull = force
             if drive > 0:
                 cap = settings.force_cap_n
                 pull = saturate(force + drive * cap * _unit(target - centre), cap)
-            task = approach_target(state.tool, tool, pull, target, settings, reach)
-        return _Stepped(controller.step(state.tool, task), phase, state.nearest, force, torque)
+            task, hand = ApproachTarget(target), HandCommand(pull, _ZEROS, reach)
+        return _Stepped(controller.step(state.tool, task, hand), phase, state.nearest, force, torque)
 
     def _moved(self, state: RehearsalState, done: _Stepped) -> Array:
         """What the point that a master leads did (3,) in mm: the tip, the virtual point, or on a target the grip."""
@@ -322,7 +303,7 @@ class RigidSystem:
         moved: Array = after.tip.position - before.tip.position
         return moved
 
-    def _grip(self, tool: ToolState) -> Array:
+    def _grip(self, tool: StepState) -> Array:
         return self.scene.tool.grip(tool.tip.rotation, tool.tip.position)
 
     def _torque(self, state: RehearsalState, twist: float, force: Array, centre: Array) -> Array:

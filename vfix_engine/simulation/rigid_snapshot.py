@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control import Blocker as Reason
-from ..control.controller import SLOWED_SHARE
+from ..control.relaxations import SLOWED_SHARE
 from ..control.tasks import view_point
-from ..fixtures import ToolState
+from ..fixtures import StepState
 from ..robots import Tool
 from ..runtime.snapshot import Blocker
 from .scene import Scene
@@ -34,9 +34,9 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> S
     if state.mode == "inspect":
         target_error = float(np.linalg.norm(centre - scene.targets[state.target]))
     report = None if last is None else last.report
-    acting = () if report is None else report.acting()
+    acting = () if report is None else report.active_constraints()
     held = report is not None and report.held
-    less = report is not None and (held or report.share * report.begun < SLOWED_SHARE)
+    less = report is not None and (held or report.share * report.ramp_fraction < SLOWED_SHARE)
     why = acting if less else ()
     end = "" if last is None else last.end
     teleoperated = last is not None and last.teleoperated
@@ -79,7 +79,7 @@ def lazy_snapshot(scene: Scene, state: RehearsalState) -> Snapshot:
     return _Lazy.of(scene, state)
 
 
-def camera_of(tool: ToolState, kind: Tool) -> Array:
+def camera_of(tool: StepState, kind: Tool) -> Array:
     """transform_camera_to_patient (4, 4); of a tool without a camera one at its tip that looks along it."""
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = tool.tip.rotation, tool.tip.position
@@ -103,7 +103,7 @@ def _on_path(scene: Scene, state: RehearsalState) -> tuple[float, float, float]:
 
 
 def _blocker(reason: Reason) -> Blocker:
-    return Blocker(kind=reason.kind, point=reason.point, words=reason.text)
+    return Blocker(reason.kind, reason.structure, reason.part, reason.distance_mm, reason.point, reason.text)
 
 
 class _Lazy(Snapshot):

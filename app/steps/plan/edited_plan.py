@@ -124,6 +124,10 @@ class EditedPlan:
                 return "point" if item.kind == "point" else "target"
         raise PlanError("that point is not in the plan any more.")
 
+    def place_of(self, item_id: str | None) -> Position | None:
+        """Where an item is shown; None where there is no such item."""
+        return next((item.position for item in self.items() if item.id == item_id), None)
+
     # -- edits
 
     def pick(self, position: Floats, on_bone: bool) -> None:
@@ -145,14 +149,10 @@ class EditedPlan:
         if ghost.kind == "target":
             self.selected = self._edit(self._editor.add_target, ghost.position)
             return
-        index = self._insert_index()
-        self.selected = self._edit(self._editor.add_point, ghost.position, index=index)
-        if self.insert_after is not None:
-            self.insert_after = None
-
-    def _insert_index(self) -> int | None:
         ids = [point.id for point in self.plan.points]
-        return ids.index(self.insert_after) + 1 if self.insert_after in ids else None
+        index = ids.index(self.insert_after) + 1 if self.insert_after in ids else None
+        self.selected = self._edit(self._editor.add_point, ghost.position, index=index)
+        self.insert_after = None
 
     def cancel(self) -> None:
         self.ghost = None

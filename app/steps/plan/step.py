@@ -155,7 +155,7 @@ class PlanStep(Step):
         words = self._edit(edited, command)
         chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
         if edited.selected is not None and (chosen or edited.selected != before):
-            self._go_to(next((item.position for item in edited.items() if item.id == edited.selected), None))
+            self._go_to(edited.place_of(edited.selected))
         self.views.note(words)
 
     def _go_to(self, position: Position | None) -> None:
@@ -255,7 +255,8 @@ class PlanStep(Step):
         if edited.ghost is not None:
             ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(edited.ghost.position))], SELECT_RADIUS_MM)
             if ghost is not None:
-                self.handle(c.EditCommand(type="ghost.confirm"))
+                edited.confirm()
+                self._go_to(edited.place_of(edited.selected))
                 return
         items = [(item.id, np.array(item.position)) for item in edited.items()]
         hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), self.views.case.hit(ray)]
@@ -263,7 +264,8 @@ class PlanStep(Step):
         if hit is None:
             self.views.note("Nothing is there in the head; air can be clicked in a slice.")
         elif hit.item_id is not None:
-            self.handle(c.ItemCommand(type="item.select", item_id=hit.item_id))
+            edited.selected = hit.item_id
+            self._go_to(edited.place_of(hit.item_id))
         else:
             edited.pick(hit.position, on_bone=hit.kind == "bone")
             self._go_to_ghost(edited)

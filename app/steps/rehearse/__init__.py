@@ -4,4 +4,4 @@ from app.steps.rehearse.commands import COMMANDS
 from app.steps.rehearse.sections import RehearsalSections
 from app.steps.spec import StepSpec
 
-SPEC = StepSpec("rehearse", "Rehearse", 30, __name__, "RehearseStep", COMMANDS, RehearsalSections)
+SPEC = StepSpec("rehearse", "Rehearse", 30, __name__, "RehearseStep", COMMANDS, RehearsalSections, has_routes=True)

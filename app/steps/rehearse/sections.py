@@ -11,7 +11,10 @@ RehearsalState = Literal["absent", "starting", "ready", "running", "paused", "si
 
 
 class MotionView(TypedDict, total=False):
-    """The newest snapshot of the controller; absent while no robot is in place. Numbers that do not exist are None."""
+    """The newest snapshot of the controller; absent while no robot is in place. Numbers that do not exist are None.
+
+    taken_ms: when the snapshot was taken over from the control process, ms since 1970-01-01 UTC; None while it rests.
+    """
 
     mode: str
     phase: str
@@ -27,6 +30,7 @@ class MotionView(TypedDict, total=False):
     length_mm: float | None
     target_error_mm: float | None
     path_done: bool
+    taken_ms: int | None
     tip: Position
     grip: Position
     virtual_point: Position

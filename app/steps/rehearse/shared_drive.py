@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from app.messages.client import Client
 from app.steps.rehearse.drive_process import DriveProcess
 from app.steps.rehearse.lease import Lease
 from vfix_engine.simulation.realtime import RehearsalProcess
@@ -10,60 +11,65 @@ Position = tuple[float, float, float]
 
 
 class SharedDrive(DriveProcess):
-    """The drive of one plan. Methods that move the robot do nothing unless the client holds the lease. Thread-safe."""
+    """The drive of one plan. What a client's role or the lease does not allow, its methods do not do. Thread-safe."""
 
     def __init__(self) -> None:
         super().__init__()
         self.lease = Lease()
         self.watchers: set[str] = set()
 
-    def _held(self, client: str) -> RehearsalProcess | None:
+    def _held(self, client: Client) -> RehearsalProcess | None:
         return self._live() if self.lease.held_by(client) else None
+
+    def may_instruct(self, client: Client) -> bool:
+        """Whether this client may change mode, target and settings."""
+        return self.lease.held_by(client) or client.role == "instructs"
+
+    def _instructed(self, client: Client) -> RehearsalProcess | None:
+        return self._live() if self.may_instruct(client) else None
 
     # -- the hand; quick and from any thread
 
-    def set_grip(self, client: str, position: Position) -> None:
-        if (process := self._held(client)) is not None:
-            self._hand = client
-            process.set_grip(position)
+    def set_grip(self, client: Client, position: Position, takes_hold: bool = True) -> None:
+        """The hand is at (3,) [mm]; a hand that only moves on and was let go of has to take hold again first."""
+        process = self._process  # one read, of which no lock makes more
+        if process is None or not (takes_hold or self._hand == client.id) or not self.lease.held_by(client):
+            return
+        self._hand = client.id
+        process.set_grip(position)
 
-    def move_grip(self, client: str, position: Position) -> None:
-        """The hand moves on; a hand that was let go of has to take hold again first."""
-        if self._hand == client:
-            self.set_grip(client, position)
-
-    def heartbeat(self, client: str) -> None:
+    def heartbeat(self, client: Client) -> None:
         """The button or key is still down. It never takes hold: a hand that was lost has to press or to move."""
         if (process := self._held(client)) is not None:
             process.heartbeat()
 
-    def release(self, client: str) -> None:
+    def release(self, client: Client) -> None:
         """The hand lets go of everything, keys included; it is forgotten also when there is no process just now."""
-        if self._hand == client:
+        if self._hand == client.id:
             self._hand = None
         if (process := self._held(client)) is not None:
             process.release()
 
-    def release_grip(self, client: str) -> None:
+    def release_grip(self, client: Client) -> None:
         """The pointer is up; keys that are down go on when there was no hand on the grip."""
-        if self._hand == client:
+        if self._hand == client.id:
             self.release(client)
 
-    def drive(self, client: str, direction: int) -> None:
+    def drive(self, client: Client, direction: int) -> None:
         if (process := self._held(client)) is not None:
             process.drive(direction)
 
-    def twist(self, client: str, direction: int) -> None:
+    def twist(self, client: Client, direction: int) -> None:
         if (process := self._held(client)) is not None:
             process.twist(direction)
 
     # -- the wishes of the holder
 
-    def run(self, client: str) -> None:
+    def run(self, client: Client) -> None:
         if (process := self._held(client)) is not None:
             process.run()
 
-    def hand_lost(self, client: str) -> bool:
+    def hand_lost(self, client: Client) -> bool:
         """Whether this client still presses, and was heard of too late for that to count."""
         process = self._held(client)
         return process is not None and process.hand_lost
@@ -73,26 +79,26 @@ class SharedDrive(DriveProcess):
         if (process := self._live()) is not None:
             process.pause()
 
-    def pause(self, client: str) -> None:
+    def pause(self, client: Client) -> None:
         if (process := self._held(client)) is not None:
             process.pause()
 
-    def reset(self, client: str) -> None:
+    def reset(self, client: Client) -> None:
         if (process := self._held(client)) is not None:
             process.reset()
 
-    def set_mode(self, client: str, mode: str, target_id: str | None) -> None:
+    def set_mode(self, client: Client, mode: str, target_id: str | None) -> None:
         """Another mode; target_id: what to inspect, a target of the scene that is driven. Raises PlanError."""
-        prepared, process = self.prepared, self._held(client)
+        prepared, process = self.prepared, self._instructed(client)
         if process is None or prepared is None:
             return
         index = None if target_id is None else prepared.target_index(target_id)
         process.set_mode(mode, index)
         self._target_id = target_id or self._target_id
 
-    def change_settings(self, client: str, values: dict[str, float]) -> None:
+    def change_settings(self, client: Client, values: dict[str, float]) -> None:
         """Ask the process for other settings, clamped; raises InputError for an unknown name."""
-        process = self._held(client)
+        process = self._instructed(client)
         if process is None:
             return
         with self._lock:
@@ -100,14 +106,14 @@ class SharedDrive(DriveProcess):
         if settings is not None:
             self._ask(process, settings)
 
-    def leave(self, client: str) -> None:
+    def leave(self, client: Client) -> None:
         """The client is gone: whatever it held is let go of at once (HAZ-11)."""
         self.release(client)
         self.lease.let_go(client)
 
     # -- what the process has said
 
-    def take_words(self, client: str) -> list[str]:
+    def take_words(self, client: Client) -> list[str]:
         """What the process has said to the holder of the handle, once; nothing for others."""
         if not self.lease.held_by(client):
             return []
@@ -116,7 +122,7 @@ class SharedDrive(DriveProcess):
             self._words_for_holder.clear()
         return words
 
-    def accepted(self, client: str) -> dict[str, float]:
+    def accepted(self, client: Client) -> dict[str, float]:
         """Settings of the holder that came into force and that the plan has not kept yet."""
         if not self.lease.held_by(client):
             return {}

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import time
 from typing import Any
 
+from app.messages.client import Client
 from app.messages.fields import Command
 from app.scene.drive import DriveNodes
 from app.scene.hand import GripDrag
@@ -47,18 +49,23 @@ class RehearseStep(Step):
 
     def __init__(self, views: Views, shared: SharedDrives) -> None:
         super().__init__(views)
-        self._services, self._drives, self._client = views.services, shared, views.client
+        self._services, self._drives = views.services, shared
         self._plan_id: str | None = None
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self.drive: SharedDrive | None = None
         self.snapshot: Snapshot | None = None
         self._before: Snapshot | None = None  # the one that was read before it
+        self._taken_ms = 0  # when the snapshot was taken over
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
         self._changed = False  # the plan is another one than what is driven
         self._run_when_ready = False
         self._unkept: dict[str, float] = {}  # settings that the plan could not keep when it was tried last
         self._plan_edited = False  # the plan in the store has changed by what was done here
         views.plan.on_opened(self._plan_opened)
+
+    @property
+    def _client(self) -> Client:
+        return self.views.client
 
     def available(self) -> bool:
         return self.views.plan.id is not None
@@ -171,7 +178,7 @@ class RehearseStep(Step):
         if isinstance(command, c.DriveCommand):
             self._drive(command.type)
         elif self.drive is not None:
-            if not self.drive.lease.held_by(self._client):
+            if not self.drive.may_instruct(self._client):
                 raise PlanError(_NOT_HELD)
             if isinstance(command, c.SetMode):
                 self.drive.set_mode(self._client, command.mode, command.target_id)
@@ -247,10 +254,8 @@ class RehearseStep(Step):
             return
         if drag.phase == "end":
             drive.release_grip(self._client)
-        elif drag.phase == "start":
-            drive.set_grip(self._client, drag.position)
         else:
-            drive.move_grip(self._client, drag.position)
+            drive.set_grip(self.views.client, drag.position, takes_hold=drag.phase == "start")
 
     def release_now(self) -> None:
         if self.drive is not None:
@@ -282,6 +287,8 @@ class RehearseStep(Step):
         if accepted != self._unkept:
             words += self._keep_settings(drive, accepted)
         before, self.snapshot = self.snapshot, drive.snapshot()
+        if self.snapshot is not before:
+            self._taken_ms = int(1000 * time.time())
         self._before = before if before is not self.snapshot else self._before
         if before is None and self.snapshot is not None and self.active:
             self.views.camera.look_from("nose")  # the robot has come
@@ -329,6 +336,9 @@ class RehearseStep(Step):
         holder = drive is not None and drive.lease.holder is not None
         words = "" if drive is None else drive.words
         section = rehearsal_section(self.snapshot, self.state, words, self.mine, holder, self._before)
+        if "tip" in section:
+            section["taken_ms"] = self._taken_ms if self.state == "running" else None
+        section["can_take"] = not holder and self._client.may_hold
         section["plan_changed"] = self._changed
         if drive is not None and drive.hand_lost(self._client) and "holding" in section:
             section["holding"] = _HAND_LOST

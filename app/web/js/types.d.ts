@@ -191,6 +191,7 @@ export interface RehearsalSection {
   length_mm?: number | null;
   target_error_mm?: number | null;
   path_done?: boolean;
+  taken_ms?: number | null;
   tip?: [number, number, number];
   grip?: [number, number, number];
   virtual_point?: [number, number, number];
@@ -247,6 +248,13 @@ export interface ToolSection {
   segments: [number, number, number][][];
 }
 
+export interface Hello {
+  id?: number | null;
+  type: "hello";
+  version: number;
+  role?: "holds" | "instructs" | "watches";
+}
+
 /** The first message to a client: the version of all that follow, and the steps in the order of their tabs. */
 export interface HelloMessage {
   type: "hello";
@@ -282,10 +290,18 @@ export interface ErrorMessage {
   message: string;
 }
 
-/** A job; `result` is the id of what it made, `error` is why it failed. */
+/**
+ * A job; `result` is the id of what it made, `error` is why it failed or was cancelled.
+ *
+ * case_id: of the case that it works on, null for an import. subject: what it works on, for people.
+ */
 export interface JobPublic {
   id: string;
-  state: "queued" | "running" | "done" | "failed";
+  kind: "import" | "dry_run";
+  case_id: string | null;
+  subject: string;
+  created: string;
+  state: "queued" | "running" | "done" | "failed" | "cancelled";
   stage: string;
   fraction: number;
   result: string | null;

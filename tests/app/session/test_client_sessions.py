@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from session_doubles import HEAD, SAMPLE, Robot, fail, other_case, put_in_place
+from session_doubles import CLIENT, HEAD, SAMPLE, Robot, fail, other_case, put_in_place
 
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TooManyTabs
+from app.steps.rehearse.commands import HandCommand
 from app.steps.rehearse.step import RehearseStep
 from app.store.errors import StorageError
 from app.views.plan_items import plan_items
@@ -91,14 +92,14 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: Cl
     _settle(session)
     drive = _rehearse(session).drive
     assert drive is not None
-    drive.lease.take("tab-one-0")
+    drive.lease.take(CLIENT)
     sessions.disconnect("tab-one-0")
     sessions.connect("tab-one-0", {})
     pass_by(client_sessions.LEASE_GRACE_S)
-    assert drive.lease.held_by("tab-one-0"), "it came back in time"
+    assert drive.lease.held_by(CLIENT), "it came back in time"
     sessions.disconnect("tab-one-0")
     pass_by(0.5 * client_sessions.LEASE_GRACE_S)
-    assert drive.lease.held_by("tab-one-0"), "it may still come back"
+    assert drive.lease.held_by(CLIENT), "it may still come back"
     pass_by(client_sessions.LEASE_GRACE_S)
     assert drive.lease.holder is None
     assert drive.watchers == {"tab-one-0"}
@@ -143,7 +144,7 @@ def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
     drive = _rehearse(session).drive
     assert drive is not None
     assert drive.watchers == {"tab-one-0"}
-    drive.lease.take("tab-one-0")
+    drive.lease.take(CLIENT)
     sessions.disconnect("tab-one-0")
     sessions.beat(time.monotonic() + client_sessions.LEASE_GRACE_S)
     _settle(session)
@@ -256,3 +257,18 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     assert clearance is None
     assert np.allclose(places[-1], plan.points[-1].position)
     services.plans.delete(plan.id)
+
+
+def test_a_client_that_comes_back_with_less_gives_up_its_handle(sessions: ClientSessions) -> None:
+    session = sessions.connect("tab-one-0", {"plan": SAMPLE})
+    session.greet("holds")
+    _settle(session)
+    drive = _rehearse(session).drive
+    assert drive is not None
+    session.command(HandCommand(type="rehearsal.take"))
+    assert drive.lease.holder == CLIENT
+    session.greet("watches")
+    _settle(session)
+    assert drive.lease.holder is None
+    session.command(HandCommand(type="rehearsal.take"))
+    assert drive.lease.holder is None

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from session_doubles import SAMPLE, Heard, Later, Robot, fail, put_in_place, views_of
+from session_doubles import CLIENT, SAMPLE, Heard, Later, Robot, fail, put_in_place, views_of
 
+from app.messages.client import Client
 from app.services import Services
 from app.services.plans import Plan
 from app.steps.rehearse import commands as c
@@ -16,6 +17,8 @@ from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.step import RehearseStep
 from app.store.errors import StorageError
 from vfix_engine.errors import PlanError
+
+OTHER = Client("tab-two-0", "holds")
 
 
 def _step(services: Services, plan: Plan, heard: Heard | None = None) -> RehearseStep:
@@ -60,7 +63,7 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
     drive = step.drive
     assert drive is not None
     drive.open(plan_key(plan), lambda: None, Later())  # type: ignore[arg-type,return-value]
-    drive.lease.take("tab-one-0")
+    drive.lease.take(CLIENT)
     drive._talk._accepted = {"margin_mm": 0.5}
     everything = step.tick()
     after = services.plans.get(plan.id)
@@ -84,7 +87,7 @@ def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
     robot, plans = _in_place(step, plan), step._services.plans
     drive = step.drive
     assert drive is not None
-    drive.lease.take("tab-one-0")
+    drive.lease.take(CLIENT)
     drive._talk._accepted = {"margin_mm": 0.5}
     with monkeypatch.context() as full:
         full.setattr(plans, "editor", lambda plan_id: fail(StorageError("the disk is full")))
@@ -95,7 +98,7 @@ def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
     assert robot.told[-2:] == ["pause", "release"]
     assert drive.lease.holder is None
     step.come_back()
-    drive.lease.take("tab-one-0")
+    drive.lease.take(CLIENT)
     assert step._read() == []
     assert plans.get(plan.id).settings["margin_mm"] == 0.5
 
@@ -146,7 +149,7 @@ def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearseStep, 
     step, plan = rehearsing
     robot = _in_place(step, plan)
     assert step.drive is not None
-    step.drive.lease.take("tab-two-0")
+    step.drive.lease.take(OTHER)
     with pytest.raises(PlanError, match="only the window that holds the handle"):
         _act(step, name)
     for command in (
@@ -164,12 +167,12 @@ def test_whoever_watches_may_pause_the_robot(rehearsing: tuple[RehearseStep, Pla
     step, plan = rehearsing
     robot = _in_place(step, plan)
     assert step.drive is not None
-    step.drive.lease.take("tab-two-0")
+    step.drive.lease.take(OTHER)
     step.leave()
     assert robot.told == []
     _act(step, "pause")
     assert robot.told == ["pause"]
-    assert step.drive.lease.held_by("tab-two-0")
+    assert step.drive.lease.held_by(OTHER)
 
 
 def test_a_process_that_hangs_is_ended_by_hand(rehearsing: tuple[RehearseStep, Plan]) -> None:

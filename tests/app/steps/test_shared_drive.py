@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from session_doubles import Now
 
+from app.messages.client import Client
 from app.scene.plan import PlanItem
 from app.steps.rehearse import drive_process
 from app.steps.rehearse.preparation import Prepared
@@ -20,6 +21,8 @@ from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, PlanError
 from vfix_engine.runtime.events import Event
+
+ONE, TWO, THREE = (Client(name, "holds") for name in ("one", "two", "three"))
 
 
 class _Process:
@@ -73,8 +76,8 @@ def drive(monkeypatch: pytest.MonkeyPatch) -> SharedDrive:
 
 def test_only_the_holder_moves_the_robot(drive: SharedDrive) -> None:
     """HAZ-12: everything that another tab sends is ignored."""
-    assert drive.lease.take("one")
-    for tab in ("two", "one"):
+    assert drive.lease.take(ONE)
+    for tab in (TWO, ONE):
         drive.set_grip(tab, (1.0, 2.0, 3.0))
         drive.drive(tab, 1)
         drive.twist(tab, -1)
@@ -83,7 +86,7 @@ def test_only_the_holder_moves_the_robot(drive: SharedDrive) -> None:
         drive.reset(tab)
         drive.set_mode(tab, "inspect", "t-2")
         drive.change_settings(tab, {"margin_mm": 1.0})
-        if tab == "two":
+        if tab == TWO:
             assert _Process.last.told == []
     names = [name for name, *_ in _Process.last.told]
     assert names == ["set_grip", "drive", "twist", "run", "pause", "reset", "set_mode", "set_settings"]
@@ -91,33 +94,33 @@ def test_only_the_holder_moves_the_robot(drive: SharedDrive) -> None:
 
 def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(drive: SharedDrive) -> None:
     """The process has the targets of the plan that it was started for, in their order."""
-    drive.lease.take("one")
-    drive.set_mode("one", "inspect", "t-2")
+    drive.lease.take(ONE)
+    drive.set_mode(ONE, "inspect", "t-2")
     assert (_Process.last.told, drive.target_id) == ([("set_mode", "inspect", 1)], "t-2")
     with pytest.raises(PlanError, match="not part of this rehearsal"):
-        drive.set_mode("one", "inspect", "p-1")
+        drive.set_mode(ONE, "inspect", "p-1")
     assert drive.target_id == "t-2"
 
 
 def test_a_heartbeat_never_takes_hold(drive: SharedDrive) -> None:
     """HAZ-11: only a press or a moved pointer does, whatever heartbeats come before, between and after."""
-    drive.lease.take("one")
-    drive.heartbeat("one")
-    drive.set_grip("one", (1.0, 2.0, 3.0))
-    drive.heartbeat("one")
-    drive.release("one")
-    drive.heartbeat("one")
+    drive.lease.take(ONE)
+    drive.heartbeat(ONE)
+    drive.set_grip(ONE, (1.0, 2.0, 3.0))
+    drive.heartbeat(ONE)
+    drive.release(ONE)
+    drive.heartbeat(ONE)
     beat, grip = ("heartbeat",), ("set_grip", (1.0, 2.0, 3.0))
     assert _Process.last.told == [beat, grip, beat, ("release",), beat]
 
 
 def test_a_click_beside_the_grip_leaves_the_keys_alone(drive: SharedDrive) -> None:
-    drive.lease.take("one")
-    drive.drive("one", 1)
-    drive.release_grip("one")
+    drive.lease.take(ONE)
+    drive.drive(ONE, 1)
+    drive.release_grip(ONE)
     assert _Process.last.told == [("drive", 1)]
-    drive.set_grip("one", (1.0, 2.0, 3.0))
-    drive.release_grip("one")
+    drive.set_grip(ONE, (1.0, 2.0, 3.0))
+    drive.release_grip(ONE)
     assert _Process.last.told[-1] == ("release",)
 
 
@@ -139,10 +142,10 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
     drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is said once, beside the slider, without a word of a start; what was wished meanwhile does not carry it."""
-    drive.lease.take("one")
+    drive.lease.take(ONE)
     old = drive.settings
-    drive.change_settings("one", {"margin_mm": 1.5})
-    drive.change_settings("one", {"force_cap_n": 2.0})
+    drive.change_settings(ONE, {"margin_mm": 1.5})
+    drive.change_settings(ONE, {"force_cap_n": 2.0})
     assert (drive.settings, len(_sent(drive))) == (old, 1)
     monkeypatch.setattr(_Process, "snapshot", lambda self: SimpleNamespace(clearance_mm=0.35))
     _answer(drive, monkeypatch, Event("note", "no such target"), Event("note", "would start too near"), _told(old))
@@ -154,35 +157,35 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
     assert (_sent(drive)[-1].margin_mm, _sent(drive)[-1].force_cap_n) == (old.margin_mm, 2.0)
     _answer(drive, monkeypatch, _told(_sent(drive)[-1]))
     assert (drive.settings_refusal, drive.settings.force_cap_n) == ("", 2.0)
-    assert drive.take_words("two") == []
-    assert drive.take_words("one") == ["no such target"]
-    assert drive.accepted("one") == {"force_cap_n": 2.0}
+    assert drive.take_words(TWO) == []
+    assert drive.take_words(ONE) == ["no such target"]
+    assert drive.accepted(ONE) == {"force_cap_n": 2.0}
     with pytest.raises(InputError, match="no setting is called 'self'"):
-        drive.change_settings("one", {"self": 1.0})
+        drive.change_settings(ONE, {"self": 1.0})
 
 
 def test_settings_count_once_the_process_has_confirmed_them(
     drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two changes in a row both hold, and each is handed to the plan until that has kept it."""
-    drive.lease.take("one")
-    drive.change_settings("one", {"margin_mm": 0.5})
-    drive.change_settings("one", {"force_cap_n": 2.0})
+    drive.lease.take(ONE)
+    drive.change_settings(ONE, {"margin_mm": 0.5})
+    drive.change_settings(ONE, {"force_cap_n": 2.0})
     for number in (1, 2):
         assert len(_sent(drive)) == number
         _answer(drive, monkeypatch, _told(_sent(drive)[-1]))
     assert (drive.settings.margin_mm, drive.settings.force_cap_n, drive.settings_answered) == (0.5, 2.0, 2)
-    assert drive.accepted("two") == {}
-    assert drive.accepted("one") == {"margin_mm": 0.5, "force_cap_n": 2.0}
+    assert drive.accepted(TWO) == {}
+    assert drive.accepted(ONE) == {"margin_mm": 0.5, "force_cap_n": 2.0}
     drive.kept({"margin_mm": 0.4, "force_cap_n": 2.0})
-    assert drive.accepted("one") == {"margin_mm": 0.5}, "changed again while it was being kept"
+    assert drive.accepted(ONE) == {"margin_mm": 0.5}, "changed again while it was being kept"
 
 
 def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(drive: SharedDrive) -> None:
     """A pipe that nobody empties never fills, however long the slider is moved."""
-    drive.lease.take("one")
+    drive.lease.take(ONE)
     for n in range(1000):
-        drive.change_settings("one", {"margin_mm": 0.3 + 1e-3 * n})
+        drive.change_settings(ONE, {"margin_mm": 0.3 + 1e-3 * n})
     assert len(_sent(drive)) == 1
 
 
@@ -190,12 +193,12 @@ def test_a_change_that_could_not_be_sent_is_not_waited_for(drive: SharedDrive, m
     def refuse(process: _Process, settings: ControlSettings) -> None:
         raise ControlError("the control process does not answer")
 
-    drive.lease.take("one")
+    drive.lease.take(ONE)
     monkeypatch.setattr(_Process, "set_settings", refuse, raising=False)
     with pytest.raises(ControlError, match="does not answer"):
-        drive.change_settings("one", {"margin_mm": 0.5})
+        drive.change_settings(ONE, {"margin_mm": 0.5})
     monkeypatch.undo()
-    drive.change_settings("one", {"force_cap_n": 2.0})
+    drive.change_settings(ONE, {"force_cap_n": 2.0})
     (sent,) = _sent(drive)
     assert (sent.margin_mm, sent.force_cap_n) == (drive.settings.margin_mm, 2.0)
 
@@ -218,29 +221,29 @@ def test_a_process_that_ends_with_a_word_passes_it_on(drive: SharedDrive, monkey
 
 def test_a_hand_is_forgotten_with_the_process_it_held(drive: SharedDrive) -> None:
     """HAZ-11: a plan edited in the middle of a drag leaves no hand behind for the next holder or the next process."""
-    for end in (drive.close, lambda: drive.open("plan", _prepared, Now()), lambda: drive.leave("one")):
+    for end in (drive.close, lambda: drive.open("plan", _prepared, Now()), lambda: drive.leave(ONE)):
         drive.open("plan", _prepared, Now())
-        drive.lease.take("one")
-        drive.set_grip("one", (1.0, 2.0, 3.0))
+        drive.lease.take(ONE)
+        drive.set_grip(ONE, (1.0, 2.0, 3.0))
         end()
-        drive.release("one")
-        drive.lease.let_go("one")
+        drive.release(ONE)
+        drive.lease.let_go(ONE)
         drive.open("plan", _prepared, Now())
-        drive.lease.take("two")
-        drive.drive("two", 1)
-        drive.heartbeat("two")
+        drive.lease.take(TWO)
+        drive.drive(TWO, 1)
+        drive.heartbeat(TWO)
         assert _Process.last.told == [("drive", 1), ("heartbeat",)]
-        drive.lease.let_go("two")
+        drive.lease.let_go(TWO)
 
 
 def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: SharedDrive) -> None:
     """HAZ-11: a drag goes on in a scene that missed the release; its moves are no hand."""
-    drive.lease.take("one")
-    drive.set_grip("one", (1.0, 2.0, 3.0))
-    drive.move_grip("one", (2.0, 2.0, 3.0))
-    drive.release_grip("one")
-    drive.move_grip("one", (9.0, 9.0, 9.0))
-    drive.heartbeat("one")
+    drive.lease.take(ONE)
+    drive.set_grip(ONE, (1.0, 2.0, 3.0))
+    drive.set_grip(ONE, (2.0, 2.0, 3.0), takes_hold=False)
+    drive.release_grip(ONE)
+    drive.set_grip(ONE, (9.0, 9.0, 9.0), takes_hold=False)
+    drive.heartbeat(ONE)
     assert _Process.last.told == [
         ("set_grip", (1.0, 2.0, 3.0)),
         ("set_grip", (2.0, 2.0, 3.0)),
@@ -252,29 +255,29 @@ def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: SharedDrive) ->
 def test_a_page_that_comes_back_finds_the_drive_of_its_plan() -> None:
     """A drive that was given away meanwhile leaves no orphan: the page and the newcomer share one."""
     drives = SharedDrives()
-    first = drives.enter("plan", "one")
-    assert drives.enter("plan", "two") is first
-    drives.leave(first, "one")
-    drives.leave(first, "two")
-    assert drives.enter("plan", "one") is drives.enter("plan", "two") is not first
+    first = drives.enter("plan", ONE)
+    assert drives.enter("plan", TWO) is first
+    drives.leave(first, ONE)
+    drives.leave(first, TWO)
+    assert drives.enter("plan", ONE) is drives.enter("plan", TWO) is not first
 
 
 def test_a_window_that_enters_while_the_last_one_leaves_keeps_its_robot(
     drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drives, close = SharedDrives(), SharedDrive.close
-    left, entered = drives.enter("plan", "one"), list[SharedDrive]()
+    left, entered = drives.enter("plan", ONE), list[SharedDrive]()
 
     def close_late(closing: SharedDrive) -> None:
         if not entered:
-            entered.append(drives.enter("plan", "two"))
+            entered.append(drives.enter("plan", TWO))
             entered[0].open("plan", _prepared, Now())
         close(closing)
 
     monkeypatch.setattr(SharedDrive, "close", close_late)
-    drives.leave(left, "one")
+    drives.leave(left, ONE)
     assert entered[0].state == "ready"
-    assert drives.enter("plan", "three") is entered[0]
+    assert drives.enter("plan", THREE) is entered[0]
 
 
 def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
@@ -299,8 +302,8 @@ def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
     drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The note is heard by one thread and the answer it belongs to by the next, in this order."""
-    drive.lease.take("one")
-    drive.change_settings("one", {"margin_mm": 1.5})
+    drive.lease.take(ONE)
+    drive.change_settings(ONE, {"margin_mm": 1.5})
     said = [[Event("note", "the tube is narrow")], [_told(drive.settings)]]
     other = Beside(lambda: drive.check())
 
@@ -315,22 +318,22 @@ def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
     drive.check()
     other.thread.join(20)
     assert drive.settings_refusal == "Safety margin stays at 0.3 mm: the tube is narrow"
-    assert drive.take_words("one") == []
+    assert drive.take_words(ONE) == []
 
 
 def test_a_page_that_leaves_lets_go(drive: SharedDrive) -> None:
-    drive.lease.take("one")
-    drive.set_grip("one", (1.0, 2.0, 3.0))
-    drive.leave("one")
+    drive.lease.take(ONE)
+    drive.set_grip(ONE, (1.0, 2.0, 3.0))
+    drive.leave(ONE)
     assert _Process.last.told[-1] == ("release",)
-    assert drive.lease.take("two")
+    assert drive.lease.take(TWO)
 
 
 def test_settings_are_clamped_on_the_server(drive: SharedDrive) -> None:
     """HAZ-05: whatever a slider is made to say."""
-    drive.lease.take("one")
+    drive.lease.take(ONE)
     bounds = ControlSettings.bounds()
-    drive.change_settings("one", {"margin_mm": -5.0, "force_cap_n": 1e6})
+    drive.change_settings(ONE, {"margin_mm": -5.0, "force_cap_n": 1e6})
     (settings,) = _sent(drive)
     assert (settings.margin_mm, settings.force_cap_n) == (bounds["margin_mm"].low, bounds["force_cap_n"].high)
 
@@ -368,3 +371,20 @@ def test_a_control_process_that_ends_is_noticed(drive: SharedDrive) -> None:
     drive.check()
     assert drive.state == "failed"
     assert "ended" in drive.words
+
+
+def test_a_role_says_what_a_client_may_do(drive: SharedDrive) -> None:
+    """Who instructs changes mode and settings of a robot that another drives; who watches changes nothing."""
+    teacher, watcher = Client("teacher", "instructs"), Client("watcher", "watches")
+    drive.lease.take(ONE)
+    for client in (watcher, teacher):
+        assert not drive.lease.take(client)
+        drive.set_grip(client, (1.0, 2.0, 3.0))
+        drive.drive(client, 1)
+        drive.run(client)
+        drive.reset(client)
+        drive.set_mode(client, "free", None)
+        drive.change_settings(client, {"margin_mm": 1.0})
+        told = [name for name, *_ in _Process.last.told]
+        assert told == ([] if client is watcher else ["set_mode", "set_settings"])
+    assert drive.lease.holder == ONE

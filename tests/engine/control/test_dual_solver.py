@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vfix_engine.control.dual_kernel import solve_dual
-from vfix_engine.control.problem_kernel import settle
+from vfix_engine.control.problem_kernel import check_kkt
 from vfix_engine.control.qp import DUAL_TOLERANCE, PRIMAL_TOLERANCE
 
 TOLERANCES = (PRIMAL_TOLERANCE, DUAL_TOLERANCE)
@@ -44,7 +44,7 @@ def test_it_finds_the_same_minimum_or_none() -> None:
             infeasible += 1
             continue
         feasible += 1
-        assert settle(hessian, gradient, normals, upper, lower, x, multiplier, *TOLERANCES), seed
+        assert check_kkt(hessian, gradient, normals, upper, lower, x, multiplier, *TOLERANCES), seed
         cost, expected = (0.5 * y @ hessian @ y + gradient @ y for y in (x, reference))
         assert cost == pytest.approx(expected, rel=1e-6, abs=1e-7), seed
         assert (x <= upper[: len(x)]).all()
@@ -71,5 +71,5 @@ def test_numbers_that_are_none_are_no_answer() -> None:
             continue
         part.flat[int(random.integers(part.size))] = random.choice([np.nan, np.inf, -np.inf])
         x, multiplier = np.empty(len(parts[1])), np.empty(len(parts[3]))
-        if solve_dual(*parts, x, multiplier) and settle(*parts, x, multiplier, *TOLERANCES):
+        if solve_dual(*parts, x, multiplier) and check_kkt(*parts, x, multiplier, *TOLERANCES):
             assert np.isfinite(x).all()

@@ -21,7 +21,7 @@ from vfix_engine.fixtures import (
     free_motion,
     hold_target,
     joint_bounds,
-    little_motion,
+    joint_regularisation,
     path_following,
     view_jacobian,
 )
@@ -104,7 +104,7 @@ def test_several_fixtures_at_once_have_the_minimum_that_the_papers_route_finds(r
     pairs = reduce_pairs(cave(random).pairs_within(tool.segments(tip.rotation, tip.position), 2.0))
     assert len(pairs) > 3
     desired = SCALE * random.normal(size=3)
-    objectives = [little_motion(robot), path_following(tip, desired)]
+    objectives = [joint_regularisation(robot), path_following(tip, desired)]
     wall = boundary(pairs, tip, float(pairs.distance.min()) - 0.2 * SCALE)
     constraints = [wall]
     if seed % 3 == 1:

@@ -18,7 +18,7 @@ import pytest
 
 from benchmarks.stack import Stack
 from tests.engine.scenes import straight_scene, wall
-from vfix_engine.control import Controller, ControlSettings, Task, ToolState
+from vfix_engine.control import Controller, ControlSettings, StepReport, StepRequest, StepState
 from vfix_engine.control.tasks import follow_path, move_freely
 from vfix_engine.fixtures import Constraint, Rows, Situation, Zone
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -28,6 +28,7 @@ from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation.scene import Scene
 
 SETTINGS = ControlSettings(dt_s=4e-3)
+Driven = tuple[StepState, StepRequest, StepReport]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def controller_of(scene: Scene, settings: ControlSettings = SETTINGS, **more: ob
     return Controller(scene.placed_robot(), scene.tool, scene.tree, settings, **more)  # type: ignore[arg-type]
 
 
-def random_task(state: ToolState, random: np.random.Generator, settings: ControlSettings = SETTINGS) -> Task:
+def random_task(state: StepState, random: np.random.Generator, settings: ControlSettings = SETTINGS) -> StepRequest:
     """What a hand may want: along a path, or freely in all six directions."""
     force = random.normal(size=3) * 4.0
     if random.random() < 0.5:
@@ -60,7 +61,9 @@ def random_task(state: ToolState, random: np.random.Generator, settings: Control
     return move_freely(state, force, random.normal(size=3) * 60.0, settings)
 
 
-def drive(controller: Controller, random: np.random.Generator, steps: int) -> list[tuple[ToolState, Task, object]]:
+def drive(
+    controller: Controller, random: np.random.Generator, steps: int
+) -> list[tuple[StepState, StepRequest, object]]:
     """A wandering hand that keeps its mind for a tenth of a second."""
     state = controller.start(np.zeros(controller.robot.dof))
     taken = []
@@ -86,7 +89,7 @@ def test_the_same_step_as_on_the_shelf(tube: Scene) -> None:
         theirs = stack.step(state, task)
         assert theirs.step is not None
         compared += 1
-        bound += len(state.near.pairs) > 1
+        bound += len(state.pairs) > 1
         np.testing.assert_allclose(report.state.q - state.q, theirs.step, rtol=0.0, atol=1e-6 * max(task.scale, 1e-3))
         assert report.state.clearance == pytest.approx(min(theirs.clearance, SETTINGS.reach_mm), abs=1e-6)
     assert compared > 200
@@ -116,7 +119,7 @@ def test_what_was_asked_before_changes_nothing(tube: Scene) -> None:
         again = fresh.step(state, task)
         np.testing.assert_array_equal(again.state.q, report.state.q)
         np.testing.assert_array_equal(again.state.distance, report.state.distance)
-        np.testing.assert_array_equal(again.state.near.pairs, report.state.near.pairs)
+        np.testing.assert_array_equal(again.state.pairs, report.state.pairs)
 
 
 def test_leaving_out_what_cannot_bind_changes_nothing(tube: Scene) -> None:
@@ -128,7 +131,7 @@ def test_leaving_out_what_cannot_bind_changes_nothing(tube: Scene) -> None:
         if report.outcome != "moved" or report.emergency:
             continue
         every = tube.tree.pairs_within(state.segments, SETTINGS.reach_mm)
-        left_out += len(every) - len(state.near.pairs)
+        left_out += len(every) - len(state.pairs)
         lever = every.on_tool - state.tip.position
         linear = every.normal @ state.tip.jacobian[:3] + np.cross(lever, every.normal) @ state.tip.jacobian[3:]
         nearer = -linear @ (report.state.q - state.q)
@@ -170,7 +173,7 @@ class Ceiling:
         bound = np.array([self.height - now.state.tip.position[2]])
         return Rows((), (Constraint("ceiling", matrix, bound, np.zeros(1, np.int64), ("the ceiling",)),))
 
-    def keeps(self, before: ToolState, after: ToolState) -> bool:
+    def is_admissible(self, before: StepState, after: StepState) -> bool:
         return bool(after.tip.position[2] <= max(self.height, before.tip.position[2]) + 1e-9)
 
 
@@ -236,11 +239,10 @@ def _turning_y_to(direction: np.ndarray) -> np.ndarray:
 
 def test_an_outside_step_is_a_chain_of_small_ones(tube: Scene) -> None:
     """States follow from each other without a gap, and none of them can be written to."""
-    reports: Sequence[tuple[ToolState, Task, object]] = drive(controller_of(tube), np.random.default_rng(13), 100)
+    reports: Sequence[Driven] = drive(controller_of(tube), np.random.default_rng(13), 100)
     for (_, _, one), (state, _, _) in pairwise(reports):
         assert state is one.state
-    assert state.near is not None
-    parts = (state.q, state.velocity, state.distance, state.tip.jacobian, state.segments.start, state.near.pairs)
+    parts = (state.q, state.velocity, state.distance, state.tip.jacobian, state.segments.start, state.pairs)
     for array in parts:
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0.0
@@ -279,7 +281,7 @@ def unusual_drive() -> None:
     for state, _, report in drive(controller, random, 100):
         controller.step(report.state, replace(random_task(state, random), scale=0.0))
         if report.outcome != "idle":
-            assert controller.step(state, replace(random_task(state, random), accepts=lambda _: False)).held
+            assert controller.step(state, replace(random_task(state, random), is_admissible=lambda _: False)).held
         matrix = np.append(state.tip.jacobian[0], 0.0)[None, :]
         never = Constraint("never", np.vstack([matrix, -matrix]), np.full(2, -1.0), np.arange(2), ("never",))
         controller.step(state, replace(random_task(state, random), constraints=(never,)))

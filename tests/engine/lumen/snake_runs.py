@@ -74,5 +74,5 @@ def tour(steps: int, seed: int = 0) -> list[Command]:
         kind = int(random.integers(4))
         x, y = random.uniform(-1.0, 1.0, 2)
         one = [hand(insert=1.0), hand(x, y), hand(buttons=1), hand(insert=-1.0)][kind]
-        found += [one] * int(random.integers(30, 200))
+        found += [one] * int(random.integers(30, 500 if kind == 1 else 150))
     return found[:steps]

@@ -18,6 +18,7 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.requests import Bend, Reset, SetSettings, Straighten
 
 SAME_MM = 1e-9
+TIGHT = SnakeSettings(bound_mm=2.0, tip_bound_mm=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def test_a_step_is_a_function_of_state_and_command(moving: SnakeSystem) -> None:
 @pytest.mark.parametrize("tissue", [None, BREATH], ids=["still", "moving"])
 def test_what_the_snake_does_keeps_its_bounds_by_another_measure(tissue) -> None:
     """Judged as benchmarks/lumen_attack does: printed equations, every vertex, every pathway that was in force."""
-    system = made_spec(tissue).build()
+    system = made_spec(tissue, settings=TIGHT).build()
     states = run(system, system.start(), tour(4000, seed=3))
     before, violations, most, speed = system.start().drive, 0, 0.0, 0.0
     judge = Judge(before.snake, before.query.vertices)
@@ -65,13 +66,13 @@ def test_what_the_snake_does_keeps_its_bounds_by_another_measure(tissue) -> None
         speed = max(speed, float(np.abs(now.q - there.q).max()) / 1e-3)
         before = drive
     assert violations == 0
-    assert most < SAME_MM  # the wall's motion, too, brought no link beyond its bound
+    assert -0.2 < most < SAME_MM  # at the wall, and the wall's motion, too, brought no link beyond its bound
     assert 0.5 * drive.settings.speed_max < speed <= drive.settings.speed_max * (1 + 1e-9)
 
 
 def test_links_keep_their_bounds_in_the_tissue_as_it_really_is() -> None:
     """The pathway in use is up to 40 ms old; the reserve is for what the wall has moved since."""
-    system = made_spec(together(BREATH, peristalsis(0.15, 120.0, 40.0))).build()
+    system = made_spec(together(BREATH, peristalsis(0.15, 120.0, 40.0)), settings=TIGHT).build()
     most, deepest = -np.inf, 0.0
     for state in run(system, system.start(), tour(3000, seed=5)):
         if state.steps % 5 == 0:
@@ -80,13 +81,12 @@ def test_links_keep_their_bounds_in_the_tissue_as_it_really_is() -> None:
             real = drive.query.deviations(drive.pathway.packed(now.t), frames, now.windows).depth
             most = max(most, float((real - drive.bound)[now.measured].max()))
             deepest = max(deepest, float(real[now.measured].max()))
-    assert deepest > 2.0  # it did come to the wall
+    assert deepest > 0.5  # it did come to the wall
     assert most < 0.0
 
 
 def test_held_at_the_wall_and_on_as_the_tissue_widens() -> None:
-    tight = SnakeSettings(bound_mm=2.0, tip_bound_mm=1.0)
-    system = made_spec(peristalsis(0.3, 300.0, 150.0), settings=tight).build()
+    system = made_spec(peristalsis(0.3, 300.0, 150.0), settings=TIGHT).build()
     outcomes, places = [], []
     for state in run(system, system.start(), [hand(0.3)] * 4000):
         now = state.drive.state
@@ -157,12 +157,12 @@ def test_without_a_planner_it_holds_and_says_so(still: SnakeSystem, moving: Snak
     asked = moving.background(state)
     assert asked is not None
     state = moving.step(moving.adopt(state, moving.planner(asked.inputs), 0.0), hand(insert=1.0))
-    assert state.drive.state.outcome == "moved"
+    assert state.drive.state.outcome in ("moved", "shrunk")
 
 
 def test_a_plan_that_no_longer_fits_is_left_out(moving: SnakeSystem) -> None:
     state = last(run(moving, moving.start(), [hand(insert=1.0)] * 100))
-    early = moving.background(last(run(moving, moving.start(), [hand()] * 30, age=1)))
+    early = moving.background(last(run(moving, moving.start(), [hand()] * 40, age=1)))
     assert early is not None
     after = moving.adopt(state, moving.planner(early.inputs), 0.07)
     assert after.drive.seen_t == state.drive.seen_t
@@ -231,8 +231,8 @@ def test_a_shape_that_does_not_follow_is_left_where_it_is(moving: SnakeSystem) -
     start = last(run(moving, moving.start(), [hand()] * 60))
     stays = last(run(moving, moving.apply(start, FollowTissue(False)), [hand()] * 100))
     goes = last(run(moving, start, [hand()] * 100))
-    assert np.array_equal(stays.drive.state.base, start.drive.state.base)
-    assert np.linalg.norm((goes.drive.state.base - start.drive.state.base)[:3, 3]) > 0.5
+    assert np.array_equal(stays.drive.q, start.drive.q)
+    assert np.linalg.norm(goes.drive.tip - start.drive.tip) > 0.3
 
 
 def test_nonsense_moves_nothing_and_never_raises(moving: SnakeSystem) -> None:
@@ -258,7 +258,7 @@ def test_a_snapshot_says_what_holds(still: SnakeSystem) -> None:
     assert np.allclose(told.camera[:3, 3] - told.tip, 6.0 * told.camera[:3, 2])
     assert told.forces[:2].tolist() == (told.resistance + told.guidance).tolist()
     assert np.linalg.norm(told.guidance) > 0.0
-    assert told.bounds.tolist() == [1.0] * 6 + [0.5]
+    assert told.bounds.tolist() == [np.inf, *[1.0] * 5, 0.5]  # the first link is still outside
 
 
 def test_at_rest_only_where_nothing_would_change(still: SnakeSystem, moving: SnakeSystem) -> None:

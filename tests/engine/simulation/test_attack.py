@@ -18,7 +18,7 @@ from benchmarks.attack.arenas import BUILDERS
 from benchmarks.attack.campaign import Campaign
 from benchmarks.certify import summary
 from vfix_engine.control import Controller
-from vfix_engine.fixtures import ToolState
+from vfix_engine.fixtures import StepState
 
 PHANTOM, REAL_HEAD = "phantom", "real head"
 STEPS, HEAD_STEPS = 290, 400  # of each scene
@@ -83,30 +83,30 @@ def test_the_same_seed_makes_the_same_motions() -> None:
     assert hashes != {Campaign("soup", 4, 400, None).run()["hash"]}
 
 
-Certify = Callable[[ToolState, np.ndarray], ToolState | None]
+Certify = Callable[[StepState, np.ndarray], StepState | None]
 
 
 def with_certificate(replace: Callable[[Controller, Certify], Certify]) -> Callable[[Controller], None]:
     """A sabotage that puts another certificate in the place of the controller's own."""
 
     def sabotage(controller: Controller) -> None:
-        certifier: Any = controller._certifier
-        certifier.certify = replace(controller, certifier.certify)
-        certifier.attempt = lambda *_: None  # the short way, which asks the certificate's kernel itself
+        context: Any = controller.context
+        context.certify = replace(controller, context.certify)
+        context.fused_step = lambda *_: None  # which asks the certificate's kernel itself
 
     return sabotage
 
 
-def _predicted(controller: Controller, state: ToolState, step: np.ndarray) -> ToolState | None:
+def _predicted(controller: Controller, state: StepState, step: np.ndarray) -> StepState | None:
     if not np.isfinite(step).all() or np.abs(step).max() > 1e6:
         return None
-    return controller._certifier.measure(state.q + step, step / controller.settings.dt_s)
+    return controller.context.measure(state.q + step, step / controller.settings.dt_s)
 
 
 def no_sweep(controller: Controller, honest: Certify) -> Certify:
     """Judges the pose where the motion ends and not the way to it."""
 
-    def certify(state: ToolState, step: np.ndarray) -> ToolState | None:
+    def certify(state: StepState, step: np.ndarray) -> StepState | None:
         after = _predicted(controller, state, step)
         floor = np.minimum(state.distance[0], controller.settings.margin_mm)
         return after if after is not None and (after.distance[0] >= floor).all() else None
@@ -123,10 +123,10 @@ def less_margin(controller: Controller, honest: Certify) -> Certify:
         controller.settings.clamped(margin_mm=controller.settings.margin_mm - 0.05),
     )
 
-    def certify(state: ToolState, step: np.ndarray) -> ToolState | None:
-        there = lax._certifier.measure(state.q, state.velocity)
-        after = lax._certifier.certify(there, step) if np.isfinite(step).all() else None
-        return None if after is None else controller._certifier.measure(after.q, after.velocity)
+    def certify(state: StepState, step: np.ndarray) -> StepState | None:
+        there = lax.context.measure(state.q, state.velocity)
+        after = lax.context.certify(there, step) if np.isfinite(step).all() else None
+        return None if after is None else controller.context.measure(after.q, after.velocity)
 
     return certify
 
@@ -134,7 +134,7 @@ def less_margin(controller: Controller, honest: Certify) -> Certify:
 def told_too_far(controller: Controller, honest: Certify) -> Certify:
     """Tells 0.01 mm more distance than there is."""
 
-    def certify(state: ToolState, step: np.ndarray) -> ToolState | None:
+    def certify(state: StepState, step: np.ndarray) -> StepState | None:
         after = honest(state, step)
         if after is not None:
             object.__setattr__(after, "distance", after.distance + 0.01)

@@ -14,7 +14,7 @@ import pytest
 from benchmarks.attack.bodies import Judges
 from tests.engine.scenes import curved_tube, straight_scene, wall
 from vfix_engine import Simulation
-from vfix_engine.control import Controller, ControlSettings, Task, qp
+from vfix_engine.control import Controller, ControlSettings, StepRequest, qp
 from vfix_engine.errors import ControlError, InputError, MeshError, PlanError, StartRefused
 from vfix_engine.fixtures import Constraint, Objective, Zone
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -231,7 +231,7 @@ def test_starts_are_taken_exactly_where_they_are_safe(rehearsal: Rehearsal) -> N
     assert min(words.values()) > 100
 
 
-def contrary(random: np.random.Generator) -> Task:
+def contrary(random: np.random.Generator) -> StepRequest:
     """A task whose first two rows exclude each other and say nothing about progress."""
     scale = 10.0 ** random.uniform(-4, -1)
     rows = random.normal(size=(3, 8))
@@ -239,7 +239,7 @@ def contrary(random: np.random.Generator) -> Task:
     rows[1] = -rows[0]
     bound = scale * np.array([-1.0, -random.uniform(0.1, 1.0), random.normal()])
     objective = Objective(random.normal(size=(3, 8)), scale * random.normal(size=3))
-    return Task((objective,), (Constraint("target", rows, bound, np.arange(3)),), scale, np.ones(7))
+    return StepRequest((objective,), (Constraint("target", rows, bound, np.arange(3)),), scale, np.ones(7))
 
 
 def test_a_program_without_solution_is_a_held_tool_with_a_reason(rehearsal: Rehearsal) -> None:

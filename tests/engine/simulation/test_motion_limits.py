@@ -12,7 +12,7 @@ import pytest
 from benchmarks.attack.limits import MotionJudge, braking_way
 from tests.engine.scenes import curved_tube, placed_scene, straight_scene, wall
 from vfix_engine.control import ControlSettings
-from vfix_engine.control.admittance import eased
+from vfix_engine.control.admittance import slew_limited
 from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
 from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.teleoperation import Master
@@ -252,9 +252,9 @@ def test_the_judges_braking_way_is_the_sum(step: float) -> None:
 
 def test_easing_goes_straight_to_the_wish_and_arrives() -> None:
     now, wish = np.array([3.0, 0.0, 0.0]), np.array([0.0, 4.0, 0.0])
-    after, share = eased(now, wish, 0.5)
+    after, share = slew_limited(now, wish, 0.5)
     np.testing.assert_allclose(after, now + 0.1 * (wish - now))
     assert share == pytest.approx(0.1)
-    arrived, all_of_it = eased(after, wish, 10.0)
+    arrived, all_of_it = slew_limited(after, wish, 10.0)
     assert arrived is wish
     assert all_of_it == 1.0

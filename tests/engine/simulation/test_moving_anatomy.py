@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.engine.scenes import CoalJudge, curved_tube, placed_scene, straight_scene, wall
-from vfix_engine.control import Controller, ControlSettings, ToolState
+from vfix_engine.control import Controller, ControlSettings, StepState
 from vfix_engine.control.tasks import move_freely
 from vfix_engine.fixtures import Zone
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -31,7 +31,7 @@ def hand(random: np.random.Generator) -> np.ndarray:
     return force
 
 
-def poor(state: ToolState, margin: np.ndarray) -> np.ndarray:
+def poor(state: StepState, margin: np.ndarray) -> np.ndarray:
     """Distances (B, S) cut at each body's margin: what may never become less."""
     return np.minimum(state.distance, margin[:, None])
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.engine.scenes import CoalJudge, curved_tube, placed_scene, straight_scene, wall
-from vfix_engine.control import Controller, ControlSettings, StepReport, Task, ToolState
+from vfix_engine.control import Controller, ControlSettings, StepReport, StepRequest, StepState
 from vfix_engine.control.tasks import approach_target, follow_path, inspect_target, move_freely, view_point
 from vfix_engine.fixtures import Fixture, SoftZone, weighted
 from vfix_engine.geometry.shapes import HalfSpace, Sphere
@@ -23,11 +23,11 @@ def controller(scene: Scene, soft: Fixture, settings: ControlSettings = SLOW) ->
     return Controller(scene.placed_robot(), scene.tool, scene.tree, settings, fixtures=(soft,))
 
 
-def pushed(control: Controller, state: ToolState, force: np.ndarray, steps: int, mode: str, scene: Scene) -> StepReport:
+def pushed(control: Controller, state: StepState, force: np.ndarray, steps: int, mode: str, scene: Scene) -> StepReport:
     """A steady hand for some steps; stops early once the tool stands."""
     for _ in range(steps):
         if mode == "free":
-            task: Task = move_freely(state, force, np.zeros(3), control.settings)
+            task: StepRequest = move_freely(state, force, np.zeros(3), control.settings)
         else:
             assert scene.path is not None
             s, place, tangent = scene.path.closest(state.tip.position)

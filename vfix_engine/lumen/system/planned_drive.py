@@ -103,7 +103,7 @@ class PlannedDrive(SnakeDrive):
     ago, nothing moves ('tissue').
     """
 
-    eases = False
+    projects_within_step = False
     times_queries = False
 
     def __init__(
@@ -253,7 +253,8 @@ class PlannedDrive(SnakeDrive):
         bound = self.bound
         if self.moves:  # until the plan after this one is adopted, as it seems
             bound = np.maximum(bound - self._reserve(self.tissue_age_s + self.settings.tissue_s), 0.0)
-        return PlanInputs(look, Shape.of(near), near.tip_s, most, sign, self._waypoints.spacing_mm, bound, bends)
+        bend = self.q - self._conformed.q
+        return PlanInputs(look, Shape.of(near), near.tip_s, most, sign, self._waypoints.spacing_mm, bend, bound, bends)
 
     def _bends_wanted(self) -> BendsWanted | None:
         """Where control bends are missing and may soon be needed: all links inside, and no insertion going on."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,9 @@ from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
 from ..bending.optimise import Bend
 from ..conform.conformance import ShapeSolution, conform
-from ..conform.waypoints import moved_off
+from ..conform.waypoints import MOST, RESERVE_MM, moved_off
 from ..control.parameterised import found_bends
+from ..control.projection import projected_to_limits
 from ..control.tip_control import DistalContext
 from ..drive.drive_state import DriveSettings
 from ..drive.link_windows import entrance, link_windows
@@ -88,7 +90,7 @@ class Planner:
         self._seen = (t, packed)
         tip_s = min(wanted.tip_s, curve.length)
         goal = conform(self._snake, curve, tip_s, wanted.near.on(self._curve), None, wanted.near.roll, most=wanted.most)
-        goal = self._inside(goal, packed, wanted.bound)
+        goal = self._bent_inside(goal, packed, wanted)
         before = max(t - RIM_S, 0.0)
         rim = np.zeros(len(packed.rows))
         if t > before:
@@ -112,6 +114,20 @@ class Planner:
         windows = link_windows(self._pathway, shape.joint_s, self._first)
         kept = np.where(shape.joint_s[:-1] >= self._entrance, bound, math.inf)
         return moved_off(shape, self._snake, self._query, packed, windows, kept) or shape
+
+    def _bent_inside(self, goal: ShapeSolution, packed: PackedPathway, wanted: PlanInputs) -> ShapeSolution:
+        """The shape moved so that with the hand's bend on top of it links keep their bounds, as near as can be."""
+        windows = link_windows(self._pathway, goal.joint_s, self._first)
+        bound = np.where(goal.joint_s[:-1] >= self._entrance, wanted.bound, math.inf)
+        kept = bound - np.minimum(RESERVE_MM, 0.5 * bound)
+        bent = self._snake.clamp(goal.q + wanted.bend)
+        if (self._query.deviations(packed, self._snake.frames(bent, goal.base), windows).depth <= kept).all():
+            return goal
+        context = DistalContext(self._snake, self._query, goal.base, bent, packed, windows, kept)
+        q = projected_to_limits(context, bent, MOST)
+        if q is None:
+            return goal
+        return replace(goal, q=self._snake.clamp(goal.q + (q - bent)), exact=False)
 
     def _bends(self, wanted: BendsWanted) -> tuple[Bend, ...]:
         """Control bends in the pathway of the time that is asked for, mostly the one that was looked at last."""

@@ -69,7 +69,8 @@ class PlanInputs:
     near: the shape that the robot has or is about to have, with its tip at ``tip_s`` mm; ``most``: rad, by which the
         shape that follows the tissue may differ from it.
     sign: of the insertion whose next shapes are wanted, 0: none are. spacing_mm: between two of them.
-    bound: (L,) mm that planned shapes keep where the link is inside.
+    bend: (2L,) rad by which the hand has bent the robot off that shape. bound: (L,) mm that planned shapes keep where
+        the link is inside, the one that follows the tissue with that bend.
     bends: where control bends are wanted, or None.
     """
 
@@ -79,6 +80,7 @@ class PlanInputs:
     most: float
     sign: int
     spacing_mm: float
+    bend: Array
     bound: Array
     bends: BendsWanted | None
 

@@ -1,0 +1,113 @@
+"""Which constraints act on a step: values while it is controlled, words where they are shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..fixtures import Constraint, StepState
+from ..fixtures.state_kernel import BODY, SEGMENT
+from .problem import Problem
+from .qp import Solution
+
+Array = NDArray[np.float64]
+
+_ACTIVE = 1e-7  # multiplier, in units of the scaled objective
+_WORDS = {
+    "target": "the hold on the target",
+    "certificate": "the motion could not be certified",
+    "solver": "no safe step was found",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Blocker:
+    """One reason why the tool moves less than the hand wants.
+
+    kind: 'bone', 'zone', 'joint' (at the end of its range), 'speed', 'acceleration', 'certificate', 'solver', or the
+    word of a task or fixture.
+    structure: id of the anatomy or the zone, or the name of the joint; '' where there is none.
+    weight: multiplier of the row, in units of the scaled objective.
+    part: segment of the tool; distance_mm: from it to the structure; point: (3,) on the structure, patient frame.
+    joint: its number from 0 on, −1 where the blocker is none.
+    words: of a fixture's own row.
+    """
+
+    kind: str
+    structure: str = ""
+    weight: float = 1.0
+    part: str = ""
+    distance_mm: float = float("nan")
+    point: Array | None = None
+    joint: int = -1
+    words: str = ""
+
+    @property
+    def text(self) -> str:
+        """In words: 'bone on the shaft, 0.4 mm', 'joint 6 (insertion) at its limit'."""
+        if self.kind in ("bone", "zone"):
+            name = self.structure if self.kind == "bone" else f"no-fly zone '{self.structure}'"
+            return f"{name} on the {self.part}, {max(self.distance_mm, 0.0):.1f} mm"
+        if self.joint >= 0:
+            where = {"speed": "at its top speed", "acceleration": "at its acceleration limit"}
+            return f"joint {self.joint + 1} ({self.structure}) {where.get(self.kind, 'at its limit')}"
+        return self.words or _WORDS.get(self.kind, self.kind)
+
+
+def active_constraints(problem: Problem, solution: Solution) -> tuple[Blocker, ...]:
+    """The active rows by their multipliers, strongest first, one per structure and part, joint or reason."""
+    found: dict[object, Blocker] = {}
+
+    def note(key: object, blocker: Blocker) -> None:
+        if key not in found or found[key].weight < blocker.weight:
+            found[key] = blocker
+
+    weights, first, state = solution.row_multiplier, 0, problem.state
+    for constraint in problem.constraints:
+        own = weights[first : first + len(constraint.bound)]
+        first += len(constraint.bound)
+        for row in np.flatnonzero(own > _ACTIVE):
+            blocker = _row_blocker(constraint, int(row), float(own[row]))
+            note(blocker.text, blocker)
+    for pair in np.flatnonzero(weights[first:] > _ACTIVE):
+        blocker = pair_blocker(state, int(pair), float(weights[first + pair]))
+        note((blocker.kind, blocker.structure, blocker.part), blocker)
+    for joint in np.flatnonzero(np.abs(solution.bound_multiplier) > _ACTIVE):
+        note(int(joint), _joint_blocker(problem, int(joint), float(solution.bound_multiplier[joint])))
+    return tuple(sorted(found.values(), key=lambda b: -b.weight))
+
+
+def nearest(state: StepState) -> tuple[Blocker, ...]:
+    """The nearest structure, where the certificate held a step that no row had slowed."""
+    return (pair_blocker(state, 0, 1.0),) if len(state.pairs) else (Blocker("certificate"),)
+
+
+def pair_blocker(state: StepState, index: int, weight: float) -> Blocker:
+    """The blocker of one pair of a measured state."""
+    pair, context = state.pairs[index], state.context
+    body, part = int(pair[BODY]), context.tool.segment_names[int(pair[SEGMENT])]
+    kind = "zone" if body > 0 else "bone"
+    return Blocker(kind, context.structures[body], weight, part, float(pair[0]), np.array(pair[7:10]))
+
+
+def _joint_blocker(problem: Problem, joint: int, weight: float) -> Blocker:
+    """A joint at its limit, at its top speed, or gathering speed."""
+    world, (low, high) = problem.context.world, problem.joint_box
+    name = problem.context.robot.robot.joints[joint].name
+    bound = float(high[joint] if weight > 0 else low[joint])
+    last, change = problem.state.velocity[joint] * world.dt, world.acceleration[joint] * world.dt**2
+    kind = "joint"
+    if abs(bound) >= world.speed[joint] * world.dt * (1.0 - 1e-9):
+        kind = "speed"
+    elif abs(abs(bound - last) - change) <= 1e-9 * (change + abs(last)):
+        kind = "acceleration"
+    return Blocker(kind, name, abs(weight), joint=joint)
+
+
+def _row_blocker(constraint: Constraint, row: int, weight: float) -> Blocker:
+    """The blocker of a constraint's row."""
+    text = constraint.text or ("",)
+    words = text[row] if len(text) == len(constraint.bound) else text[0]
+    return Blocker(constraint.kind, weight=weight, words=words)

@@ -1,0 +1,226 @@
+"""One control step as a quadratic program: its rows by name, its numbers, and who has a say in its verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ControlError
+from ..fixtures import Constraint, Fixture, Objective, StepState
+from ..fixtures.state_kernel import BODY, SEGMENT
+from . import qp
+from .context import ControlContext
+from .problem_kernel import prepare
+from .step_kernel import answer_views
+from .step_request import StepRequest
+
+Array = NDArray[np.float64]
+
+
+class Row(NamedTuple):
+    """One inequality row of a problem, for people: a·Δq ≤ bound, in ``unit``.
+
+    name: what it is; kind: 'bone', 'zone', 'joint', or the word of a task or fixture.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    bound: float
+
+
+class Problem:
+    """The program of one step over x = (Δq / L, λ, slacks / L), Δq (n,) in mm and rad.
+
+    Minimise ½ xᵀH x + fᵀx subject to lower ≤ x ≤ upper and G x ≤ h.
+    Its numbers lie in the workspace of its ``ControlContext``: building the next problem overwrites them, and
+    reading them after that raises ControlError.
+
+    state: the step begins here; request: of all tasks together; fixtures: those that stand besides.
+    objectives, constraints: of tasks and fixtures; the rows of the boundary, the zones and the joints come with the
+    state. Anatomy, zones and joints have their say in the verdict through the certificate.
+    scale: length L of the wanted step in mm; rests: nothing is wanted, the tool comes to rest.
+    brakes: it does so without a program, as gently as every limit of the joints allows.
+    box: (2, n) least and largest Δq.
+    """
+
+    __slots__ = (
+        "_answer",
+        "_filled",
+        "_generation",
+        "_joined",
+        "_program",
+        "box",
+        "brakes",
+        "constraints",
+        "context",
+        "fixtures",
+        "full_refused",
+        "objectives",
+        "own_failed",
+        "request",
+        "rests",
+        "scale",
+        "share",
+        "state",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        state: StepState,
+        request: StepRequest,
+        fixtures: Sequence[Fixture],
+        objectives: Sequence[Objective],
+        constraints: Sequence[Constraint],
+        scale: float,
+        rests: bool = False,
+        brakes: bool = False,
+    ):
+        context: ControlContext = state.context
+        self.state, self.context, self.request, self.fixtures = state, context, request, fixtures
+        self.objectives, self.constraints, self.scale = objectives, constraints, scale
+        self.rests, self.brakes, self.own_failed, self.full_refused, self.share = rests, brakes, False, False, 1.0
+        self.box: Array | None = None  # None: that of the state
+        self._program: qp.Program | None = None
+        self._filled: tuple[Array, int, float] | None = None
+        self._answer: Array | None = None
+        self._joined: tuple[qp.ObjectiveRows, qp.ConstraintRows] | None = None
+        context.generation += 1
+        self._generation = context.generation
+
+    @property
+    def along(self) -> Array:
+        """(n,) share of the wanted motion that a unit of each joint's motion makes; 0 where there is none to make."""
+        along = self.request.along
+        return self.context.no_share if along is None or self.rests else along
+
+    @property
+    def joined(self) -> tuple[qp.ObjectiveRows, qp.ConstraintRows]:
+        """The rows of all objectives and of all constraints, each in one array.
+
+        Raises:
+            InputError: a row has another number of columns than n + 1.
+        """
+        if self._joined is None:
+            size, constraints = self.context.layout.dof + 1, self.constraints
+            given = qp.join_constraints(constraints, size) if constraints else self.context.no_rows
+            self._joined = qp.join_objectives(self.objectives, size), given
+        return self._joined
+
+    @property
+    def program(self) -> qp.Program:
+        """The numbers of the program; the rows of the constraints come first, then those of the state's pairs.
+
+        Raises:
+            ControlError: another problem was built since; its numbers are where this one's were.
+        """
+        if self._program is None:
+            self._check_current()
+            if self._filled is None:
+                self._program = self._assembled()
+            else:
+                workspace, count, scale = self._filled
+                self._program = qp.program_in(workspace, self.context.layout.dof, 0, count, scale)
+        return self._program
+
+    @property
+    def joint_box(self) -> Array:
+        """(2, n) least and largest Δq in mm and rad."""
+        box: Array = self.state.box if self.box is None else self.box
+        return box
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """Every row by name, in the order of ``program.rows``; then both sides of every joint."""
+        return row_names(self)
+
+    @property
+    def row_count(self) -> int:
+        """Inequality rows the way the papers count them: constraints and both sides of every joint bound."""
+        if self._filled is not None:
+            return self._filled[1] + 2 * self.context.layout.dof
+        return self.program.row_count
+
+    def changed(
+        self,
+        program: qp.Program,
+        constraints: Sequence[Constraint] | None = None,
+        box: Array | None = None,
+    ) -> Problem:
+        """This step with another program, as a relaxation makes it."""
+        other = object.__new__(Problem)
+        for name in Problem.__slots__:
+            setattr(other, name, getattr(self, name))
+        other._program, other._filled, other._answer = program, None, None
+        other.own_failed = other.full_refused = False
+        other.constraints = self.constraints if constraints is None else constraints
+        other.box = self.box if box is None else box
+        return other
+
+    def without(self, kind: str) -> Problem:
+        """This step without the constraints of a kind, which overwrites this one; itself where there are none."""
+        kept = tuple(c for c in self.constraints if c.kind != kind)
+        if len(kept) == len(self.constraints):
+            return self
+        return Problem(
+            self.state, self.request, self.fixtures, self.objectives, kept, self.scale, self.rests, self.brakes
+        )
+
+    def fill(self, workspace: Array, answer: Array, rows: int, scale: float, solved: bool, share: float) -> None:
+        """Take over what the fused kernel has written; ``solved``: there is an answer that stands its check."""
+        self._filled = workspace, rows, scale
+        self._answer = answer if solved else None
+        self.own_failed, self.full_refused, self.share = not solved, solved, share
+
+    def found_solution(self) -> qp.Solution | None:
+        """The fused kernel's answer, with arrays of its own; None where it has none or has not run."""
+        if self._answer is None or self._filled is None:
+            return None
+        dof = self.context.layout.dof
+        step, x, multiplier = answer_views(self._answer, dof, dof + 1, self._filled[1])
+        return qp.Solution(step, float(x[dof]), multiplier, dof + 1)
+
+    def found_step(self) -> Array:
+        """The step (n,) of that answer."""
+        if self._answer is None:
+            raise ControlError("the fused kernel has found no answer to this problem")
+        return self._answer[: self.context.layout.dof]
+
+    def _assembled(self) -> qp.Program:
+        context, state, dof = self.context, self.state, self.context.layout.dof
+        wanted, given = self.joined
+        slacks, count = given.slacks, len(given.bound) + len(state.pairs)
+        workspace = context.program_workspace(dof + 1 + slacks, count)
+        program = qp.program_in(workspace, dof, slacks, count, self.scale)
+        scale = prepare(*context.packed, state.numbers, *wanted, given.matrix, given.bound, self.scale, *program[:5])
+        program = program._replace(scale=scale)
+        if given.soft:
+            qp.soften(program, given)
+        return program
+
+    def _check_current(self) -> None:
+        if self._generation != self.context.generation:
+            raise ControlError("the problem's numbers are overwritten: another problem was built since")
+
+
+def row_names(problem: Problem) -> tuple[Row, ...]:
+    """See ``Problem.rows``."""
+    context, program = problem.context, problem.program
+    parts, names, rows = context.tool.segment_names, context.structures, []
+    for constraint in problem.constraints:
+        for i in range(len(constraint.bound)):
+            text = constraint.text[i] if len(constraint.text) == len(constraint.bound) else constraint.kind
+            rows.append(Row(f"{text}, row {i + 1}", constraint.kind, constraint.unit, float(constraint.bound[i])))
+    first = len(rows)
+    for pair, bound in zip(problem.state.pairs, program.bound[first:], strict=True):
+        body = int(pair[BODY])
+        kind, name = "zone" if body else "bone", f"{names[body]}, {parts[int(pair[SEGMENT])]}, {pair[0]:.3f} mm"
+        rows.append(Row(name, kind, "mm", float(bound * program.scale)))
+    low, high = problem.joint_box
+    for joint, least, most in zip(context.robot.robot.joints, low, high, strict=True):
+        rows.append(Row(f"{joint.name}, lower side", "joint", joint.unit, float(-least)))
+        rows.append(Row(f"{joint.name}, upper side", "joint", joint.unit, float(most)))
+    return tuple(rows)

@@ -1,0 +1,188 @@
+"""One control step in three functions: build the problem, solve it, certify the motion.
+
+``problem = build_step(state, tasks, fixtures, command)``, ``solution = solve_step(problem)`` and
+``verdict = certify_step(problem, solution.dq)`` are what ``Controller.step`` does; besides, it knows what to try where
+a program has no answer (``relaxations``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ControlError, InputError
+from ..fixtures import Constraint, Fixture, Rows, Situation, StepState, brake
+from . import qp
+from .context import ControlContext
+from .problem import Problem
+from .step_request import StepRequest, Task, request_of
+
+Array = NDArray[np.float64]
+
+CERTIFICATE = "certificate"  # who refuses a motion that may touch anatomy or a zone
+_STOPPING_MM = 1e-6  # stands for the length of the wanted step where the program brings the tool to rest
+
+
+@dataclass(frozen=True, eq=False)
+class Certified:
+    """The whole motion keeps every margin, and every task and fixture admits where it ends."""
+
+    next_state: StepState
+
+
+@dataclass(frozen=True, eq=False)
+class Refused:
+    """The motion must not be made. by: 'certificate', 'task', or the fixture that does not admit its end."""
+
+    by: str | Fixture
+
+
+def build_step(
+    state: StepState,
+    tasks: Task | Sequence[Task],
+    fixtures: Sequence[Fixture] = (),
+    command: Any = None,
+    dt: float | None = None,
+) -> Problem:
+    """The problem of the step from ``state``.
+
+    Anatomy, zones and joint limits belong to the context that measured the state: their rows and their verdict are part
+    of every problem.
+
+    Args:
+        state: from ``ControlContext.start``, ``measure``, or a step before.
+        tasks: what the tool is to do; their objectives share one progress variable.
+        fixtures: what stands besides; their rows join those of the tasks.
+        command: handed to every task, for those that come along a ``HandCommand``.
+        dt: control period in s; it is that of the state's context and may be left out.
+
+    Returns:
+        The problem; the next one that is built from a state of the same context overwrites its numbers.
+
+    Raises:
+        ControlError: the state was not measured by a ``ControlContext``.
+        InputError: there is no task, its rows have wrong shapes, or dt is not the context's.
+    """
+    context = state.context
+    if not isinstance(context, ControlContext) or not state.measured_by(context):
+        raise ControlError("the state was not measured by a ControlContext; take one from its start() or measure()")
+    if dt is not None and dt != context.settings.dt_s:
+        raise InputError(f"dt is {dt!r} s, but the state was measured for steps of {context.settings.dt_s!r} s")
+    request = request_of(tasks, state, command)
+    scale = request.scale
+    if scale is None or not scale > 0.0:
+        return _rest(state, request, fixtures)
+    objectives, constraints = request.objectives, request.constraints
+    if fixtures:
+        standing = _rows(state, request, scale, fixtures)
+        objectives = (*objectives, *(o for rows in standing for o in rows.objectives))
+        constraints = (*constraints, *(c for rows in standing for c in rows.constraints))
+    return Problem(state, request, fixtures, objectives, _inequalities(constraints), scale)
+
+
+def solve_step(problem: Problem, solver: str = qp.DUAL) -> qp.Solution:
+    """The answer of the problem, checked by the Karush-Kuhn-Tucker conditions.
+
+    Args:
+        solver: 'dual' (our own), 'daqp', or any that qpsolvers finds installed, such as 'osqp'.
+
+    Returns:
+        The solution; where there is none, ``found`` is False, ``why`` tells why and reading ``dq`` raises.
+
+    Raises:
+        ControlError: no such solver; or another problem was built since.
+    """
+    if problem.brakes:
+        return qp.Solution(braking(problem.state), 0.0, np.zeros(0), 0)
+    if solver == qp.DUAL and (known := problem.found_solution()) is not None:
+        return known
+    found = qp.solve(problem.program, solver, problem.own_failed and solver == qp.DUAL)
+    return found or qp.Solution(np.zeros(0), 0.0, np.zeros(0), 0, "no point fulfils all rows and the optimality check")
+
+
+def certify_step(problem: Problem, dq: ArrayLike) -> Certified | Refused:
+    """The verdict on the joint step dq (n,) in mm and rad, whoever proposes it.
+
+    The certificate is asked about the whole motion, then every task and every fixture about the state that it ends in.
+
+    Raises:
+        InputError: dq is not n numbers.
+    """
+    step = np.ascontiguousarray(dq, dtype=np.float64)
+    if step.shape != problem.state.q.shape:
+        raise InputError(f"the step has the shape {step.shape}; it must be {problem.state.q.shape}, one number a joint")
+    after = problem.context.certify(problem.state, step)
+    if after is None:
+        return Refused(CERTIFICATE)
+    by = refused_by(problem, after)
+    return Certified(after) if by is None else Refused(by)
+
+
+def refused_by(problem: Problem, after: StepState) -> str | Fixture | None:
+    """Who does not admit a certified state: the task, or a fixture; None where everybody does."""
+    verdict = problem.request.is_admissible
+    if verdict is not None and not verdict(after):
+        return "task"
+    for fixture in problem.fixtures:
+        if not verdict_of(fixture)(problem.state, after):
+            return fixture
+    return None
+
+
+def verdict_of(fixture: Fixture) -> Callable[[StepState, StepState], bool]:
+    """``is_admissible`` of a fixture, or ``keeps``, its name in earlier versions.
+
+    Raises:
+        InputError: the fixture has neither.
+    """
+    verdict = getattr(fixture, "is_admissible", None) or getattr(fixture, "keeps", None)
+    if verdict is None:
+        raise InputError(
+            f"the fixture {type(fixture).__name__} has no is_admissible(before, after); one that never refuses a "
+            "motion returns True there"
+        )
+    checked: Callable[[StepState, StepState], bool] = verdict
+    return checked
+
+
+def braking(state: StepState) -> Array:
+    """The step (n,) of a robot that comes to rest, within every limit of its joints."""
+    if not state.velocity.any():
+        return np.zeros(len(state.q))
+    world = state.context.world
+    step: Array = np.clip(brake(state.velocity, world.acceleration, world.dt), state.box[0], state.box[1])
+    return step
+
+
+def _rest(state: StepState, request: StepRequest, fixtures: Sequence[Fixture]) -> Problem:
+    """Nothing is wanted: the tool stands still, or comes to rest as gently as every limit asks for."""
+    limits: tuple[Constraint, ...] = ()
+    if fixtures and state.velocity.any():
+        # What would bring the tool anywhere is left out: without a hand it only comes to rest.
+        standing = _rows(state, request, 0.0, fixtures)
+        limits = _inequalities(tuple(c for rows in standing for c in rows.constraints if c.penalty is None))
+        if (state.distance >= state.context.world.margin[:, None]).all():
+            constraints = (*_inequalities(request.constraints), *limits)
+            return Problem(state, request, fixtures, request.objectives, constraints, _STOPPING_MM, rests=True)
+    return Problem(state, request, fixtures, (), limits, 0.0, rests=True, brakes=True)
+
+
+def _rows(state: StepState, request: StepRequest, scale: float, fixtures: Sequence[Fixture]) -> list[Rows]:
+    """What the fixtures give to this step."""
+    context: ControlContext = state.context
+    settings = context.settings
+    compliance = settings.gain_mm_per_s_per_n * settings.dt_s if request.compliance is None else request.compliance
+    now = Situation(
+        state, state.named_pairs(), state.body, context.robot.robot, context.tool, settings.dt_s, scale, compliance,
+        context.tree, settings.approach_deceleration_mm_per_s2,
+    )  # fmt: skip
+    return [fixture.rows(now) for fixture in fixtures]
+
+
+def _inequalities(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
+    """Equality rows as two inequalities each."""
+    return tuple([c.as_inequalities() if c.equality else c for c in constraints])

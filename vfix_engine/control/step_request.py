@@ -1,0 +1,118 @@
+"""What a task asks of one control step, and what a task is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..fixtures import Constraint, Objective, StepState
+
+Array = NDArray[np.float64]
+
+
+def _zero() -> Array:
+    return np.zeros(3)
+
+
+@dataclass(frozen=True, eq=False)
+class HandCommand:
+    """What the hand does during one step; patient frame.
+
+    force: (3,) in N, already capped; torque: (3,) in N·mm about the point that the task moves.
+    reach: longest motion, in mm of the point or rad of the turn that the task moves; in teleoperation how far the
+    leader is ahead.
+    """
+
+    force: Array = field(default_factory=_zero)
+    torque: Array = field(default_factory=_zero)
+    reach: float = np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class StepRequest:
+    """Rows of one step and what is known about them; only ``objectives`` is mandatory.
+
+    objectives, constraints: rows over x = (Δq, λ), without those of the fixtures, the boundary and the joints.
+    scale: length L of the wanted step in mm; 0: nothing is wanted, the tool comes to rest.
+    None: the length of the weighted targets, ‖√w b‖ over all objective rows.
+    along: (n,) share of the wanted motion that a unit of each joint's motion makes; a step that makes little of it is
+    reported as held. None: derived from the rows without progress variable, Σ w bᵀA / Σ w bᵀb.
+    is_admissible: verdict on the predicted state; False refuses the step. None: no verdict.
+    compliance: in mm/N, see ``Situation``; None: gain · dt, where the objectives weigh the tip's motion with 1.
+    ramp_fraction: the wanted motion as a share of what the hand asks for; it gets there at a bounded acceleration.
+
+    A request is a task of its own, one that asks for the same whatever the state.
+    """
+
+    objectives: tuple[Objective, ...]
+    constraints: tuple[Constraint, ...] = ()
+    scale: float | None = None
+    along: Array | None = None
+    is_admissible: Callable[[StepState], bool] | None = None
+    compliance: float | None = None
+    ramp_fraction: float = 1.0
+
+    def request(self, state: StepState, command: Any) -> StepRequest:
+        """This request."""
+        return self
+
+
+class Task(Protocol):
+    """What the tool is to do: an immutable object that asks for rows step by step.
+
+    Whatever changes between two steps is in the state or in the command, so that a step can be repeated.
+    """
+
+    def request(self, state: StepState, command: Any) -> StepRequest:
+        """The request for the step from ``state`` under ``command``, usually a ``HandCommand``."""
+
+
+def request_of(tasks: Task | Sequence[Task], state: StepState, command: Any) -> StepRequest:
+    """One request of one or several tasks, with its scale known.
+
+    The objectives and constraints of all tasks act together and share one progress variable λ.
+    The scale is the largest of all; what is derived from one task, such as ``along``, comes from the first that has it.
+
+    Raises:
+        InputError: there is no task, or a task answers something that is no ``StepRequest``.
+    """
+    several = tasks if isinstance(tasks, Sequence) else (tasks,)
+    if not several:
+        raise InputError("a step needs at least one task")
+    if len(several) == 1:
+        return completed(several[0].request(state, command))
+    return joined([completed(task.request(state, command)) for task in several])
+
+
+def completed(request: StepRequest) -> StepRequest:
+    """The request with the scale and share that its rows imply where it names none."""
+    if not isinstance(request, StepRequest):
+        raise InputError(f"a task's request is a {type(request).__name__}; it must be a StepRequest")
+    if request.scale is not None:
+        return request
+    objectives = [o for o in request.objectives if len(o.target) and not np.any(o.matrix[:, -1])]
+    size = sum(o.weight * float(o.target @ o.target) for o in objectives)
+    whole = sum(o.weight * float(o.target @ o.target) for o in request.objectives)
+    along = request.along
+    if along is None and size > 0.0:
+        along = sum(o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives) / size
+    return replace(request, scale=float(np.sqrt(whole)), along=along)
+
+
+def joined(requests: Sequence[StepRequest]) -> StepRequest:
+    """One request of several completed ones, see ``request_of``."""
+    verdicts = [r.is_admissible for r in requests if r.is_admissible is not None]
+    return StepRequest(
+        tuple(o for r in requests for o in r.objectives),
+        tuple(c for r in requests for c in r.constraints),
+        max(r.scale or 0.0 for r in requests),
+        next((r.along for r in requests if r.along is not None), None),
+        (lambda after: all(verdict(after) for verdict in verdicts)) if verdicts else None,
+        next((r.compliance for r in requests if r.compliance is not None), None),
+        min(r.ramp_fraction for r in requests),
+    )

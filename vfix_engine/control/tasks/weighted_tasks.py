@@ -1,0 +1,46 @@
+"""Weighted sums of tasks: how much the wishes of one count against those of another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ...errors import InputError
+from ...fixtures import StepState
+from ..step_request import StepRequest, Task, completed, joined
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedTasks:
+    """Several tasks as one: the objectives of task i count w_i times (Li 2007, eq. 3); hard constraints all hold.
+
+    Args:
+        parts: pairs (task, weight), the one that leads first.
+
+    Raises:
+        InputError: there is no part, or a weight is not a finite number above 0.
+    """
+
+    parts: Sequence[tuple[Task, float]]
+
+    def __post_init__(self) -> None:
+        if not self.parts:
+            raise InputError("a weighted sum needs at least one task")
+        for _, weight in self.parts:
+            if not 0.0 < weight < float("inf"):
+                raise InputError(f"a task's weight is {weight!r}; it must be a finite number above 0")
+        object.__setattr__(self, "parts", tuple(self.parts))
+
+    def request(self, state: StepState, command: Any) -> StepRequest:
+        """All rows of all parts, see ``joined``."""
+        return joined([_weighted(completed(task.request(state, command)), weight) for task, weight in self.parts])
+
+
+def _weighted(request: StepRequest, weight: float) -> StepRequest:
+    objectives = tuple(replace(o, weight=weight * o.weight) for o in request.objectives)
+    constraints = tuple(
+        c if c.penalty is None else replace(c, penalty=weight * c.penalty, price=weight * c.price)
+        for c in request.constraints
+    )
+    return replace(request, objectives=objectives, constraints=constraints)

@@ -1,0 +1,60 @@
+"""Records packed into one array of numbers, with named views that Python and compiled code share.
+
+A record is a ``NamedTuple`` whose fields tell their shapes: ``q: Annotated[Array, "n"]``.
+That one table gives the offsets, the total size and the views; nobody writes an offset down.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import shared
+from .views import view
+
+Array = NDArray[np.float64]
+
+
+class Packing(NamedTuple):
+    """How a record is packed; ``names`` are the sizes that its shapes are made of, in the order of the arguments.
+
+    views(array, *sizes): the record, its arrays views of ``array`` and its numbers read from it; also in compiled code,
+    where a shape () is a number.
+    size(*sizes): how many numbers the array has.
+    places(*sizes): where each field is, name → (first, last, shape), for one who needs few of them.
+    """
+
+    views: Any
+    size: Any
+    places: Any
+
+
+def packing(record: type[Any], *names: str) -> Packing:
+    """The packing of a record (a NamedTuple class) whose shapes are integers and expressions of ``names``."""
+    shapes = {name: get_args(hint)[1:] for name, hint in get_type_hints(record, include_extras=True).items()}
+    lines, values, places, offset = [], [], [], "0"
+    for i, (name, shape) in enumerate(shapes.items()):
+        if not shape:
+            raise TypeError(f"{record.__name__}.{name} does not tell its shape")
+        sizes = [str(size) for size in shape if size != ()]
+        lines.append(f"    o{i} = {offset}")
+        values.append(f"view(array, o{i}, ({', '.join(sizes)},))" if sizes else f"array[o{i}]")
+        places.append(f"'{name}': (o{i}, o{i + 1}, ({''.join(f'{size}, ' for size in sizes)}))")
+        offset = f"o{i} + " + (" * ".join(f"({size})" for size in sizes) or "1")
+    arguments = ", ".join(names)
+    body = "\n".join(lines)
+    source = (
+        f"def views(array, {arguments}):\n{body}\n    return record({', '.join(values)})\n"
+        f"def size({arguments}):\n{body}\n    return {offset}\n"
+        f"def places({arguments}):\n{body}\n    o{len(shapes)} = {offset}\n    return {{{', '.join(places)}}}\n"
+    )
+    made: dict[str, Any] = {"view": view, "record": record}
+    exec(source, made)
+    return Packing(shared(made["views"]), shared(made["size"]), made["places"])
+
+
+def packed(record: Any) -> Array:
+    """The numbers of a record one after the other, as ``views`` reads them."""
+    return np.concatenate([np.ravel(np.asarray(value, dtype=np.float64)) for value in record])
