@@ -257,6 +257,7 @@ def test_at_rest_only_where_nothing_would_change(still: SnakeSystem, moving: Sna
     assert not still.at_rest(still.apply(rested, Straighten()), running=True)
     settled = last(run(moving, moving.start(), [hand()] * (4 * AGE)))
     assert not moving.at_rest(settled, running=True)
+    assert moving.at_rest(settled, running=False)
 
 
 def test_a_spec_goes_through_its_parts(made_up_colon, made_up_course) -> None:
