@@ -100,7 +100,7 @@ def completed(request: StepRequest) -> StepRequest:
     whole = sum(o.weight * float(o.target @ o.target) for o in request.objectives)
     along = request.along
     if along is None and size > 0.0:
-        along = sum(o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives) / size
+        along = np.sum([o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives], axis=0) / size
     return replace(request, scale=float(np.sqrt(whole)), along=along)
 
 

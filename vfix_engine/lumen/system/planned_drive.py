@@ -103,7 +103,7 @@ class PlannedDrive(SnakeDrive):
     ago, nothing moves ('tissue').
     """
 
-    eases = False
+    projects_within_step = False
     times_queries = False
 
     def __init__(
