@@ -11,6 +11,7 @@ from app.gateway.warm_up import WarmUp, WarmUpStep
 from app.services import Services, build_services
 from app.session import router as session_router
 from app.settings import Settings
+from app.steps.registry import routers as step_routers
 from vfix_engine.simulation import preparation
 
 
@@ -30,7 +31,7 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
             WarmUpStep("Loading the geometry engine", lambda: _drive_plans(services)),
         )
     )
-    return build_application(settings, services, scene_server, warm_up, (api_router, session_router))
+    return build_application(settings, services, scene_server, warm_up, (api_router, session_router, *step_routers()))
 
 
 def _load_scene() -> None:

@@ -24,8 +24,7 @@ from vfix_engine.geometry.proximity import ProximityTree
 
 Array = NDArray[np.float64]
 
-SUMMARY = "pairs, closest pair and grouped pairs against coal's collide and distance"
-GROUP_FLAT_MM, EXACT_WITHIN_MM = 2.0, 1.0
+SUMMARY = "pairs and closest pair against coal's collide and distance"
 COHERENT_MM = 0.75  # how far the tool may move while a candidate list holds
 LEAST_POSES = 24
 BURST = 5  # calls in a row: a query follows one of nearly the same pose, not one that has emptied the caches
@@ -109,9 +108,9 @@ def _measure(coal: Any, case: cases.BenchCase, poses: list[Segments], rounds: in
         "ratios": {
             "all_pairs_vs_coal_collide": times["coal_collide"] / times["all_pairs"],
             "closest_vs_coal_distance": times["coal_distance"] / times["closest"],
-            "grouped_vs_coal_collide": times["coal_collide"] / _quickest(times),
+            "coherent_vs_coal_collide": times["coal_collide"] / times["coherent"],
             "all_pairs_vs_coal_obb_collide": times["coal_collide_obb"] / times["all_pairs"],
-            "grouped_vs_coal_obb_collide": times["coal_collide_obb"] / _quickest(times),
+            "coherent_vs_coal_obb_collide": times["coal_collide_obb"] / times["coherent"],
             "build_vs_coal": build_s["ours"] / build_s["coal"],
             "memory_vs_coal": tree.nbytes / peer.nbytes,
         },
@@ -155,11 +154,7 @@ def _queries(
 ) -> dict[str, Callable[[], object]]:
     return {
         "all_pairs": lambda: tree.pairs_within(pose, threshold),
-        "grouped": lambda: tree.pairs_within(pose, threshold, group_flat=GROUP_FLAT_MM, exact_within=EXACT_WITHIN_MM),
         "coherent": lambda: near.pairs_within(pose, threshold),
-        "coherent_grouped": lambda: near.pairs_within(
-            pose, threshold, group_flat=GROUP_FLAT_MM, exact_within=EXACT_WITHIN_MM
-        ),
         "closest": lambda: tree.closest(pose),
         "clearance": lambda: tree.clearance(pose),
         "coherent_clearance": lambda: near.clearance(pose),
@@ -168,11 +163,6 @@ def _queries(
         "coal_collide_obb": lambda: peer.collide(tool, request, peer.collide_model),
         "coal_distance": lambda: peer.distance(tool),
     }
-
-
-def _quickest(times: dict[str, float]) -> float:
-    """The time of the fastest query for pairs that uses groups, coherence or both."""
-    return min(times["grouped"], times["coherent"], times["coherent_grouped"])
 
 
 class _Check:
@@ -196,8 +186,6 @@ class _Check:
         faults = [
             *self._wrong_pairs("all pairs", tree.pairs_within(pose, threshold), truth, eps),
             *self._wrong_pairs("coherent pairs", near.pairs_within(pose, threshold), truth, eps),
-            *self._wrong_groups("grouped pairs", tree, pose, truth, eps),
-            *self._wrong_groups("coherent grouped pairs", near, pose, truth, eps),
         ]
         closest = tree.closest(pose).distance
         clearances = {"closest": closest, "clearance": tree.clearance(pose), "coherent clearance": near.clearance(pose)}
@@ -215,24 +203,6 @@ class _Check:
         faults += [f"{name}: pair {pair} is none" for pair in told.keys() - truth.keys()]
         off = {pair: told[pair] - truth[pair] for pair in told.keys() & truth.keys()}
         return faults + [f"{name}: {pair} is {error:g} off" for pair, error in off.items() if abs(error) > eps]
-
-    def _wrong_groups(
-        self, name: str, asked: Any, pose: Segments, truth: dict[tuple[int, int], float], eps: float
-    ) -> list[str]:
-        pairs = asked.pairs_within(pose, self._threshold, group_flat=GROUP_FLAT_MM, exact_within=EXACT_WITHIN_MM)
-        told = set(zip(pairs.segment.tolist(), pairs.triangle.tolist(), strict=True))
-        groups = pairs.triangle < 0
-        nearest = {
-            s: float(pairs.distance[groups & (pairs.segment == s)].min(initial=np.inf)) for s in range(len(pose))
-        }
-        faults = []
-        for (s, f), distance in truth.items():
-            within = (s, f) not in told and distance <= self._threshold - eps
-            if within and (distance <= EXACT_WITHIN_MM or nearest[s] > distance + eps):
-                faults.append(f"{name}: {(s, f)} is missed")
-        if groups.any() and float(pairs.distance[groups].min()) <= EXACT_WITHIN_MM - eps:
-            faults.append(f"{name}: a group is nearer than the exact ones")
-        return faults
 
     def _coal_disagrees(self, pose: Segments, truth: dict[tuple[int, int], float], least: float) -> list[str]:
         tool = self._peer.tool(pose)
@@ -259,7 +229,7 @@ def _scaling(coal: Any, mesh: TriangleMesh, poses: list[Segments], args: argpars
         build_s = time.perf_counter() - begin
         peer = CoalPeer(coal, surface)
         times = _times(tree, peer, poses[::2], max(3, args.rounds // 3), args.threshold)
-        shown = ("all_pairs", "grouped", "coherent", "coherent_grouped", "closest", "coal_collide", "coal_distance")
+        shown = ("all_pairs", "coherent", "closest", "coal_collide", "coal_distance")
         table.append(
             {
                 "triangles": len(surface.faces),

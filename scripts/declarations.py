@@ -3,8 +3,9 @@
     .venv/bin/python scripts/declarations.py
 
 `app/web/js/types.d.ts` declares the sections of the view model, the commands, the messages and the REST models that the
-page reads. Run it after a change of app/messages/sections.py, app/session/commands.py or the models below, and commit
-what it writes; a test compares the file with what this script gives.
+page reads. Run it after a change of a step's sections.py or commands.py, of those that all steps share (app/views,
+app/session, app/messages) or of the models below, and commit what it writes; a test compares the file with what this
+script gives.
 """
 
 import inspect
@@ -23,12 +24,16 @@ from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
 from app.api.plan_models import PlanPublic  # noqa: E402
 from app.messages import sections  # noqa: E402
+from app.messages.hello import Hello  # noqa: E402
 from app.session import commands  # noqa: E402
+from app.session.sections import SessionSections  # noqa: E402
+from app.steps.registry import specs  # noqa: E402
+from app.views.sections import ANSWERS, CaseSections  # noqa: E402
 
 TARGET = ROOT / "app" / "web" / "js" / "types.d.ts"
 HEADER = "// Made by scripts/declarations.py from the server's types; do not edit.\n"
 REST_MODELS = (JobPublic, ErrorPublic, ImportAnswer, PlanPublic)
-MESSAGES = (sections.NoteMessage, sections.ReplyMessage)
+MESSAGES = (Hello, sections.HelloMessage, sections.NoteMessage, sections.ReplyMessage)
 PLAIN = {
     str: "string",
     int: "number",
@@ -127,7 +132,7 @@ def comment(record: type) -> str:
 def command_fields() -> "dict[str, dict[str, tuple[Any, bool]]]":
     """Fields of every command by its type, without `type` and `id`."""
     found = {}
-    for model in commands.COMMANDS:
+    for model in commands.commands():
         fields = fields_of(model)
         kinds, _ = fields.pop("type")
         fields.pop("id")
@@ -139,7 +144,8 @@ def declarations() -> str:
     """The whole file."""
     made = Declarations()
     state: dict[str, list[str]] = {}
-    for group in sections.GROUPS:
+    groups = (SessionSections, CaseSections, *(spec.sections for spec in specs() if spec.sections is not None))
+    for group in groups:
         for name, (kind, _) in fields_of(group).items():
             state.setdefault(name, []).append(made.of(kind))
     for name, kinds in state.items():
@@ -149,7 +155,7 @@ def declarations() -> str:
         made.of(record)
     view = "".join(f"  {name}?: {kinds[0]};\n" for name, kinds in sorted(state.items()))
     sent = "".join(f'  "{kind}": {made.body(fields, "    ")};\n' for kind, fields in command_fields().items())
-    answers = "".join(f'  "{name}": {made.of(record)};\n' for name, record in sections.ANSWERS.items())
+    answers = "".join(f'  "{name}": {made.of(record)};\n' for name, record in ANSWERS.items())
     parts = [
         HEADER,
         made.text,
@@ -170,7 +176,7 @@ export interface StateMessage {
   sections: ViewModel;
 }
 
-export type Message = StateMessage | ReplyMessage | NoteMessage;
+export type Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage;
 """
 # A command whose fields may all be left out is sent by its name alone.
 CALLS = """\

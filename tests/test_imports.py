@@ -59,6 +59,9 @@ APP_ROOMS = {
     "commands": 10,
     "cli": 11,
 }
+STEP_ROOMS = {"": 0, "spec": 0, "base": 1, "registry": 2} | {
+    folder.name: 2 for folder in (ROOT / "app" / "steps").iterdir() if (folder / "step.py").is_file()
+}
 NOT_IN_THE_ENGINE = {
     "app", "benchmarks", "alembic", "fastapi", "pydantic", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets",
 }  # fmt: skip
@@ -68,7 +71,12 @@ def modules(package: str) -> list[Path]:
     return sorted((ROOT / package).rglob("*.py"))
 
 
-PACKAGES = [("vfix_engine", ENGINE_ROOMS), ("vfix_engine.lumen", LUMEN_ROOMS), ("app", APP_ROOMS)]
+PACKAGES = [
+    ("vfix_engine", ENGINE_ROOMS),
+    ("vfix_engine.lumen", LUMEN_ROOMS),
+    ("app", APP_ROOMS),
+    ("app.steps", STEP_ROOMS),
+]
 
 
 def room_of(name: str, package: str) -> str:

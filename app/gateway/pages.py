@@ -1,22 +1,34 @@
 """The page's shell, its static files, and the readable list of the REST routes."""
 
 import html
+import re
 from pathlib import Path
 from typing import Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, HTTPException, Request
 from starlette.responses import FileResponse, HTMLResponse
 
+from app.steps.registry import specs
+
+_MODULE = re.compile(r"[a-z][a-z0-9-]*\.js")  # no path, no hidden file, nothing but scripts
 WEB_DIR = Path(__file__).resolve().parent.parent / "web"
 
 
 def page_router() -> APIRouter:
-    """Routes / (the shell) and /docs (the REST routes, made from /openapi.json without any other host)."""
+    """Routes / (the shell), /steps/ (the steps' panels) and /docs (the REST routes, made without any other host)."""
     router = APIRouter(include_in_schema=False)
 
     @router.get("/")
     async def shell() -> FileResponse:
         return FileResponse(WEB_DIR / "index.html", media_type="text/html")
+
+    @router.get("/steps/{name}/{module}")
+    async def panel(name: str, module: str) -> FileResponse:
+        """A script of a step's folder: its panel, or a module beside it."""
+        folder = next((spec.folder for spec in specs() if spec.name == name), None)
+        if folder is None or _MODULE.fullmatch(module) is None or not (folder / module).is_file():
+            raise HTTPException(404, "There is no such panel.")
+        return FileResponse(folder / module, media_type="text/javascript", headers={"Cache-Control": "no-cache"})
 
     @router.get("/docs")
     async def docs(request: Request) -> HTMLResponse:

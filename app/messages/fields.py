@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
@@ -16,9 +16,13 @@ RequestId = Annotated[int, Field(ge=0, le=2**53)]
 
 
 class Command(BaseModel):
-    """A request of a client; ``id`` asks for a reply."""
+    """A request of a client; ``id`` asks for a reply.
+
+    urgent: answered at once on the connection's thread, without a reply, never queued behind other work.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    urgent: ClassVar[bool] = False
     id: RequestId | None = None
 
     def stream(self) -> str | None:

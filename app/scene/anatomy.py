@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,9 @@ import viser
 from app.scene import palette
 from app.scene.picking import Cut
 from vfix_engine.geometry.mesh import TriangleMesh
+
+if TYPE_CHECKING:
+    from app.scene.view import SceneView
 
 Floats = npt.NDArray[np.float64]
 
@@ -86,11 +90,27 @@ class BoneNode:
         self._node.remove()
 
 
+class AnatomyNodes:
+    """A case's bone and the letters around it."""
+
+    def __init__(self, view: SceneView, mesh: TriangleMesh, bounds: Floats) -> None:
+        """bounds: (2, 3), LPS mm."""
+        self._bone = BoneNode(view.scene, mesh)
+        self._letters = LetterNodes(view.scene, bounds)
+
+    def show(self, look: Look) -> None:
+        self._bone.show(look)
+
+    def remove(self) -> None:
+        self._bone.remove()
+        self._letters.remove()
+
+
 class SliceNodes:
     """The three CT planes in the scene."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        self._scene = scene
+    def __init__(self, view: SceneView) -> None:
+        self._scene = view.scene
         self._nodes: dict[str, viser.ImageHandle] = {}
         self._shapes: dict[str, tuple[int, ...]] = {}
 

@@ -14,14 +14,14 @@ Floats = npt.NDArray[np.float64]
 
 def finite_position(values: Any) -> Floats | None:
     """A place (3,) in LPS mm within ±MAX_MM; None for anything else."""
-    found = finite_numbers(values, 3)
-    return found if found is not None and np.abs(found).max() <= MAX_MM else None
+    return finite_numbers(values, 3, MAX_MM)
 
 
-def finite_numbers(values: Any, count: int) -> Floats | None:
-    """That many finite numbers (count,); None for anything else."""
+def finite_numbers(values: Any, count: int, at_most: float = np.inf) -> Floats | None:
+    """That many finite numbers (count,) within ±at_most; None for anything else."""
     try:
         found = np.array(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         return None
-    return found if found.shape == (count,) and np.isfinite(found).all() else None
+    usable = found.shape == (count,) and np.isfinite(found).all() and np.abs(found).max(initial=0.0) <= at_most
+    return found if usable else None

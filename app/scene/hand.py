@@ -34,8 +34,7 @@ class HandNodes:
     def __init__(self, scene: viser.SceneApi, on_drag: Callable[[GripDrag], object]) -> None:
         self._on_drag = on_drag
         self._grip_at = np.zeros(3)
-        self._hand: Floats | None = None  # where the hand is, set on viser's loop and read on the workspace's thread
-        self._drawn_hand: Floats | None = None
+        self._hand: Floats | None = None  # where the hand is, set on viser's loop and read on the session's thread
         self._offset = np.zeros(3)
         self._mine = False
         self._ball = scene.add_icosphere(
@@ -73,7 +72,7 @@ class HandNodes:
             else:
                 self._ball.remove_drag_callback("all")
                 self._hand = None
-        hand = self._drawn_hand = self._hand
+        hand = self._hand
         ball = grip if hand is None else hand
         self._ball.position = ball
         self._label.position = ball + np.array([0.0, 0.0, LABEL_RISE_MM])
@@ -110,10 +109,6 @@ class HandNodes:
             position = self._grip_at  # a hand lets go wherever it is said to be
         self._hand = None if event.phase == "end" else position
         self._on_drag(GripDrag(event.phase, (float(position[0]), float(position[1]), float(position[2]))))
-
-    def moved(self) -> bool:
-        """Whether the hand is elsewhere than the ball was last drawn."""
-        return self._hand is not self._drawn_hand
 
     def remove(self) -> None:
         for node in (self._ball, self._label, self._spring, self._arrow, self._view_point, self._sight, self._blocked):

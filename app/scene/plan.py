@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,9 @@ import viser
 
 from app.scene import palette, shapes
 from app.scene.checks import finite_position
+
+if TYPE_CHECKING:
+    from app.scene.view import SceneView
 
 Floats = npt.NDArray[np.float64]
 
@@ -102,26 +105,37 @@ class ItemNode:
         self._node.remove()
 
 
-class PlanNodes:
-    """All items, the spline and the ghost."""
+class ItemNodes:
+    """All points and targets."""
 
-    def __init__(self, scene: viser.SceneApi, on_drag: Callable[[DragEvent], object]) -> None:
-        self._scene, self._on_drag = scene, on_drag
+    def __init__(self, view: SceneView) -> None:
+        self._view = view
         self._items: dict[str, ItemNode] = {}
+
+    def show(self, items: Iterable[PlanItem], selected: str | None, locked: bool) -> None:
+        """selected: the id of the item that is marked; locked: none can be dragged."""
+        known = {item.id: item for item in items}
+        with self._view.atomic():
+            for item_id in [drawn for drawn in self._items if drawn not in known]:
+                self._items.pop(item_id).remove()
+            for item in known.values():
+                if item.id not in self._items:
+                    self._items[item.id] = ItemNode(self._view.scene, item, self._view.events.item_dragged)
+                self._items[item.id].update(item, item.id == selected, locked)
+
+    def remove(self) -> None:
+        for item in self._items.values():
+            item.remove()
+
+
+class CurveNodes:
+    """The spline of a plan."""
+
+    def __init__(self, view: SceneView) -> None:
+        self._scene = view.scene
         self._curve: viser.LineSegmentsHandle | None = None
-        self._ghost: viser.IcosphereHandle | None = None
-        self._ghost_label: viser.LabelHandle | None = None
 
-    def show_items(self, items: list[PlanItem], selected: str | None, locked: bool) -> None:
-        wanted = {item.id for item in items}
-        for item_id in [known for known in self._items if known not in wanted]:
-            self._items.pop(item_id).remove()
-        for item in items:
-            if item.id not in self._items:
-                self._items[item.id] = ItemNode(self._scene, item, self._on_drag)
-            self._items[item.id].update(item, item.id == selected, locked)
-
-    def show_curve(self, points: Floats | None, clearance_mm: Floats | None) -> None:
+    def show(self, points: Floats | None, clearance_mm: Floats | None) -> None:
         """The spline through (n, 3) places; (n,) clearances colour it, grey while they are not known."""
         if points is None or len(points) < 2:
             if self._curve is not None:
@@ -140,27 +154,36 @@ class PlanNodes:
         self._curve.colors = pairs
         self._curve.visible = True
 
-    def show_ghost(self, position: Floats | None, words: str) -> None:
+    def remove(self) -> None:
+        if self._curve is not None:
+            self._curve.remove()
+
+
+class GhostNodes:
+    """Where a click would add something, and what is said of the place."""
+
+    def __init__(self, view: SceneView) -> None:
+        self._scene = view.scene
+        self._ball: viser.IcosphereHandle | None = None
+        self._label: viser.LabelHandle | None = None
+
+    def show(self, position: Floats | None, words: str) -> None:
         if position is None:
-            for node in (self._ghost, self._ghost_label):
+            for node in (self._ball, self._label):
                 if node is not None:
                     node.visible = False
             return
-        if self._ghost is None or self._ghost_label is None:
-            self._ghost = self._scene.add_icosphere(
+        if self._ball is None or self._label is None:
+            self._ball = self._scene.add_icosphere(
                 "/plan/ghost", 1.4, color=palette.GHOST, opacity=0.55, cast_shadow=False, receive_shadow=False
             )
-            self._ghost_label = self._scene.add_label(
-                "/plan/ghost_label", words, font_screen_scale=0.8, anchor="bottom-left"
-            )
-        self._ghost.position = position
-        self._ghost_label.position = position + np.array([0.0, 0.0, 2.0])
-        self._ghost_label.text = words
-        self._ghost.visible = self._ghost_label.visible = True
+            self._label = self._scene.add_label("/plan/ghost_label", words, font_screen_scale=0.8, anchor="bottom-left")
+        self._ball.position = position
+        self._label.position = position + np.array([0.0, 0.0, 2.0])
+        self._label.text = words
+        self._ball.visible = self._label.visible = True
 
     def remove(self) -> None:
-        for item in self._items.values():
-            item.remove()
-        for node in (self._curve, self._ghost, self._ghost_label):
+        for node in (self._ball, self._label):
             if node is not None:
                 node.remove()

@@ -1,164 +1,156 @@
-"""One tab's workspace: which head, which plan, which step; a thread of its own answers requests in order."""
+"""One client's session: its views and steps, and a thread of its own that answers its requests in order."""
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
-from typing import Any, cast, get_args
+from typing import Any, Literal
 
-import numpy as np
 import viser
 
-from app.messages.fields import Command, Position
-from app.messages.sections import ProjectAnswer, SessionSections, StepName, StepSection
-from app.scene.camera import Lens
-from app.scene.hand import GripDrag
+from app.messages.client import Client, Role
+from app.messages.fields import Command
 from app.scene.plan import DragEvent
-from app.scene.view import ClickRay, SceneEvents, SceneView
+from app.scene.view import SceneEvents, SceneView
 from app.services import Services
-from app.session import commands as c
+from app.session.commands import SetStep
 from app.session.inbox import Inbox, Request
+from app.session.sections import SessionSections, StepSection
 from app.session.view_model import ViewModel
-from app.steps.patient import commands as on_patient
-from app.steps.plan import commands as on_plan
-from app.steps.plan.step import PlanStep
-from app.steps.rehearse import commands as on_robot
-from app.steps.rehearse.shared_drive import Prepared, SharedDrives
-from app.steps.rehearse.step import RehearseStep
-from app.views import commands as on_view
-from app.views.case_view import CaseView
-from app.views.scene_link import Head, Picture, SceneLink
+from app.steps.base import Closable, Step
+from app.steps.registry import load, specs
+from app.views.case_view import ShownSurface
+from app.views.layers import Layer, LayerStack
+from app.views.views import Views
 from vfix_engine.errors import VfixError
 
 Reply = Callable[[bool, Any], None]
 Note = Callable[[str, bool], None]
+FIRST_STEP = "plan"  # where a client begins that has a case open
+SCENE_INTERVAL_S = 0.045  # between two pictures of what changes by itself: a browser draws some 20 a second
 _LOG = logging.getLogger(__name__)
 
 
+def make_shared(services: Services) -> dict[str, Closable | None]:
+    """What the clients of each step share, by the step's name."""
+    return {spec.name: load(spec).make_shared(services) for spec in specs()}
+
+
 class ClientSession:
-    """State of one tab on the server; it outlives a lost connection."""
+    """State of one client on the server; it outlives a lost connection."""
 
     def __init__(
-        self, tab: str, services: Services, rooms: SharedDrives, executor: Executor, warming: Callable[[], str]
+        self,
+        client: str,
+        services: Services,
+        shared: Mapping[str, Closable | None],
+        executor: Executor,
+        warming: Callable[[], str],
     ) -> None:
-        self.tab = tab
+        """shared: of :func:`make_shared`. warming: words for what the planner still gets ready, empty once it is."""
+        self.client = client
         self._warming = warming
-        self.board = ViewModel()
+        self.view_model = ViewModel()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
-        self._step: StepName = "plan"
-        self._link: SceneLink | None = None
-        self._lens: Lens | None = None
-        self._viewed: Head | None = None  # the head that the camera was turned to
-        self._list_stale = True
-        self.head = CaseView(services, self.board, executor, self.ask)
-        self.planning = PlanStep(services, self.board, executor, self.ask)
-        self.rehearsal = RehearseStep(services, rooms, executor, tab)
-        self._thread = threading.Thread(target=self._run, name=f"workspace-{tab[:6]}", daemon=True)
+        self._layers: LayerStack | None = None
+        self._drawn_at = 0.0
+        self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
+        self.views = Views(Client(client), services, executor, self.post, lambda words, error: self.note(words, error))
+        self.steps: dict[str, Step] = {}
+        self._step_of: dict[type[Command], Step] = {}
+        for spec in specs():
+            step = self.steps[spec.name] = load(spec)(self.views, shared[spec.name])
+            self._step_of |= dict.fromkeys(spec.commands, step)
+        self.active = self.steps.get(FIRST_STEP) or next(iter(self.steps.values()))
+        self.active.active = True
+        self.views.camera.places = lambda: [place for step in self.steps.values() for place in step.places()]
+        self._thread = threading.Thread(target=self._run, name=f"session-{client[:6]}", daemon=True)
 
-    # -- from other threads: queue only
+    # -- from other threads: queue only, but for what a hand does
 
-    def start(self, wanted: dict[str, str]) -> None:
-        """Begin work; ``wanted`` names the case, plan and step to open, where the page remembers them."""
+    def start(self, wanted: Mapping[str, str]) -> None:
+        """Begin work; ``wanted`` names the case, plan and step to open, where the client remembers them."""
         self._inbox.put(lambda: self._open_first(wanted))
         self._thread.start()
 
     def close(self) -> None:
-        """The thread ends after what waits already, and leaves the rehearsal."""
+        """The thread ends after what waits already, and the steps with it."""
         self._inbox.close()
 
     def tick(self, changed: bool) -> None:
-        """The planner's clock: look at the rehearsal; changed: at the stored cases and plans as well."""
+        """The planner's clock: what changes by itself is looked at; changed: the stored cases and plans as well."""
         if changed:
-            self.ask(self._look_again, "look again")
-        self.ask(self._tick, "tick")
+            self.post(self._look_again, "look again")
+        self.post(self._tick, "tick")
 
     @property
     def lively(self) -> bool:
-        """A robot is there or comes: what is shown of it changes by itself."""
-        room = self.rehearsal.room
-        return room is not None and room.state != "absent"
+        """Something that is shown changes by itself."""
+        return any(step.lively for step in self.steps.values())
 
-    def hand_gone(self) -> None:
-        """The page is not there any more: whatever the hand held is let go of."""
-        if self.rehearsal.room is not None:
-            self.rehearsal.room.release(self.tab)
-        self.ask(self.planning.let_go)
+    def page_gone(self) -> None:
+        """The client is not there any more: whatever its hand held is let go of."""
+        for step in self.steps.values():
+            step.release_now()
+        self.post(lambda: self._each("release"))
 
-    def give_up_handle(self, still_away: Callable[[], bool]) -> None:
-        """The page does not come back: the robot pauses, and somebody else may have the handle."""
-        self.ask(lambda: self.rehearsal.give_up() if still_away() else None)
+    def give_up(self, still_away: Callable[[], bool]) -> None:
+        """The client has been away for seconds: what only one can have is free."""
+        self.post(lambda: self._each("give_up") if still_away() else None)
 
-    def give_up_rehearsal(self, still_away: Callable[[], bool]) -> None:
-        """The page has been gone for long: a robot that nobody else watches is sent home."""
-        self.ask(lambda: self.rehearsal.away() if still_away() else None)
+    def abandon(self, still_away: Callable[[], bool]) -> None:
+        """The client has been away for minutes: what nobody else uses is ended."""
+        self.post(lambda: self._each("abandon") if still_away() else None)
 
-    def page_back(self) -> None:
-        self.ask(self.rehearsal.back)
-        self.ask(self._look_again, "look again")
+    def come_back(self) -> None:
+        self.post(lambda: self._each("come_back"))
+        self.post(self._look_again, "look again")
 
-    def ask(self, request: Request, slot: str | None = None) -> bool:
+    def greet(self, role: Role) -> None:
+        """The client has said what it is; one that was more before gives up what it held."""
+        before, self.views.client = self.views.client, Client(self.client, role)
+        if before.may_hold and not self.views.client.may_hold:
+            self.post(lambda: self._each("give_up"))
+
+    def post(self, request: Request, slot: str | None = None) -> bool:
+        """Queue a request; False when too many wait already."""
         return self._inbox.put(request, slot)
 
     def command(self, command: Command, reply: Reply | None = None) -> bool:
-        """Answer a command of the page; False when too many wait already."""
-        if isinstance(command, on_robot.HandCommand | on_robot.Push):
-            self._hand(command)
+        """Answer a command; False when too many wait already."""
+        step = self._step_of.get(type(command))
+        if command.urgent and step is not None:
+            step.handle_now(command)
             return True
-        slot = command.stream()
-        return self.ask(lambda: self._answer(command, reply), slot)
+        return self.post(lambda: self._answer(command, reply), command.stream())
 
     def scene_connected(self, client: viser.ClientHandle) -> None:
-        self.ask(lambda: self._attach(client))
+        self.post(lambda: self._attach(client))
 
     def scene_gone(self) -> None:
-        self.ask(self._detach)
-
-    def _hand(self, command: on_robot.HandCommand | on_robot.Push) -> None:
-        """The hand's messages go straight to the control process; each is a write into shared memory."""
-        room = self.rehearsal.room
-        if room is None:
-            return
-        if isinstance(command, on_robot.Push):
-            (room.drive if command.type == "drive" else room.twist)(self.tab, command.direction)
-        elif command.type == "heartbeat":
-            room.heartbeat(self.tab)
-        elif command.type == "grip.release":
-            room.release_grip(self.tab)
-        elif command.type == "rehearsal.take":
-            room.lease.take(self.tab)
-        elif command.type == "rehearsal.let_go":
-            room.leave(self.tab)
+        self.post(self._detach)
 
     def _events(self) -> SceneEvents:
         return SceneEvents(
-            clicked=lambda ray: self.ask(lambda: self._clicked(ray)),
-            item_dragged=lambda drag: self.ask(lambda: self._dragged(drag), _drag_slot(drag)),
-            grip_dragged=self._grip_dragged,
-            camera_moved=lambda lens: self.ask(lambda: self._camera_moved(lens), "camera"),
+            clicked=lambda ray: self.post(lambda: self.active.clicked(ray)),
+            item_dragged=lambda drag: self.post(lambda: self.active.dragged(drag), _drag_slot(drag)),
+            grip_dragged=lambda drag: self.active.gripped(drag),
+            camera_moved=lambda lens: self.post(lambda: self.views.camera.moved(lens), "camera"),
         )
 
-    def _grip_dragged(self, drag: GripDrag) -> None:
-        room = self.rehearsal.room
-        if room is None:
-            return
-        if drag.phase == "end":
-            room.release_grip(self.tab)
-        elif drag.phase == "start":
-            room.set_grip(self.tab, drag.position)
-        else:
-            room.move_grip(self.tab, drag.position)
-
-    # -- on the workspace's own thread
+    # -- on the session's own thread
 
     def _run(self) -> None:
         while (request := self._inbox.get()) is not None:
             self._guarded(request)
             if request != self._tick:
                 self._guarded(self._publish)
-        self._guarded(self.rehearsal.leave)
+        for step in self.steps.values():
+            self._guarded(step.close)
 
     def _guarded(self, request: Request) -> None:
         try:
@@ -166,51 +158,33 @@ class ClientSession:
         except VfixError as error:
             self.note(str(error), True)
         except Exception:
-            _LOG.exception("a request of a workspace failed")
+            _LOG.exception("a request of a session failed")
             self.note("That did not work; the planner's log says why.", True)
 
+    def _each(self, name: Literal["release", "give_up", "abandon", "come_back"]) -> None:
+        for step in self.steps.values():
+            getattr(step, name)()
+
     def _tick(self) -> None:
-        for words in self.rehearsal.tick():
-            self.note(words, True)
-        edited, self.rehearsal.plan_edited = self.rehearsal.plan_edited, False
-        self._list_stale |= edited
-        drawn = self._driven()
-        self.rehearsal.compare(self.planning.plan)
-        if edited or self._driven() is not drawn:
+        everything = [step.tick() for step in self.steps.values()]
+        if any(everything):
             self._publish()
         else:
-            self._publish_rehearsal()
-            self.board.commit()
+            self._publish_ticking()
+            self.view_model.commit()
 
     def _look_again(self) -> None:
-        """Other tabs and the command line change cases and plans too."""
-        self._list_stale = True
+        """Other clients and the command line change cases and plans too."""
+        self.views.stale = True
 
-    def _open_first(self, wanted: dict[str, str]) -> None:
-        self.head.open_first(wanted.get("case"))
-        self._open_plan(wanted.get("plan"))
-        if self.head.case_id is None:
-            self._set_step("patient")
-        elif (step := wanted.get("step")) in get_args(StepName):
-            self._set_step(cast(StepName, step))
-
-    def _open_plan(self, plan_id: str | None) -> None:
-        self.rehearsal.leave()
-        case_id = self.head.case_id
-        if case_id is None:
-            self.planning.close()
-        elif words := self.planning.open(case_id, plan_id):
-            self.note(words, True)
-        self._enter_room()
-
-    def _enter_room(self) -> None:
-        self.rehearsal.enter(self.planning.plan_id)
+    def _open_first(self, wanted: Mapping[str, str]) -> None:
+        self.views.open_first(wanted.get("case"), wanted.get("plan"))
+        if not self.active.available():
+            self._set_step(next(name for name, step in self.steps.items() if step.available()))
+        elif wanted.get("step") in self.steps:
+            self._set_step(wanted["step"])
 
     def _answer(self, command: Command, reply: Reply | None) -> None:
-        self._list_stale |= isinstance(
-            command,
-            on_patient.CaseCommand | on_patient.RenameCase | on_plan.PlanCommand | on_plan.NewPlan | on_plan.RenamePlan,
-        )
         try:
             result = self._do(command)
         except VfixError as error:
@@ -223,189 +197,88 @@ class ClientSession:
             reply(True, result)
 
     def _do(self, command: Command) -> Any:
-        match command:
-            case on_view.Project():
-                return self._project(command.points)
-            case c.SetStep():
-                self._set_step(command.name)
-            case on_patient.CaseCommand() | on_patient.RenameCase():
-                self._do_case(command)
-            case on_plan.PlanCommand() | on_plan.NewPlan() | on_plan.RenamePlan():
-                self._do_plan(command)
-            case on_view.SetCross() | on_view.SetSlice() | on_view.SetWindow() | on_view.SetView():
-                self.head.do(command)
-            case on_view.SetCamera():
-                self._look_from(command.view)
-            case on_robot.SetMode() | on_robot.SetRehearsalSettings():
-                self.rehearsal.do(command)
-            case on_robot.DriveCommand():
-                self.rehearsal.do_plain(command.type, self.planning.plan, self.head.case_id)
-            case _:
-                self._say(self.planning.do(command))
-        return None
+        if isinstance(command, SetStep):
+            return self._set_step(command.name)
+        step = self._step_of.get(type(command))
+        return self.views.handle(command) if step is None else step.handle(command)
 
-    def _say(self, words: str) -> None:
-        if words:
-            self.note(words, False)
-
-    def _set_step(self, name: StepName) -> None:
-        if name == self._step:
+    def _set_step(self, name: str) -> None:
+        step = self.steps[name]
+        if step is self.active:
             return
-        if self._step == "rehearse":
-            self.rehearsal.pause()
-        self._step = name
-        self.planning.quiet()
-        if name == "rehearse":
-            self.head.open_up(self.planning.places())
-            self._look_from("nose")
-            self.rehearsal.prepare(self.planning.plan)
-
-    def _do_case(self, command: on_patient.CaseCommand | on_patient.RenameCase) -> None:
-        if command.type == "case.open":
-            self.head.open(command.case_id)
-            self._open_plan(None)
-        else:
-            self.head.change(command)
-
-    def _do_plan(self, command: on_plan.PlanCommand | on_plan.NewPlan | on_plan.RenamePlan) -> None:
-        before = self.planning.plan_id
-        if words := self.planning.do_plan(command):
-            self.note(words, True)
-        if self.planning.plan_id != before:
-            self.rehearsal.leave()
-            self._enter_room()
-
-    def _follow_selection(self) -> None:
-        """Slices go through the point that was just chosen or added."""
-        position = self.planning.take_focus()
-        if position is not None:
-            self.head.go_to(position)
+        self.active.leave()
+        self.active.active, step.active = False, True
+        self.active = step
+        step.enter()
 
     # -- the scene
 
     def _attach(self, client: viser.ClientHandle) -> None:
-        self._link = SceneLink(SceneView(client, self._events()))
+        scene = SceneView(client, self._events())
+        self._layers = LayerStack(scene)
+        self.views.camera.attach(scene)
         self._viewed = None
 
     def _detach(self) -> None:
-        self._link = self._lens = None
-        self.planning.let_go()
-        if self.rehearsal.room is not None:
-            self.rehearsal.room.release(self.tab)
-
-    def _look_from(self, name: str) -> None:
-        if self._link is None:
-            return
-        centre, radius = self.head.extent()
-        if name == "nose":
-            places = np.array(self.planning.places() + self.rehearsal.places())
-            if len(places):
-                centre = (places.min(axis=0) + places.max(axis=0)) / 2.0
-                radius = max(45.0, 0.5 * float(np.linalg.norm(np.ptp(places, axis=0))) + 12.0)
-            else:
-                radius *= 0.45
-        self._link.look_from(name, centre, radius)
-
-    def _clicked(self, ray: ClickRay) -> None:
-        if self._step == "plan":
-            self._say(self.planning.click(ray, self.head))
-
-    def _dragged(self, drag: DragEvent) -> None:
-        if self._step == "plan":
-            self._say(self.planning.dragged(drag))
-
-    def _camera_moved(self, lens: Lens) -> None:
-        self._lens = lens
-
-    def _project(self, points: list[Position]) -> ProjectAnswer:
-        """Places on the canvas in parts of its size; null behind the camera."""
-        lens = self._link.view.lens() if self._link else None
-        if lens is None:
-            return {"places": None}
-        places = lens.project(np.array(points, dtype=np.float64).reshape(-1, 3))
-        return {"places": [place.tolist() if np.isfinite(place).all() else None for place in places]}
+        self._layers = None
+        self.views.camera.attach(None)
+        for step in self.steps.values():
+            step.release_now()
+            step.release()
 
     # -- what the page and the scene show
 
-    def _publish(self) -> None:
-        """Everything, after a request; between requests only the rehearsal moves."""
-        self._follow_selection()
-        fresh, self._list_stale = self._list_stale, False
-        self.head.publish(fresh)
-        self.planning.publish(fresh)
-        self.rehearsal.compare(self.planning.plan)
-        self._publish_camera()
-        self._draw()
-        self._publish_rehearsal()
-        self.board.commit()
+    def _active_last(self) -> list[Step]:
+        return [*(step for step in self.steps.values() if step is not self.active), self.active]
 
-    def _publish_rehearsal(self) -> None:
-        self.rehearsal.publish(self.board, self._driven())
-        self._show({"step": self._step_section()})
-        if self._link is None:
-            return
-        showing = self._step == "rehearse"
-        self._link.draw_rehearsal(
-            self.rehearsal.snapshot if showing else None, self.rehearsal.robot if showing else None, self.rehearsal.mine
-        )
-        if showing and self.rehearsal.arrived():
-            self._look_from("nose")
+    def layers(self) -> dict[str, Layer[Any]]:
+        """What the scene shows now, by name."""
+        own = [layer for step in self._active_last() for layer in step.layers()]
+        return {layer.name: layer for layer in (*self.views.case.layers(), *own)}
+
+    def _publish(self) -> None:
+        """Everything, after a request."""
+        fresh, self.views.stale = self.views.stale, False
+        self.view_model.publish(self.views.case.sections(fresh))
+        self._publish_steps(self._active_last(), fresh)
+        self._draw()
+        self.view_model.commit()
+
+    def _publish_steps(self, steps: Iterable[Step], fresh: bool) -> None:
+        for step in steps:
+            self.view_model.publish(step.sections(fresh))
+        self.view_model.publish({"step": self._step_section()})
+
+    def _publish_ticking(self) -> None:
+        """Between requests: only the steps whose sections and layers change by themselves."""
+        self._publish_steps([step for step in self._active_last() if step.ticks], fresh=False)
+        now = time.monotonic()
+        if self._layers is not None and self.active.ticks and now - self._drawn_at >= SCENE_INTERVAL_S:
+            self._drawn_at = now
+            self._layers.draw(self.layers().values())
 
     def _draw(self) -> None:
-        """Bring the still part of the scene up to date, and say whether there is one."""
-        ready = self._link is not None and self.head.head is not None
-        words = "" if ready else self.head.loading or "Preparing the scene …"
-        self._show({"scene": {"ready": ready, "words": words}})
-        if self._link is None:
+        """Bring the scene up to date, and say whether there is one."""
+        surface = self.views.case.surface
+        ready = self._layers is not None and surface is not None
+        words = "" if ready else self.views.case.loading or "Preparing the scene …"
+        shown: SessionSections = {
+            "scene": {"ready": ready, "words": words},
+            "camera": self.views.camera.section(),
+        }
+        self.view_model.publish(shown)
+        if self._layers is None:
             return
-        self._link.draw(self._picture())
-        if ready and self._viewed is not self.head.head:
-            self._viewed = self.head.head
-            self._look_from("nose" if self._step == "rehearse" else "oblique")
-
-    def _picture(self) -> Picture:
-        head, planning, driven = self.head, self.planning, self._driven()
-        return Picture(
-            head=head.head,
-            look=head.look(),
-            slices_key=head.slices_key(),
-            slices=head.slice_pictures,
-            items=planning.items() if driven is None else driven.items,
-            selected=planning.selected if self._step == "plan" else None,
-            locked=planning.locked or self._step != "plan",
-            curve_key=planning.curve_key() if driven is None else id(driven),
-            curve=planning.curve if driven is None else lambda: (driven.curve, None),
-            ghost=planning.ghost,
-        )
-
-    def _driven(self) -> Prepared | None:
-        """What is to be drawn instead of the plan: the rehearsal of another one."""
-        return self.rehearsal.driven() if self._step == "rehearse" else None
-
-    def _publish_camera(self) -> None:
-        lens = self._lens
-        height = None if lens is None or lens.height <= 0 else round(lens.mm_per_pixel * lens.height, 2)
-        self._show({"camera": {"view_height_mm": height}})
-
-    def _show(self, sections: SessionSections) -> None:
-        self.board.publish(sections)
+        self._layers.draw(self.layers().values())
+        if ready and self._viewed is not surface:
+            self._viewed = surface
+            self.views.camera.look_from(self.active.first_view)
 
     def _step_section(self) -> StepSection:
-        available: list[StepName] = ["patient"]
-        if self.head.case_id is not None:
-            available.append("plan")
-        if self.planning.plan_id is not None:
-            available.append("rehearse")
-        return {"name": self._step, "available": available, "hint": self._hint()}
-
-    def _hint(self) -> str:
-        if warming := self._warming():
-            return f"{warming} …"
-        if self._step == "patient":
-            return self.head.hint()
-        if self._step == "plan":
-            return self.planning.hint()
-        return self.rehearsal.hint(self.planning.plan)
+        available = [name for name, step in self.steps.items() if step.available()]
+        warming = self._warming()
+        hint = f"{warming} …" if warming else self.active.hint()
+        return {"name": self.active.spec.name, "available": available, "hint": hint}
 
 
 def _drag_slot(drag: DragEvent) -> str | None:

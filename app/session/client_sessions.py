@@ -1,4 +1,4 @@
-"""All workspaces of the planner: tabs come, go, and find their state again when they come back."""
+"""The sessions of all clients: they come, go, and find their state again when they come back."""
 
 from __future__ import annotations
 
@@ -8,37 +8,37 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import viser
 
 from app.services import Services
-from app.steps.rehearse.shared_drive import SharedDrives
 from vfix_engine.errors import VfixError
 
 if TYPE_CHECKING:
     from app.session.client_session import ClientSession
+    from app.steps.base import Closable
 
 _LOG = logging.getLogger(__name__)
 MAX_PAGES = 16  # open at a time, each with a scene
-MAX_WORKSPACES = 24  # with those whose page is away
+MAX_SESSIONS = 24  # with those whose page is away
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
 ABANDONED_S = 600.0  # its rehearsal for so long
 ENDED_S = 900.0  # and what it had selected and looked at for so long
-TICK_S = 0.05  # a robot is shown at 20 Hz
+TICK_S = 0.02  # what changes by itself is looked at; its figures are shown at 50 Hz
 LOOK_S = 1.0  # between looks whether the store has changed, and at what changes seldom
 
 
 @dataclass
 class _Entry:
-    workspace: ClientSession
+    session: ClientSession
     connected: bool = False
     seen_at: float = field(default_factory=time.monotonic)
     given_up: int = 0  # how much of what an absent page had is given up: its handle, its rehearsal
 
 
 class SceneTabs(Protocol):
-    """What the hub needs of the scene's server, which lies above it in the gateway."""
+    """What the sessions need of the scene's server, which lies above it in the gateway."""
 
     def client_for(self, tab: str) -> viser.ClientHandle | None: ...
 
@@ -56,14 +56,14 @@ class TooManyTabs(Exception):
 
 
 class ClientSessions:
-    """Thread-safe registry of workspaces by tab."""
+    """Thread-safe registry of sessions by client."""
 
     def __init__(self, services: Services, scene_server: SceneTabs, warming: Callable[[], str]) -> None:
         """warming: words for what the planner still gets ready, empty once it is."""
         self._services, self._scene_server, self._warming = services, scene_server, warming
-        self._rooms = SharedDrives()
-        # A load, a dry run and a start for every tab: what is slow for one keeps none of the others waiting.
-        self._executor = ThreadPoolExecutor(max_workers=3 * MAX_WORKSPACES, thread_name_prefix="session-work")
+        self._shared: dict[str, Closable | None] = {}
+        # A load, a dry run and a start for every client: what is slow for one keeps none of the others waiting.
+        self._executor = ThreadPoolExecutor(max_workers=3 * MAX_SESSIONS, thread_name_prefix="session-work")
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
         self._look_at, self._stored, self._unread = 0.0, -1, False
@@ -73,7 +73,7 @@ class ClientSessions:
         scene_server.on_tab_gone(self._scene_gone)
 
     def start(self) -> None:
-        """Let the one clock of all workspaces tick."""
+        """Let the one clock of all sessions tick."""
         self._clock.start()
 
     def _run(self) -> None:
@@ -81,7 +81,7 @@ class ClientSessions:
             try:
                 self.beat(time.monotonic())
             except Exception:
-                _LOG.exception("the clock of the workspaces stumbled")
+                _LOG.exception("the clock of the sessions stumbled")
 
     def beat(self, now: float) -> None:
         """One tick: pages that are there are shown what changes by itself, those that are away cost nothing."""
@@ -92,11 +92,11 @@ class ClientSessions:
             changed = self._store_changed()
         with self._lock:
             entries = list(self._entries.items())
-        for tab, entry in entries:
+        for client, entry in entries:
             if not entry.connected:
-                self._wait_for(tab, entry, now)
-            elif look or entry.workspace.lively:
-                entry.workspace.tick(changed)
+                self._wait_for(client, entry, now)
+            elif look or entry.session.lively:
+                entry.session.tick(changed)
 
     def _store_changed(self) -> bool:
         """Whether anything was stored since the last look; a store that cannot be asked is logged once."""
@@ -111,47 +111,59 @@ class ClientSessions:
         self._unread = False
         return self._stored != before
 
-    def connect(self, tab: str, wanted: dict[str, str]) -> ClientSession:
-        """The workspace of a tab, new or as it was left. Raises TabTaken or TooManyTabs."""
+    def connect(self, client: str, wanted: dict[str, str]) -> ClientSession:
+        """The session of a client, new or as it was left. Raises TabTaken or TooManyTabs."""
         from app.session.client_session import ClientSession  # imported here: slow to load, with all of the scene
 
         with self._lock:
-            entry = self._entries.get(tab)
+            entry = self._entries.get(client)
             if entry is not None and entry.connected:
                 raise TabTaken
             if sum(known.connected for known in self._entries.values()) >= MAX_PAGES:
                 raise TooManyTabs
             if entry is not None:
                 entry.connected = True
-                entry.workspace.page_back()
-                return entry.workspace
+                entry.session.come_back()
+                return entry.session
             self._make_room()
-            workspace = ClientSession(tab, self._services, self._rooms, self._executor, self._warming)
-            self._entries[tab] = _Entry(workspace, connected=True)
-        workspace.start(wanted)
-        client = self._scene_server.client_for(tab)
-        if client is not None:
-            workspace.scene_connected(client)
-        return workspace
+            session = ClientSession(client, self._services, self._made_shared(), self._executor, self._warming)
+            self._entries[client] = _Entry(session, connected=True)
+        session.start(wanted)
+        scene = self._scene_server.client_for(client)
+        if scene is not None:
+            session.scene_connected(scene)
+        return session
 
-    def disconnect(self, tab: str) -> None:
+    def shared(self, step: str) -> Any:
+        """What the clients of a step share, for the step's own addresses; slow the first time."""
+        with self._lock:
+            return self._made_shared()[step]
+
+    def _made_shared(self) -> dict[str, Closable | None]:
+        from app.session.client_session import make_shared  # imported here, as above
+
+        if not self._shared:
+            self._shared = make_shared(self._services)
+        return self._shared
+
+    def disconnect(self, client: str) -> None:
         """The page is gone: the hand lets go at once, the handle after a grace (HAZ-11), the robot stays for long."""
         with self._lock:
-            entry = self._entries.get(tab)
+            entry = self._entries.get(client)
             if entry is None:
                 return
             entry.connected, entry.seen_at, entry.given_up = False, time.monotonic(), 0
-        entry.workspace.hand_gone()
+        entry.session.page_gone()
 
-    def _wait_for(self, tab: str, entry: _Entry, now: float) -> None:
+    def _wait_for(self, client: str, entry: _Entry, now: float) -> None:
         """Give up by and by what a page had that does not come back; each time it is asked again whether it did."""
         with self._lock:  # asked and marked in one: a page that comes back in between would keep the mark
-            seen_at, given_up, workspace = entry.seen_at, entry.given_up, entry.workspace
-            known = self._entries.get(tab) is entry and not entry.connected
+            seen_at, given_up, session = entry.seen_at, entry.given_up, entry.session
+            known = self._entries.get(client) is entry and not entry.connected
             if not known or now - seen_at < (LEASE_GRACE_S, ABANDONED_S, ENDED_S)[given_up]:
                 return
             if given_up == 2:
-                del self._entries[tab]
+                del self._entries[client]
             else:
                 entry.given_up += 1
 
@@ -160,35 +172,35 @@ class ClientSessions:
                 return not entry.connected and entry.seen_at == seen_at
 
         if given_up == 0:
-            workspace.give_up_handle(still_away)
+            session.give_up(still_away)
         elif given_up == 1:
-            workspace.give_up_rehearsal(still_away)
+            session.abandon(still_away)
         else:
-            workspace.close()
+            session.close()
 
     def _make_room(self) -> None:
-        while len(self._entries) >= MAX_WORKSPACES:
-            idle = [tab for tab, entry in self._entries.items() if not entry.connected]
-            oldest = min(idle, key=lambda tab: self._entries[tab].seen_at)
-            self._entries.pop(oldest).workspace.close()
+        while len(self._entries) >= MAX_SESSIONS:
+            idle = [client for client, entry in self._entries.items() if not entry.connected]
+            oldest = min(idle, key=lambda client: self._entries[client].seen_at)
+            self._entries.pop(oldest).session.close()
 
-    def _workspace(self, tab: str) -> ClientSession | None:
+    def _session(self, client: str) -> ClientSession | None:
         with self._lock:
-            entry = self._entries.get(tab)
-            return None if entry is None else entry.workspace
+            entry = self._entries.get(client)
+            return None if entry is None else entry.session
 
-    def _scene_connected(self, tab: str, client: viser.ClientHandle) -> None:
-        workspace = self._workspace(tab)
-        if workspace is not None:
-            workspace.scene_connected(client)
+    def _scene_connected(self, client: str, scene: viser.ClientHandle) -> None:
+        session = self._session(client)
+        if session is not None:
+            session.scene_connected(scene)
 
-    def _scene_gone(self, tab: str) -> None:
-        workspace = self._workspace(tab)
-        if workspace is not None:
-            workspace.scene_gone()
+    def _scene_gone(self, client: str) -> None:
+        session = self._session(client)
+        if session is not None:
+            session.scene_gone()
 
     def close(self) -> None:
-        """End every workspace and every control process."""
+        """End every session and every control process."""
         self._stopped.set()
         if self._clock.is_alive():
             self._clock.join()
@@ -196,6 +208,8 @@ class ClientSessions:
             entries = list(self._entries.values())
             self._entries.clear()
         for entry in entries:
-            entry.workspace.close()
+            entry.session.close()
         self._executor.shutdown(wait=False, cancel_futures=True)
-        self._rooms.close()
+        for shared in self._shared.values():
+            if shared is not None:
+                shared.close()

@@ -2,36 +2,39 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
+import functools
+import operator
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, TypeAdapter
+from pydantic import AfterValidator, Field, TypeAdapter
 
-from app.messages.fields import Command
-from app.messages.sections import StepName
-from app.steps.patient import commands as patient
-from app.steps.plan import commands as plan
-from app.steps.rehearse import commands as rehearse
+from app.messages.fields import Command, Identifier
+from app.steps import registry
 from app.views import commands as views
+
+
+def _known_step(name: str) -> str:
+    if name not in [spec.name for spec in registry.specs()]:
+        raise ValueError("there is no such step")
+    return name
 
 
 class SetStep(Command):
     type: Literal["step.set"]
-    name: StepName
+    name: Annotated[Identifier, AfterValidator(_known_step)]
 
 
-COMMANDS: tuple[type[Command], ...] = (
-    SetStep,
-    *views.COMMANDS,
-    *patient.COMMANDS,
-    *plan.COMMANDS,
-    *rehearse.COMMANDS,
-)
-_UNION: Any = reduce(or_, COMMANDS)
-_ADAPTER: TypeAdapter[Command] = TypeAdapter(Annotated[_UNION, Field(discriminator="type")])
+def commands() -> tuple[type[Command], ...]:
+    """Every command: the session's own, those for what all steps share, and those of each step."""
+    return (SetStep, *views.COMMANDS, *(command for spec in registry.specs() for command in spec.commands))
+
+
+@functools.cache
+def _adapter() -> TypeAdapter[Command]:
+    union: Any = functools.reduce(operator.or_, commands())
+    return TypeAdapter(Annotated[union, Field(discriminator="type")])
 
 
 def parse_command(text: str | bytes) -> Command:
     """Parse one message; raises pydantic's ``ValidationError`` for anything that is not a known, bounded command."""
-    return _ADAPTER.validate_json(text)
+    return _adapter().validate_json(text)

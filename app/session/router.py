@@ -1,4 +1,4 @@
-"""The websocket ``/session?tab=…``: sections of the view model out, validated commands in."""
+"""The websocket ``/session?tab=…``: a hello both ways, then sections of the view model out, validated commands in."""
 
 from __future__ import annotations
 
@@ -15,18 +15,21 @@ from fastapi import APIRouter, FastAPI
 from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from app.messages.sections import NoteMessage, ReplyMessage, StateMessage
+from app.messages.hello import NotUnderstood, read_hello
+from app.messages.sections import HelloMessage, NoteMessage, ReplyMessage, StateMessage
+from app.messages.version import VERSION
 from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
 from app.session.commands import parse_command
+from app.steps.registry import specs
 
 if TYPE_CHECKING:
     from app.session.client_session import ClientSession
 
-Message = StateMessage | ReplyMessage | NoteMessage
+Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage
 MAX_MESSAGE_CHARS = 64_000
-MIN_INTERVAL_S = 0.05  # the page is told at most 20 times a second
-MAX_PER_SECOND = 400  # messages of one page; a hand, keys and a heartbeat stay below 100
-INVALID, NOT_TEXT, TAB_TAKEN, TOO_MANY, FLOOD = 1008, 1003, 4409, 4503, 4429
+MIN_INTERVAL_S = 0.015  # between two states that a client is told; the sessions' clock makes it 50 a second
+MAX_PER_SECOND = 400  # messages of one client; a hand, keys and a heartbeat stay below 100
+INVALID, NOT_TEXT, TAB_TAKEN, NOT_UNDERSTOOD, FLOOD, TOO_MANY = 1008, 1003, 4409, 4426, 4429, 4503
 _LOG = logging.getLogger(__name__)
 _TAB = re.compile(r"[A-Za-z0-9_-]{8,64}")
 _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
@@ -34,22 +37,22 @@ _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    hub = ClientSessions(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
-    app.state.sessions = hub
-    hub.start()
+    sessions = ClientSessions(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
+    app.state.sessions = sessions
+    sessions.start()
     yield
-    await asyncio.to_thread(hub.close)
+    await asyncio.to_thread(sessions.close)
 
 
 router = APIRouter(lifespan=_lifespan)
 
 
 @router.websocket("/session")
-async def session(websocket: WebSocket) -> None:
-    """One page. The gateway's guard has already checked token, Host and Origin."""
-    tab = websocket.query_params.get("tab", "")
+async def serve_client(websocket: WebSocket) -> None:
+    """One client. The gateway's guard has already checked token, Host and Origin."""
+    client = websocket.query_params.get("tab", "")
     await websocket.accept()  # before a refusal as well: a browser tells a page the code and reason of a close alone
-    if not _TAB.fullmatch(tab):
+    if not _TAB.fullmatch(client):
         await websocket.close(INVALID, "a tab is 8 to 64 letters, digits, '-' or '_'")
         return
     wanted = {
@@ -57,9 +60,9 @@ async def session(websocket: WebSocket) -> None:
         for name in ("case", "plan", "step")
         if _WANTED.fullmatch(value := websocket.query_params.get(name, ""))
     }
-    hub: ClientSessions = websocket.app.state.sessions
+    sessions: ClientSessions = websocket.app.state.sessions
     try:
-        workspace = await _connect(hub, tab, wanted)
+        session = await _connect(sessions, client, wanted)
     except TabTaken:
         await websocket.close(TAB_TAKEN, "another connection speaks for this tab; take another name for it")
         return
@@ -67,22 +70,33 @@ async def session(websocket: WebSocket) -> None:
         await websocket.close(TOO_MANY, f"{MAX_PAGES} pages of this planner are open; close one, or try again in 15 s")
         return
     try:
-        await _serve(websocket, workspace)
+        await _serve(websocket, session)
     finally:
-        hub.disconnect(tab)
+        sessions.disconnect(client)
 
 
-async def _connect(hub: ClientSessions, tab: str, wanted: dict[str, str]) -> ClientSession:
+async def _connect(sessions: ClientSessions, client: str, wanted: dict[str, str]) -> ClientSession:
     """A page that reloads may be quicker than the end of its old connection: wait for it a little."""
     for _ in range(20):
         try:
-            return hub.connect(tab, wanted)
+            return sessions.connect(client, wanted)
         except TabTaken:
             await asyncio.sleep(0.1)
-    return hub.connect(tab, wanted)
+    return sessions.connect(client, wanted)
 
 
-async def _serve(websocket: WebSocket, workspace: ClientSession) -> None:
+def hello() -> HelloMessage:
+    """The first message to a client: the version of the messages, and the steps with their panels."""
+    return {
+        "type": "hello",
+        "version": VERSION,
+        "steps": [
+            {"name": spec.name, "label": spec.label, "panel": f"/steps/{spec.name}/panel.js"} for spec in specs()
+        ],
+    }
+
+
+async def _serve(websocket: WebSocket, session: ClientSession) -> None:
     loop = asyncio.get_running_loop()
     outbox: asyncio.Queue[Message] = asyncio.Queue(maxsize=64)
     changed = asyncio.Event()
@@ -100,12 +114,12 @@ async def _serve(websocket: WebSocket, workspace: ClientSession) -> None:
         with contextlib.suppress(RuntimeError):
             loop.call_soon_threadsafe(changed.set)
 
-    workspace.note = lambda words, error: send_soon({"type": "note", "words": words, "error": error})
-    unsubscribe = workspace.board.subscribe(told)
+    session.note = lambda words, error: send_soon({"type": "note", "words": words, "error": error})
+    unsubscribe = session.view_model.subscribe(told)
     changed.set()
     tasks = [
-        asyncio.create_task(_write(websocket, workspace, outbox, changed)),
-        asyncio.create_task(_read(websocket, workspace, send_soon)),
+        asyncio.create_task(_write(websocket, session, outbox, changed)),
+        asyncio.create_task(_read(websocket, session, send_soon)),
     ]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -114,21 +128,22 @@ async def _serve(websocket: WebSocket, workspace: ClientSession) -> None:
                 task.result()
     finally:
         unsubscribe()
-        workspace.note = lambda words, error: None
+        session.note = lambda words, error: None
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
 async def _write(
-    websocket: WebSocket, workspace: ClientSession, outbox: asyncio.Queue[Message], changed: asyncio.Event
+    websocket: WebSocket, session: ClientSession, outbox: asyncio.Queue[Message], changed: asyncio.Event
 ) -> None:
     """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31)."""
+    await websocket.send_text(to_text(hello()))
     revision = 0
     while True:
         await changed.wait()
         changed.clear()
-        revision, sections = workspace.board.changed_since(revision)
+        revision, sections = session.view_model.changed_since(revision)
         if sections:
             await websocket.send_text(to_text({"type": "state", "sections": sections}))
         while not outbox.empty():
@@ -153,9 +168,9 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-async def _read(websocket: WebSocket, workspace: ClientSession, send_soon: Callable[[Message], None]) -> None:
+async def _read(websocket: WebSocket, session: ClientSession, send_soon: Callable[[Message], None]) -> None:
     loop = asyncio.get_running_loop()
-    second, count = loop.time(), 0
+    second, count, greeted = loop.time(), 0, False
     while True:
         message = await websocket.receive()
         if message["type"] == "websocket.disconnect":
@@ -171,6 +186,14 @@ async def _read(websocket: WebSocket, workspace: ClientSession, send_soon: Calla
             bounds = f"{MAX_PER_SECOND} messages a second of {MAX_MESSAGE_CHARS} characters each"
             await websocket.close(FLOOD, f"more than {bounds} are not taken; try again in 10 s")
             return
+        if not greeted:
+            try:
+                session.greet(read_hello(text).role)
+            except NotUnderstood as error:
+                await websocket.close(NOT_UNDERSTOOD, str(error))
+                return
+            greeted = True
+            continue
         try:
             command = parse_command(text)
         except ValidationError as error:
@@ -185,5 +208,5 @@ async def _read(websocket: WebSocket, workspace: ClientSession, send_soon: Calla
                 answer: ReplyMessage = {"type": "reply", "id": number, "ok": ok}
                 send_soon({**answer, "result": result} if ok else {**answer, "error": {"message": result}})
 
-        if not workspace.command(command, reply):
+        if not session.command(command, reply):
             send_soon({"type": "note", "words": "The planner is busy; that was not done.", "error": True})

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
+
+from app.messages.sections import Sections
 
 _NONE: tuple[int, object] = (0, object())  # what is not there yet differs from everything, None included
 
@@ -19,11 +21,8 @@ class ViewModel:
         self._revision = 0
         self._listeners: list[Callable[[], None]] = []
 
-    def publish(self, sections: Mapping[str, object]) -> None:
-        """Lay sections out by name; they are shown with the next :meth:`commit`. Called on one thread only.
-
-        Each section is a mapping or None; app/messages/sections.py has the types.
-        """
+    def publish(self, sections: Sections) -> None:
+        """Lay sections out by name; they are shown with the next :meth:`commit`. Called on one thread only."""
         self._staged |= sections
 
     def commit(self) -> None:
@@ -46,6 +45,7 @@ class ViewModel:
             return self._revision, changed
 
     def read(self, name: str) -> Any:
+        """A section as it is shown now; None where there is none."""
         with self._lock:
             known = self._sections.get(name)
             return None if known is None else known[1]

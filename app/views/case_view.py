@@ -1,53 +1,61 @@
-"""The head of a tab: which case is open, how it is shown, where its slices stand."""
+"""The open case: how its anatomy is shown, and where its slices stand."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from app.messages.sections import CaseEntry, CaseSection, HeadSections
-from app.scene.anatomy import LETTER_GAP_MM, Look, SlicePicture
+from app.messages.fields import Command
+from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
 from app.services.cases import Case
-from app.session.view_model import ViewModel
-from app.steps.patient import commands as p
-from app.steps.patient.hints import patient_hint
+from app.services.errors import NotFound
 from app.views import commands as c
-from app.views.scene_link import Head
+from app.views.layers import Layer
+from app.views.sections import CaseSection, CaseSections
 from app.views.slice_view import Greys, SliceView
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.volume import Volume
 
 Floats = npt.NDArray[np.float64]
+Position = tuple[float, float, float]
 DISPLAY_ORDER = ("skull", "skull_display", "display", "bone")
 _LOG = logging.getLogger(__name__)
 
 
-class CaseView:
-    """Opens heads in the background; its workspace's thread owns everything else."""
+@dataclass(frozen=True)
+class ShownSurface:
+    """The surface of a case as it is drawn. key: tells two loaded cases apart. bounds: (2, 3), LPS mm."""
 
-    def __init__(
-        self, services: Services, board: ViewModel, executor: Executor, ask: Callable[[Callable[[], None]], Any]
-    ) -> None:
-        self._services, self._board, self._executor, self._ask = services, board, executor, ask
+    key: str
+    mesh: TriangleMesh
+    bounds: Floats
+
+
+class CaseView:
+    """Reads cases in the background; everything else belongs to the session's thread."""
+
+    def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
+        """post: queues a request onto the session's thread."""
+        self._services, self._executor, self._post = services, executor, post
         self.case_id: str | None = None
         self.loading = ""
-        self.head: Head | None = None
+        self.surface: ShownSurface | None = None
+        self._case: Case | None = None
         self._look = Look()
         self._slices: SliceView | None = None
         self._picker: BonePicker | None = None
         self._ticket = 0
         self._pending_cross: Floats | None = None
-        self._cases: list[Case] = []
         self._opened_up = False
 
     # -- opening
@@ -63,9 +71,9 @@ class CaseView:
     def open(self, case_id: str) -> None:
         """Show a case; its surface and volume are read in the background. Raises VfixError when there is none."""
         case = self._services.cases.get(case_id)
-        self.case_id = case.id
+        self.case_id, self._case = case.id, case
         self.loading = "Reading the head …"
-        self.head = self._slices = self._picker = None
+        self.surface = self._slices = self._picker = None
         self._look = replace(self._look, cut="whole", slices="none")
         self._opened_up = False
         self._pending_cross = None
@@ -78,12 +86,12 @@ class CaseView:
                 loaded = (mesh, BonePicker(mesh), *self._volumes(case))
             except VfixError as error:
                 words = str(error)
-                self._ask(lambda: self._failed(ticket, words))
+                self._post(lambda: self._failed(ticket, words))
             except Exception:
                 _LOG.exception("a head could not be read")
-                self._ask(lambda: self._failed(ticket, "The head could not be read; the planner's log says why."))
+                self._post(lambda: self._failed(ticket, "The head could not be read; the planner's log says why."))
             else:
-                self._ask(lambda: self._loaded(ticket, *loaded))
+                self._post(lambda: self._loaded(ticket, *loaded))
 
         self._executor.submit(read)
 
@@ -106,7 +114,7 @@ class CaseView:
         if ticket != self._ticket:
             return
         bounds = np.asarray(mesh.bounds)
-        self.head = Head(f"{self.case_id}:{ticket}", mesh, bounds)
+        self.surface = ShownSurface(f"{self.case_id}:{ticket}", mesh, bounds)
         self._picker = picker
         centre = bounds.mean(axis=0)
         cross = centre if self._pending_cross is None else self._pending_cross
@@ -120,19 +128,24 @@ class CaseView:
 
     # -- changes
 
-    def do(self, command: c.SetCross | c.SetSlice | c.SetWindow | c.SetView) -> None:
-        if isinstance(command, c.SetView):
-            self._set_view(command)
-            return
-        if self._slices is None:
-            return
-        if isinstance(command, c.SetCross):
-            self._slices.set_cross(command.position)
-        elif isinstance(command, c.SetSlice):
-            self._slices.move(command.axis, command.position)
-        else:
-            self._slices.greys = Greys(command.name, command.window, command.level)
-        self._look = replace(self._look, cut_at=float(self._slices.cross[0]))
+    def handle(self, command: Command) -> None:
+        """Answer a command for slices or look."""
+        match command:
+            case c.SetView():
+                self._set_view(command)
+            case c.SetCross() if self._slices is not None:
+                self._slices.set_cross(command.position)
+                self._cut_at_cross()
+            case c.SetSlice() if self._slices is not None:
+                self._slices.move(command.axis, command.position)
+                self._cut_at_cross()
+            case c.SetWindow() if self._slices is not None:
+                self._slices.greys = Greys(command.name, command.window, command.level)
+                self._cut_at_cross()
+
+    def _cut_at_cross(self) -> None:
+        if self._slices is not None:
+            self._look = replace(self._look, cut_at=float(self._slices.cross[0]))
 
     def _set_view(self, command: c.SetView) -> None:
         if command.opacity is not None:
@@ -150,43 +163,42 @@ class CaseView:
         self._look = replace(self._look, cut_at=float(position[0]))
 
     def open_up(self, places: list[tuple[float, float, float]]) -> None:
-        """Cut the whole head open along a path, once, so that the tool inside is seen; the user may close it again."""
+        """Cut the anatomy open along a path, once, so that the tool inside is seen; the user may close it again."""
         if self._opened_up or self._look.cut != "whole" or not places:
             return
         self._opened_up = True
         self.go_to(tuple(float(value) for value in np.median(np.array(places), axis=0)))  # type: ignore[arg-type]
         self._look = replace(self._look, cut="left", slices="none" if self._slices is None else "sagittal")
 
-    def change(self, command: p.CaseCommand | p.RenameCase) -> None:
-        """Rename, delete, restore; the open head cannot be deleted."""
-        if isinstance(command, p.RenameCase):
-            self._services.cases.rename(command.case_id, command.name)
-        elif command.type == "case.restore":
-            self._services.cases.restore(command.case_id)
-        elif command.case_id == self.case_id:
-            raise InputError("the open head cannot be deleted; open another one first.")
-        else:
-            self._services.cases.delete(command.case_id)
-
     # -- for the scene
 
-    def look(self) -> Look:
-        return self._look
-
-    def slices_key(self) -> Any:
-        """Changes when the slices in the scene have to be drawn anew; None when they are not shown."""
-        if self._slices is None or self._look.slices == "none":
-            return None
-        return (self._look.slices, self._slices.key())
-
-    def slice_pictures(self) -> list[SlicePicture]:
-        return [] if self._slices is None else self._slices.pictures(self._look.slices)
+    def layers(self) -> list[Layer[Any]]:
+        """Bone with the letters around it, and the CT slices."""
+        surface, look, slices = self.surface, self._look, self._slices
+        if surface is None:
+            return []
+        anatomy = Layer(
+            "case.anatomy",
+            look,
+            lambda view: AnatomyNodes(view, surface.mesh, surface.bounds),
+            lambda nodes: nodes.show(look),
+            made_for=surface.key,
+        )
+        shown = slices is not None and look.slices != "none"
+        pictures = Layer(
+            "case.slices",
+            (look.slices, slices.key()) if shown and slices is not None else None,
+            SliceNodes,
+            lambda nodes: nodes.show([] if slices is None else slices.pictures(look.slices)),
+            made_for=surface.key,
+        )
+        return [anatomy, pictures]
 
     def extent(self) -> tuple[Floats, float]:
-        """Centre [LPS mm] and radius [mm] of the head."""
-        if self.head is None:
+        """Centre [LPS mm] and radius [mm] of what is shown."""
+        if self.surface is None:
             return np.zeros(3), 120.0
-        return self.head.bounds.mean(axis=0), 0.5 * float(np.ptp(self.head.bounds, axis=0).max()) + LETTER_GAP_MM
+        return self.surface.bounds.mean(axis=0), 0.5 * float(np.ptp(self.surface.bounds, axis=0).max()) + LETTER_GAP_MM
 
     def hit(self, ray: ClickRay) -> Hit | None:
         """What a click meets first: bone as it is shown, or a CT plane in the scene."""
@@ -199,26 +211,19 @@ class CaseView:
 
     # -- for the page
 
-    def hint(self) -> str:
-        return patient_hint(self.case_id is not None, bool(self.loading))
-
-    def publish(self, fresh: bool) -> None:
-        """Publish the sections; ``fresh`` reads the list of cases anew, which other tabs may have changed."""
-        if fresh or not self._cases:
-            self._cases = list(self._services.cases.list(include_deleted=True))
-        items: list[CaseEntry] = [
-            {"id": case.id, "name": case.name, "created": str(case.created), "deleted": case.deleted_at is not None}
-            for case in self._cases
-        ]
-        case = next((case for case in self._cases if case.id == self.case_id), None)
+    def sections(self, fresh: bool) -> CaseSections:
+        """fresh: read what the store says of the case anew, which others may have changed."""
+        if fresh and self.case_id is not None:
+            try:
+                self._case = self._services.cases.get(self.case_id)
+            except NotFound:
+                self._case = None
         look = self._look
-        sections: HeadSections = {
-            "cases": {"items": items},
-            "case": None if case is None else case_section(case, self.loading),
+        return {
+            "case": None if self._case is None else case_section(self._case, self.loading),
             "slices": None if self._slices is None else self._slices.view(),
             "view": {"opacity": look.opacity, "cut": look.cut, "slices": look.slices},
         }
-        self._board.publish(sections)
 
 
 def case_section(case: Case, loading: str) -> CaseSection:

@@ -1,4 +1,4 @@
-"""The three CT slices of a tab: where they stand, how grey they are, and their pictures for the scene."""
+"""The three CT slices of a client: where they stand, how grey they are, and their pictures for the scene."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from app.messages.sections import SliceGrid, SlicePlane, SlicesSection
 from app.scene.anatomy import SlicePicture
 from app.scene.picking import Plane
+from app.views.sections import SliceGrid, SlicePlane, SlicesSection
 from vfix_engine.imaging.volume import Axis, Volume
 
 Floats = npt.NDArray[np.float64]

@@ -11,6 +11,7 @@ import pytest
 from pydantic import BaseModel, ValidationError
 
 from app.messages import sections
+from app.messages.version import VERSION
 from app.session import commands
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -94,3 +95,8 @@ def test_every_command_is_declared_with_its_own_fields(script: ModuleType) -> No
         with pytest.raises(ValidationError) as refusal:
             commands.parse_command(json.dumps({"type": kind, "no_such_field": 1}))
         assert "union_tag_invalid" not in str(refusal.value.errors()), kind
+
+
+def test_the_page_speaks_the_planner_s_version() -> None:
+    text = (ROOT / "app" / "web" / "js" / "connection.js").read_text(encoding="utf-8")
+    assert f"export const VERSION = {VERSION};" in text

@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Playwright
@@ -63,6 +64,43 @@ def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, re
     station.page.click("#reset")
     station.wait_for("the entry", lambda: station.rehearsal()["progress_mm"] < 0.1)
     assert station.errors == []
+
+
+AGES = """
+(seconds) => new Promise((resolve) => {
+  const ages = [];
+  let shown = null;
+  const end = performance.now() + 1000 * seconds;
+  const look = () => {
+    const taken = vfix.state.rehearsal?.taken_ms ?? null;
+    // how old a figure has become when the next one takes its place
+    if (shown !== null && taken !== null && taken !== shown) ages.push(Date.now() - shown);
+    shown = taken;
+    if (performance.now() < end) requestAnimationFrame(look);
+    else resolve(ages.sort((a, b) => a - b));
+  };
+  requestAnimationFrame(look);
+})
+"""
+
+
+@pytest.mark.parametrize("scene", ["drawn", "hidden"])
+def test_the_figures_on_the_page_are_young(open_page: Open, rest: Rest, scene: str, record_property: Any) -> None:
+    """From the control process to what is drawn. Where the scene is drawn in software, a frame of it takes longer."""
+    station = open_page().ready()
+    station.open_plan(rest.copy_of_sample("Young figures"))
+    station.start()
+    if scene == "hidden":
+        station.page.evaluate("document.getElementById('scene').style.display = 'none'")
+    ages = station.page.evaluate(AGES, 6.0)
+    median, late = ages[len(ages) // 2], ages[int(0.95 * len(ages))]
+    record_property(f"age_ms_{scene}", {"median": median, "p95": late, "max": ages[-1], "figures": len(ages)})
+    print(
+        f"age of the figures, scene {scene}: median {median} ms, p95 {late} ms, max {ages[-1]} ms, {len(ages)} figures"
+    )
+    assert len(ages) > 20
+    if scene == "hidden":
+        assert median <= 60
 
 
 def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest: Rest) -> None:

@@ -49,6 +49,18 @@ HTMLCanvasElement.prototype.getContext = function (kind, options) {
 """
 
 
+# The planner with one more line in its list of steps.
+WITH_STEPS = """
+import sys
+from app import cli
+from app.steps import registry
+
+end = sys.argv.index("--")
+registry.STEPS += sys.argv[1:end]
+sys.exit(cli.main(sys.argv[end + 1 :]))
+"""
+
+
 class Workstation:
     """One open page."""
 
@@ -218,14 +230,17 @@ def launch(playwright: Playwright) -> Browser:
 class Planner:
     """`vfix serve` in a process of its own, which a test may end and start again on the same port."""
 
-    def __init__(self, home: Path) -> None:
-        self._home = home
+    def __init__(self, home: Path, steps: tuple[str, ...] = ()) -> None:
+        """steps: packages of steps beside the planner's own, which lie in this folder."""
+        self._home, self._steps = home, steps
         self._port = 0
         self.start()
 
     def start(self, token: str = TOKEN) -> None:
-        environment = os.environ | {"VFIX_HOME": str(self._home), "VFIX_TOKEN": token, "PYTHONPATH": str(ROOT)}
-        command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", "--port", str(self._port)]
+        path = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
+        environment = os.environ | {"VFIX_HOME": str(self._home), "VFIX_TOKEN": token, "PYTHONPATH": path}
+        program = ["-c", WITH_STEPS, *self._steps, "--"] if self._steps else ["-m", "app.cli"]
+        command = [sys.executable, *program, "serve", "--no-browser", "--port", str(self._port)]
         self.process = subprocess.Popen(command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None
         line = self.process.stdout.readline()

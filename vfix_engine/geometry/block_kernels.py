@@ -27,7 +27,7 @@ CORNERS = 9 * LANES  # numbers in a block of triangles
 QUERY = 16  # numbers that describe a segment: p, d, two unit vectors across d, d / d·d, t where d is zero
 WORK = (
     16 * LANES
-)  # room for the results of a block: gap² across, t, q, through, and after ``finish`` ten columns of rows
+)  # workspace of a block's results: gap² across, t, q, through, and after ``finish`` ten columns of rows
 COLUMNS = 6 * LANES  # where the ten columns of a row begin: distance, normal, on the axis, on the surface
 
 _THIN = 1e-30

@@ -1,13 +1,12 @@
 """Lower bounds of the distances from one segment to 16 boxes or triangles at once: single precision, never too large.
 
 Boxes lie as a node: 6 × 16 float32, all x of the centres, y, z, then half extents; relative to a frame's origin.
-Shells are boxes along axes of their own: 15 × 16 float32, centres, three axes, half extents.
 Facets are triangles rounded to ten bits: eight float32 of the block, then 3 × 16 int32, for each triangle its middle
 and two of its corners from there, x, y and z in one number each. The eight are origin (3) and span of the middles, span
 of the corners, how far a rounded corner is off at most, how far it is from its middle at most, and one not used.
 What a corner is off widens the bounds.
 The direction from the segment's nearest point to the centre separates the two at least as far as the support of the
-box or triangle along it leaves room; what rounding may have added is taken off again.
+box or triangle along it allows; what rounding may have added is taken off again.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ Single = NDArray[np.float32]
 Words = NDArray[np.int32]
 
 NODE = 96  # numbers in a node
-SHELL = 240  # numbers in a node's shells
 FACETS = 56  # numbers in a block's facets
 HEADER = 8  # of them before the triangles
 PROBE = 12  # numbers that describe a segment: p from the origin, d, d / d·d, slack
@@ -32,7 +30,7 @@ _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
 # Of the largest coordinate: more than all roundings of the bound together (about 40 of 2⁻²⁴ each).
 _ROUNDING = 1e-5
-_TURNED = np.float32(0.125)  # of that slack: more than the roundings of the way from the axis to a middle
+_TURNED = np.float32(0.125)  # of that slack: more than the roundings of the vector from the axis to a middle
 _HALF = np.float32(1.5)
 _TEN = np.int32(0x7FE000)  # the upper ten bits behind the point of a float32
 _FROM_ONE = np.int32(0x3F800000)  # the bits of 1
@@ -73,24 +71,6 @@ def box_gaps(node: Single, probe: Single, gaps: Single) -> None:
         gaps[j] = (gap if gap > _ZERO else _ZERO) - slack
 
 
-@vectorised
-def shell_gaps(shell: Single, probe: Single, gaps: Single) -> None:
-    """As ``box_gaps`` for boxes along their own axes."""
-    px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
-    hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
-    for j in range(16):
-        gx, gy, gz = shell[j] - px, shell[16 + j] - py, shell[32 + j] - pz
-        t = gx * hx + gy * hy + gz * hz
-        t = min(max(t, _ZERO), _ONE)
-        gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
-        size = np.sqrt(gx * gx + gy * gy + gz * gz)
-        support = abs(gx * shell[48 + j] + gy * shell[64 + j] + gz * shell[80 + j]) * shell[192 + j]
-        support += abs(gx * shell[96 + j] + gy * shell[112 + j] + gz * shell[128 + j]) * shell[208 + j]
-        support += abs(gx * shell[144 + j] + gy * shell[160 + j] + gz * shell[176 + j]) * shell[224 + j]
-        gap = size - support / (size if size > _ZERO else _ONE)
-        gaps[j] = (gap if gap > _ZERO else _ZERO) - slack
-
-
 @inlined
 def unpacked(word: int) -> tuple[np.float32, np.float32, np.float32]:
     """The three numbers in [1, 2) of a facet's word: ten bits each are put behind the point of a 1."""
@@ -104,7 +84,7 @@ def unpacked(word: int) -> tuple[np.float32, np.float32, np.float32]:
 def facet_gaps(facets: Words, probe: Single, limit: np.float32, gaps: Single) -> int:
     """Lower bounds (16,) of the distances from the axis to 16 triangles; how many are over ``limit``.
 
-    The way from the axis to a triangle's middle is across the axis but for its rounding, which turns it the more the
+    The vector from the axis to a triangle's middle is across the axis but for its rounding, which turns it the more the
     shorter it is: that is what is taken off for the farthest corner.
     """
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]

@@ -217,7 +217,7 @@ def pairs_into(
     p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
     numbers: Array, singles: Single, lanes: Lanes,
 ) -> tuple[int, float]:  # fmt: skip
-    """``segment_pairs`` with room to calculate in: (NUMBERS,), (SINGLES,) float32 and (17,) uint64."""
+    """``segment_pairs`` with a workspace: (NUMBERS,), (SINGLES,) float32 and (17,) uint64."""
     limit = threshold + radius
     best = np.inf
     if limit >= 0.0:
@@ -238,20 +238,6 @@ def pairs_into(
 
 
 @compiled
-def segment_rows(
-    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
-    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
-) -> tuple[int, float]:  # fmt: skip
-    """As ``segment_pairs``, but the least distance is that to all candidates, also beyond the threshold."""
-    found, least = segment_pairs(
-        boxes, corners, label, frame, first, last, p, d, radius, threshold, segment, rows, labels, found
-    )
-    if least == np.inf:
-        least = segment_least(boxes, corners, label, frame, first, last, p, d, np.inf) - radius
-    return found, least
-
-
-@compiled
 def segment_least(
     boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
     p: Array, d: Array, bound: float,
@@ -267,7 +253,7 @@ def least_with(
     boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
     p: Array, d: Array, bound: float, numbers: Array, singles: Single, gaps: Single,
 ) -> float:  # fmt: skip
-    """``segment_least`` with room to calculate in: (NUMBERS,), (SINGLES,) float32 and 16 float32 for each node.
+    """``segment_least`` with a workspace: (NUMBERS,), (SINGLES,) float32 and 16 float32 for each node.
 
     The block with the nearest box goes first: its distance rejects most of the others unseen.
     """

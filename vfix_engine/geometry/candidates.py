@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 
-from .candidate_groups import block_shells, list_groups
 from .candidate_kernels import NUMBERS, Candidates, cut_list, list_parts, pairs_into, segment_least
 from .capsules import Segments
 from .compiled import borrowing, compiled
 from .pairs import Pairs, pairs_from_made
-from .wide_search import ROOM, room_for, rows_of, tool_of
+from .wide_search import WORKSPACE, rows_of, tool_of, workspace_of
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -50,19 +47,9 @@ class CandidateList:
             built.start, built.end, built.radius, segments.start, segments.end, segments.radius, self.reach - threshold
         )
 
-    def pairs_within(
-        self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
-    ) -> Pairs:
-        """All pairs whose distance is at most ``threshold`` mm, segment by segment; grouped as in ``Proximity``."""
-        store, tool, size = self._store, segments.packed, self._size
-        if group_flat is None:
-            return pairs_from_made(*list_pairs(store, tool, threshold, size))
-        return pairs_from_made(*list_groups(store, self._shells, tool, threshold, group_flat, exact_within, size))
-
-    @cached_property
-    def _shells(self) -> Single:
-        """Boxes of the blocks along their own axes: only grouped pairs need them."""
-        return block_shells(self.arrays.corners, self.arrays.label, self.arrays.frame)
+    def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
+        """All pairs whose distance is at most ``threshold`` mm, segment by segment."""
+        return pairs_from_made(*list_pairs(self._store, segments.packed, threshold, self._size))
 
     def min_distance_per_segment(self, segments: Segments) -> Array:
         """Smallest distance (S,) from each segment's surface to the anatomy; infinity where nothing is in reach."""
@@ -92,15 +79,15 @@ def still_valid(
 def list_pairs(store: Array, tool: Array, threshold: float, size: int) -> tuple[Array, int]:
     """As ``wide_pairs``, of a candidate list of ``size`` triangles."""
     made = np.empty(11 * size)
-    return made, _pairs_into(store, tool, threshold, made, np.empty(ROOM))
+    return made, _pairs_into(store, tool, threshold, made, np.empty(WORKSPACE))
 
 
 @borrowing
-def _pairs_into(store: Array, tool: Array, threshold: float, made: Array, room: Array) -> int:
+def _pairs_into(store: Array, tool: Array, threshold: float, made: Array, workspace: Array) -> int:
     start, end, radius = tool_of(tool)
     boxes, corners, label, frame, offset = list_parts(store, len(radius))
     rows, labels = rows_of(made)
-    numbers, singles, _, lanes = room_for(room)
+    numbers, singles, _, lanes = workspace_of(workspace)
     along = numbers[NUMBERS : NUMBERS + 3]
     found = 0
     for s in range(len(radius)):

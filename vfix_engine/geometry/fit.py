@@ -1,4 +1,4 @@
-"""Where the tool fits: the nearest place with room for a ball outside the bone."""
+"""Where the tool fits: the nearest place for a ball outside the bone."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _first(target: Array, offsets: Array, fits: Callable[[Array], NDArray[np.boo
 
 def _drawn_in(target: Array, place: Array, fits: Callable[[Array], NDArray[np.bool_]]) -> Array:
     """The place, moved straight towards the target as long as it fits."""
-    low, high = 0.0, 1.0  # share of the way back from the place; ``low`` always fits
+    low, high = 0.0, 1.0  # share of the displacement back from the place; ``low`` always fits
     for _ in range(_REFINEMENTS):
         middle = 0.5 * (low + high)
         if fits((place + middle * (target - place))[None])[0]:

@@ -34,7 +34,8 @@ class Pairs:
     distance: (N,) from the capsule's surface to the anatomy; negative inside the capsule.
     normal: (N, 3) unit vectors from the surface to the axis; the triangle's own normal where the two coincide.
     on_tool: (N, 3) points P_k on the axis; on_surface: (N, 3) points P_b on the anatomy (Li 2007, III.D).
-    segment: (N,) which segment of the tool; triangle: (N,) which face of the mesh, −1 for a grouped pair.
+    segment: (N,) which segment of the tool; triangle: (N,) which face of the mesh, −1 for a grouped pair
+        of the covariance tree.
     """
 
     distance: Array

@@ -61,10 +61,10 @@ def _take(into: Array, values: Array) -> None:
 @compiled
 def arc_table(breaks: Array, coefficients: Array, step: float) -> tuple[Array, Array, Array]:
     """Parameters, arc lengths and points at entries no further apart than ``step`` in the parameter."""
-    room = 1
+    count = 1
     for m in range(len(coefficients)):
-        room += max(int(np.ceil((breaks[m + 1] - breaks[m]) / step)), 4)
-    u, s, points, out = np.empty(room), np.zeros(room), np.empty((room, 3)), np.empty((3, 3))
+        count += max(int(np.ceil((breaks[m + 1] - breaks[m]) / step)), 4)
+    u, s, points, out = np.empty(count), np.zeros(count), np.empty((count, 3)), np.empty((3, 3))
     n = 0
     for m in range(len(coefficients)):
         parts = max(int(np.ceil((breaks[m + 1] - breaks[m]) / step)), 4)

@@ -1,7 +1,6 @@
 """Proximity between tool and anatomy: one protocol, two structures that give the same answers.
 
 Distances are from the surface of the tool's capsules to the triangles, in mm; they are exact.
-Only grouped pairs lie on the boxes of flat patches: nearer than the bone, they may add rows but never judge.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from .pairs import Pair, Pairs, cut_made, pair_from_row, pairs_from_made, reduce
 from .points import checked_points
 from .wide_build import build_wide
 from .wide_nearest import wide_clearance, wide_closest, wide_points
-from .wide_pairs import wide_groups, wide_pairs
+from .wide_pairs import wide_pairs
 
 __all__ = [
     "CandidateList", "CovarianceTree", "Pair", "Pairs", "Proximity", "ProximityTree", "reduce_pairs",
@@ -30,7 +29,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-_ROOM = 256  # pairs that a first query has room for
+_FIRST_CAPACITY = 256  # pairs that a first query can return without a second pass
 
 
 class Proximity(Protocol):
@@ -41,14 +40,8 @@ class Proximity(Protocol):
         """The anatomy; triangles without area count as the segment or point that they are."""
         ...
 
-    def pairs_within(
-        self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
-    ) -> Pairs:
-        """All pairs of a segment and a triangle whose distance is at most ``threshold`` mm.
-
-        With ``group_flat``, a patch whose box is no thicker than that (mm), is not entered by the segment and lies
-        farther than ``exact_within`` (mm) gives one pair on its box instead of one per triangle.
-        """
+    def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
+        """All pairs of a segment and a triangle whose distance is at most ``threshold`` mm."""
         ...
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
@@ -88,7 +81,7 @@ class ProximityTree:
     def _place(self, mesh: TriangleMesh, order: Index | None) -> None:
         self.mesh = mesh
         self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
-        self._room = _ROOM
+        self._capacity = _FIRST_CAPACITY
         self._store = wide.store
 
     def moved(self, mesh: TriangleMesh) -> ProximityTree:
@@ -111,17 +104,12 @@ class ProximityTree:
         """Memory of the tree itself in bytes."""
         return self._store.nbytes
 
-    def pairs_within(
-        self, segments: Segments, threshold: float, *, group_flat: float | None = None, exact_within: float = 1.0
-    ) -> Pairs:
+    def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
         """See ``Proximity.pairs_within``."""
-        room = self._room
-        if group_flat is None:
-            made, found = wide_pairs(self._store, segments.packed, threshold, room)
-        else:
-            made, found = wide_groups(self._store, segments.packed, threshold, group_flat, exact_within, room)
-        if 5 * found > 4 * room:  # the next query is likely to find as many; too little room is only slower
-            self._room = 2 * found
+        capacity = self._capacity
+        made, found = wide_pairs(self._store, segments.packed, threshold, capacity)
+        if 5 * found > 4 * capacity:  # the next query is likely to find as many; too little is only slower
+            self._capacity = 2 * found
         return pairs_from_made(made, found)
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
@@ -138,7 +126,7 @@ class ProximityTree:
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        made, found = wide_pairs(self._store, segments.packed, reach, 2 * self._room)
+        made, found = wide_pairs(self._store, segments.packed, reach, 2 * self._capacity)
         labels = cut_made(made, found)[1]
         store = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), self.arrays.frame)
         return CandidateList(segments, reach, store, found)

@@ -25,7 +25,7 @@ def fits(p: Array, d: Array, dd: float, sphere: Array, limit: float) -> bool:
 
 @compiled
 def widened(rows: Array, labels: Index) -> tuple[Array, Index]:
-    """The same rows with twice the room."""
+    """The same rows with twice the capacity."""
     count = len(rows)
     more_rows, more_labels = np.empty((2 * count, 10)), np.empty((2 * count, 2), np.int32)
     for i in range(count):  # not as slices: their messages of error take a second to compile

@@ -58,7 +58,7 @@ def shape_rows(
     A capsule that lies along a face touches it with its whole length; the rows of its ends keep it from tilting in.
 
     Args:
-        rows: (m, 10) out, room for three more from ``found`` on.
+        rows: (m, 10) out, with space for three more from ``found`` on.
 
     Returns:
         How many rows there are now, and the distance of the closest pair, whatever the threshold.

@@ -119,7 +119,7 @@ def shape_table(shapes: Sequence[Shape]) -> ShapeTable:
     """The table of a sequence of shapes, in its order; read-only.
 
     Raises:
-        InputError: something in the sequence is no shape.
+        InputError: something in the sequence is not a shape.
     """
     kind, data = np.zeros(len(shapes), np.int64), np.zeros((len(shapes), DATA_WIDTH))
     for i, shape in enumerate(shapes):

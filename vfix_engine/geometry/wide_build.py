@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES
-from .box_lanes import FACETS, FARTHEST, HEADER, NODE, SHELL, Words, unpacked
+from .box_lanes import FACETS, FARTHEST, HEADER, NODE, Words, unpacked
 from .candidate_kernels import box_of_block, empty_boxes, put_box
 from .compiled import borrowing, compiled, inlined
-from .shell_kernels import axes_of, extents, moments, put_shell
 from .wide_search import HEAD, cut
 
 Array = NDArray[np.float64]
@@ -32,7 +31,6 @@ class Wide(NamedTuple):
     corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
     label: (16 B,) face of the mesh in each lane, −1 where there is none.
     facets: (56 B,) int32, the triangles once more, rounded, see ``box_lanes``.
-    shells: (240 N,) float32, boxes along the principal axes of what lies in each lane of each node.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
     level: (L + 1,) blocks are numbered from 0, nodes behind them: those of level l from level[l] to level[l + 1] − 1.
     """
@@ -42,7 +40,6 @@ class Wide(NamedTuple):
     corners: Array
     label: Index
     facets: Words
-    shells: Single
     frame: Array
     level: Index
 
@@ -192,32 +189,9 @@ def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
 
 
 @compiled
-def fill_shells(corners: Array, frame: Array, level: Index, shells: Single) -> None:
-    """Boxes along their principal axes of all blocks and nodes, each in its parent's lane."""
-    count, blocks = level[len(level) - 1], level[1]
-    sums, spread = np.zeros((count, 10)), np.empty((3, 3))
-    axes, slab = np.empty((4, 3)), np.empty((2, 3))
-    for b in range(blocks):
-        moments(corners[CORNERS * b : CORNERS * (b + 1)], frame, sums[b])
-    shells[:] = np.float32(0.0)
-    width = 1  # blocks under an entry
-    for deep in range(len(level) - 2):
-        for i in range(level[deep + 1] - level[deep]):
-            here, parent = level[deep] + i, level[deep + 1] + i // LANES
-            for k in range(10):
-                sums[parent, k] += sums[here, k]
-            axes_of(sums[here], frame, spread, axes)
-            last = min(width * (i + 1), blocks)
-            extents(corners[CORNERS * width * i : CORNERS * last], axes, slab)
-            shell = shells[SHELL * (parent - blocks) : SHELL * (parent - blocks + 1)]
-            put_shell(axes, slab, frame, i % LANES, shell)
-        width *= LANES
-
-
-@compiled
 def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
     """Each triangle as ``facet_gaps`` wants it."""
-    ways, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
+    offsets, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
     for b in range(len(facets) // FACETS):
         block, here = corners[CORNERS * b : CORNERS * (b + 1)], facets[FACETS * b : FACETS * (b + 1)]
         head = here[:HEADER].view(np.float32)
@@ -227,19 +201,19 @@ def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
                 one, two = block[LANES * k + j] - frame[k], block[LANES * (3 + k) + j] - frame[k]
                 three = block[LANES * (6 + k) + j] - frame[k]
                 middle = (one + two + three) / 3.0
-                ways[0, k, j], ways[1, k, j], ways[2, k, j] = middle, one - middle, two - middle
+                offsets[0, k, j], offsets[1, k, j], offsets[2, k, j] = middle, one - middle, two - middle
                 least[k], most[k] = min(least[k], middle), max(most[k], middle)
                 widest = max(widest, max(abs(one - middle), abs(two - middle)))
             span = max(span, most[k] - least[k])
         head[3], head[4] = span * (1024.0 / 1023.0 * 1.000001), widest * (1024.0 / 511.0 * 1.000001)
         for k in range(3):
             head[k] = least[k] - np.float64(head[3])
-        _pack_facets(ways, head, here[HEADER:])
+        _pack_facets(offsets, head, here[HEADER:])
         _measure_facets(block, frame, here)
 
 
 @borrowing
-def _pack_facets(ways: Array, head: Single, words: Words) -> None:
+def _pack_facets(offsets: Array, head: Single, words: Words) -> None:
     """The middles and corners (3, 3, 16) in ten bits."""
     for i in range(3):
         span = np.float64(head[3 if i == 0 else 4])
@@ -248,7 +222,7 @@ def _pack_facets(ways: Array, head: Single, words: Words) -> None:
             word = 0
             for k in range(3):
                 from_one = np.float64(head[k]) + span if i == 0 else -0.5 * span
-                step = np.rint((ways[i, k, j] - from_one) * share)
+                step = np.rint((offsets[i, k, j] - from_one) * share)
                 word |= int(min(max(step, 0.0), 1023.0)) << (12 if k == 0 else 2 if k == 1 else 22)
             words[LANES * i + j] = np.int32(word)
 
@@ -281,13 +255,12 @@ def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wid
         order = sort_triangles(centres)
     level = levels_of(len(faces))
     blocks, nodes = int(level[1]), int(level[-1] - level[1])
-    store = np.zeros(HEAD + (CORNERS + (FACETS + LANES) // 2) * blocks + (NODE + SHELL) // 2 * nodes)
+    store = np.zeros(HEAD + (CORNERS + (FACETS + LANES) // 2) * blocks + NODE // 2 * nodes)
     store[:4] = frame
     head = store[4:HEAD].view(np.int32)
     head[0], head[1 : 1 + len(level)] = len(level), level
-    frame, level, corners, facets, boxes, shells, label = cut(store)
+    frame, level, corners, facets, boxes, label = cut(store)
     fill_blocks(vertices, faces, order, corners, label)
     fill_boxes(corners, frame, level, boxes)
-    fill_shells(corners, frame, level, shells)
     fill_facets(corners, frame, facets)
-    return Wide(store, boxes, corners, label, facets, shells, frame, level)
+    return Wide(store, boxes, corners, label, facets, frame, level)

@@ -16,17 +16,17 @@ from .wide_search import (
     NUMBERS,
     PICKED,
     PLACES,
-    ROOM,
     SINGLES,
     STACK,
+    WORKSPACE,
     children,
     in_reach,
     parts,
     pick,
-    room_for,
     rows_of,
     set_out,
     tool_of,
+    workspace_of,
 )  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -132,11 +132,11 @@ def _push(first: int, last: int, gaps: Single, most: np.float32, waiting: Index,
 
 
 @borrowing
-def _clearance(store: Array, tool: Array, upper: float, room: Array) -> tuple[float, int, int]:
+def _clearance(store: Array, tool: Array, upper: float, workspace: Array) -> tuple[float, int, int]:
     """Smallest distance of the tool's surface, its segment and place; (upper, −1, −1) when none is nearer."""
-    frame, level, corners, facets, boxes, _, label = parts(store)
+    frame, level, corners, facets, boxes, label = parts(store)
     start, end, radius = tool_of(tool)
-    numbers, singles, places, _ = room_for(room)
+    numbers, singles, places, _ = workspace_of(workspace)
     least, segment, where = upper, -1, -1
     for s in range(len(radius)):
         if least + radius[s] > 0.0:
@@ -152,7 +152,7 @@ def _clearance(store: Array, tool: Array, upper: float, room: Array) -> tuple[fl
 @compiled
 def wide_clearance(store: Array, tool: Array, upper: float) -> float:
     """Smallest distance of the tool's surface, or ``upper`` when nothing is nearer."""
-    return _clearance(store, tool, upper, np.empty(ROOM))[0]
+    return _clearance(store, tool, upper, np.empty(WORKSPACE))[0]
 
 
 @borrowing
@@ -165,16 +165,16 @@ def _keep(work: Array, lane: int, numbers: Array) -> None:
 def wide_closest(store: Array, tool: Array) -> tuple[Array, float, int, int]:
     """The row of the pair with the smallest distance (see ``pair_from_row``), the distance, segment and triangle."""
     made = np.empty(11)
-    segment, triangle = _closest(store, tool, made, np.empty(ROOM))
+    segment, triangle = _closest(store, tool, made, np.empty(WORKSPACE))
     return made, made[0], segment, triangle
 
 
 @borrowing
-def _closest(store: Array, tool: Array, made: Array, room: Array) -> tuple[int, int]:
-    frame, _, corners, _, _, _, label = parts(store)
+def _closest(store: Array, tool: Array, made: Array, workspace: Array) -> tuple[int, int]:
+    frame, _, corners, _, _, label = parts(store)
     start, end, radius = tool_of(tool)
-    numbers, singles, places, lanes = room_for(room)
-    _, s, place = _clearance(store, tool, np.inf, room)
+    numbers, singles, places, lanes = workspace_of(workspace)
+    _, s, place = _clearance(store, tool, np.inf, workspace)
     if not _kept_row(start[s], end[s], radius[s], numbers, made):
         rows, labels = rows_of(made)
         _one_row(
@@ -220,14 +220,14 @@ def _one_row(
 def wide_points(store: Array, points: Array) -> tuple[Array, Array, Index]:
     """Distance (n,), closest point (n, 3) and triangle (n,) of each point (n, 3)."""
     distance, closest, triangle = np.empty(len(points)), np.empty(points.shape), np.empty(len(points), np.int32)
-    _points(store, points, distance, closest, triangle, np.empty(ROOM))
+    _points(store, points, distance, closest, triangle, np.empty(WORKSPACE))
     return distance, closest, triangle
 
 
 @borrowing
-def _points(store: Array, points: Array, distance: Array, closest: Array, triangle: Index, room: Array) -> None:
-    frame, level, corners, facets, boxes, _, label = parts(store)
-    numbers, singles, places, _ = room_for(room)
+def _points(store: Array, points: Array, distance: Array, closest: Array, triangle: Index, workspace: Array) -> None:
+    frame, level, corners, facets, boxes, label = parts(store)
+    numbers, singles, places, _ = workspace_of(workspace)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     block = -1  # the one before is a good guess when the points follow each other
     for i in range(len(points)):

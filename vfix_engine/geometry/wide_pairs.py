@@ -1,4 +1,4 @@
-"""Pairs within a distance in the wide box tree, one by one or grouped, compiled."""
+"""Pairs within a distance in the wide box tree, compiled."""
 
 from __future__ import annotations
 
@@ -6,26 +6,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK
-from .box_lanes import NODE, PROBE, SHELL, box_gaps, shell_gaps
+from .box_lanes import NODE, PROBE, box_gaps
 from .candidate_kernels import append_block
 from .compiled import borrowing, compiled
-from .shell_kernels import group_row
 from .wide_search import (
     NAMES,
     NUMBERS,
     PICKED,
     PLACES,
-    ROOM,
     STACK,
+    WORKSPACE,
     children,
     in_reach,
     keep_near,
     parts,
     pick,
-    room_for,
     rows_of,
     set_out,
     tool_of,
+    workspace_of,
 )
 
 Array = NDArray[np.float64]
@@ -35,22 +34,25 @@ Lanes = NDArray[np.uint64]
 
 
 @compiled
-def wide_pairs(store: Array, tool: Array, threshold: float, room: int) -> tuple[Array, int]:
-    """All pairs with distance − radius ≤ threshold (see ``pairs_from_made``) and how many; ``room`` are expected."""
+def wide_pairs(store: Array, tool: Array, threshold: float, capacity: int) -> tuple[Array, int]:
+    """All pairs with distance − radius ≤ threshold (see ``pairs_from_made``) and how many.
+
+    ``capacity``: how many are expected; more take a second pass.
+    """
     while True:
-        made = np.empty(11 * room)
-        found = _pairs(store, tool, threshold, made, np.empty(ROOM))
-        if found <= room:
+        made = np.empty(11 * capacity)
+        found = _pairs(store, tool, threshold, made, np.empty(WORKSPACE))
+        if found <= capacity:
             return made, found
-        room = found
+        capacity = found
 
 
 @borrowing
-def _pairs(store: Array, tool: Array, threshold: float, made: Array, room: Array) -> int:
-    frame, level, corners, facets, boxes, _, label = parts(store)
+def _pairs(store: Array, tool: Array, threshold: float, made: Array, workspace: Array) -> int:
+    frame, level, corners, facets, boxes, label = parts(store)
     start, end, radius = tool_of(tool)
     rows, labels = rows_of(made)
-    numbers, singles, places, lanes = room_for(room)
+    numbers, singles, places, lanes = workspace_of(workspace)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
     waiting, near, picked = places[:STACK], places[STACK : STACK + LANES], places[PICKED:PLACES]
@@ -106,84 +108,3 @@ def _rows_of_picked(
         numbers[QUERY : QUERY + WORK], lanes, rows, labels, found, np.inf,
     )  # fmt: skip
     return count, found
-
-
-@compiled
-def wide_groups(
-    store: Array, tool: Array, threshold: float, flat: float, exact_within: float, room: int
-) -> tuple[Array, int]:
-    """As ``wide_pairs``, but with one pair for all of a flat block or node that is not too near.
-
-    That is where its box is no thicker than ``flat`` and farther than ``exact_within``; the pair is the segment's and
-    the plane's that separates it from that box.
-    """
-    while True:
-        made = np.empty(11 * room)
-        found = _groups(store, tool, threshold, flat, exact_within, made, np.empty(ROOM))
-        if found <= room:
-            return made, found
-        room = found
-
-
-@borrowing
-def _groups(
-    store: Array, tool: Array, threshold: float, flat: float, exact_within: float, made: Array, room: Array
-) -> int:
-    frame, level, corners, facets, _, shells, label = parts(store)
-    start, end, radius = tool_of(tool)
-    rows, labels = rows_of(made)
-    numbers, singles, places, lanes = room_for(room)
-    query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
-    probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
-    waiting, near, picked = places[:STACK], places[STACK : STACK + LANES], places[PICKED:PLACES]
-    names = places[NAMES:PICKED]
-    found, blocks, thin = 0, level[1], np.float32(0.5 * flat)
-    for s in range(len(radius)):
-        limit, exact = threshold + radius[s], max(exact_within + radius[s], 0.0)
-        if limit < 0.0:
-            continue
-        set_out(start[s], end[s], frame, numbers, singles)
-        top, chosen = 1, 0
-        waiting[0] = level[len(level) - 1] - 1
-        while top > 0:
-            top -= 1
-            node = waiting[top]
-            shell = shells[SHELL * (node - blocks) : SHELL * (node - blocks + 1)]
-            shell_gaps(shell, probe, gaps)
-            first, last = children(node, level)
-            count = 0
-            for child in range(first, last):
-                lane = child - first
-                inside = not gaps[lane] > limit
-                grouped = (gaps[lane] > exact) & (shell[14 * LANES + lane] <= thin)
-                near[count] = child
-                count += int(inside & (not grouped))
-                if inside & grouped:
-                    if found < len(labels):
-                        group_row(shell, lane, query, probe, frame, radius[s], rows[found])
-                        labels[found, 0], labels[found, 1] = s, -1
-                    found += 1
-            if first >= blocks:
-                for i in range(count):
-                    waiting[top + i] = near[i]
-                top += count
-                continue
-            for i in range(count):
-                block = near[i]
-                after = in_reach(facets, block, probe, limit, gaps, picked, chosen)
-                if after < 0:
-                    found, _ = append_block(
-                        corners[CORNERS * block : CORNERS * (block + 1)], label[LANES * block : LANES * (block + 1)],
-                        query, radius[s], limit, s, work, lanes, rows, labels, found, np.inf,
-                    )  # fmt: skip
-                elif after >= LANES:
-                    chosen, found = _rows_of_picked(
-                        corners, label, picked, after, radius[s], limit, s, rows, labels, found, numbers, names, lanes
-                    )
-                else:
-                    chosen = after
-        if chosen > 0:
-            chosen, found = _rows_of_picked(
-                corners, label, picked, chosen, radius[s], limit, s, rows, labels, found, numbers, names, lanes
-            )
-    return found

@@ -1,6 +1,7 @@
-"""What every search of the wide box tree has in common, compiled: the way down and the picking of triangles.
+"""What every search of the wide box tree has in common, compiled: the descent and the picking of triangles.
 
-A query is a shell that makes room and a part that searches; the latter makes no array (``compiled.borrowing``).
+A query allocates its workspace in one function and searches in another, which makes no array
+(``compiled.borrowing``).
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
-from .box_lanes import FACETS, NODE, PROBE, SHELL, Words, describe_single, facet_gaps
+from .box_lanes import FACETS, NODE, PROBE, Words, describe_single, facet_gaps
 from .compiled import borrowing, inlined
 
 Array = NDArray[np.float64]
@@ -17,38 +18,37 @@ Single = NDArray[np.float32]
 Index = NDArray[np.int32]
 Lanes = NDArray[np.uint64]
 
-STACK = 16 * 10  # room for a descent: at most 16 entries wait on each level of an index of 32 bits
+STACK = 16 * 10  # entries of a descent: at most 16 entries wait on each level of an index of 32 bits
 LEFT = 256  # blocks that are kept for a look at their exact distances
 
-# Room that a query calculates in: float64, float32 and int32.
+# Workspace of a query: float64, float32 and int32.
 KEPT = QUERY + WORK + 4  # of the nearest so far: t on the segment, the triangle's point minus p (3)
 NUMBERS = KEPT + 4 + CORNERS
 SINGLES = PROBE + LANES + STACK + LEFT
 NAMES = STACK + LEFT
 PICKED = NAMES + LANES
 PLACES = PICKED + 2 * LANES
-ROOM = NUMBERS + (SINGLES + PLACES) // 2 + LANES + 1  # all of it in one array
+WORKSPACE = NUMBERS + (SINGLES + PLACES) // 2 + LANES + 1  # all of it in one array
 
 HEAD = 16  # numbers before the blocks: the frame, then as int32 how many numbers the levels have, and these
 
 _PICKED_OVER = 6  # of 16 triangles too far away: fewer, and the block is measured as it lies
 
 
-def cut(store: Array) -> tuple[Array, Index, Array, Words, Single, Single, Index]:
-    """The arrays of a tree in its one piece of memory: frame, level, corners, facets, boxes, shells, label.
+def cut(store: Array) -> tuple[Array, Index, Array, Words, Single, Index]:
+    """The arrays of a tree in its one piece of memory: frame, level, corners, facets, boxes, label.
 
-    One array is handed over sooner than seven: that took as long as a third of a query.
+    One array is handed over sooner than six: that took as long as a third of a query.
     """
     head = store[4:HEAD].view(np.int32)
     level = head[1 : 1 + head[0]]
     blocks, nodes = int(level[1]), int(level[len(level) - 1] - level[1])
     facets = HEAD + CORNERS * blocks
     boxes = facets + FACETS // 2 * blocks
-    shells = boxes + NODE // 2 * nodes
-    label = shells + SHELL // 2 * nodes
+    label = boxes + NODE // 2 * nodes
     return (
         store[:4], level, store[HEAD:facets], store[facets:boxes].view(np.int32),
-        store[boxes:shells].view(np.float32), store[shells:label].view(np.float32), store[label:].view(np.int32),
+        store[boxes:label].view(np.float32), store[label:].view(np.int32),
     )  # fmt: skip
 
 
@@ -56,17 +56,20 @@ parts = borrowing(cut)  # this and the next three: for borrowing kernels only, w
 
 
 @borrowing
-def room_for(room: Array) -> tuple[Array, Single, Index, Lanes]:
-    """What a query calculates in, cut from one array (ROOM,): NUMBERS, SINGLES, PLACES and LANES + 1."""
+def workspace_of(workspace: Array) -> tuple[Array, Single, Index, Lanes]:
+    """The workspace of a query, cut from one array (WORKSPACE,): NUMBERS, SINGLES, PLACES and LANES + 1."""
     one, two, three = NUMBERS, NUMBERS + SINGLES // 2, NUMBERS + SINGLES // 2 + PLACES // 2
-    return room[:one], room[one:two].view(np.float32), room[two:three].view(np.int32), room[three:].view(np.uint64)
+    return (
+        workspace[:one], workspace[one:two].view(np.float32), workspace[two:three].view(np.int32),
+        workspace[three:].view(np.uint64),
+    )  # fmt: skip
 
 
 @borrowing
 def rows_of(made: Array) -> tuple[Array, Index]:
     """Rows (R, 10) and labels (R, 2) in one array (11 R,), see ``pairs_from_made``."""
-    room = len(made) // 11
-    return made[: 10 * room].reshape(room, 10), made[10 * room :].view(np.int32).reshape(room, 2)
+    count = len(made) // 11
+    return made[: 10 * count].reshape(count, 10), made[10 * count :].view(np.int32).reshape(count, 2)
 
 
 @borrowing
@@ -80,8 +83,8 @@ def tool_of(packed: Array) -> tuple[Array, Array, Array]:
 
 @borrowing
 def set_out(start: Array, end: Array, frame: Array, numbers: Array, singles: Single) -> None:
-    """Describe the segment from ``start`` to ``end`` (3,) in the room of a query."""
-    # The start goes into the room as well: one that is read-only is another type, and would be compiled for again.
+    """Describe the segment from ``start`` to ``end`` (3,) in the workspace of a query."""
+    # The start goes into the workspace as well: one that is read-only is another type, and would be compiled for again.
     p, d = numbers[:3], numbers[QUERY + WORK : QUERY + WORK + 3]
     for k in range(3):
         p[k], d[k] = start[k], end[k] - start[k]

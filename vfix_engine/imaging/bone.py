@@ -24,8 +24,8 @@ Progress = Callable[[str, float], None]
 class SurfaceReport:
     """How far a surface may lie from what it was made of, and what it lacks.
 
-    mean_deviation_mm, max_deviation_mm: of thinning, at every vertex both ways, as `ThinnedSurface` has them; zero
-    where nothing was thinned. dropped: loose pieces that were taken for noise.
+    mean_deviation_mm, max_deviation_mm: of thinning, at every vertex in both directions, as `ThinnedSurface` has them;
+    zero where nothing was thinned. dropped: loose pieces that were taken for noise.
     """
 
     mean_deviation_mm: float

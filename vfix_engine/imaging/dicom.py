@@ -50,8 +50,9 @@ _TAGS = [
     "PixelPaddingRangeLimit",
     "PixelData",
 ]
-# What a scanner or an archive lays beside the slices and is no image, by the beginning of its SOP class: the directory
-# of the medium, presentation states, waveforms, raw data, reports, documents, and structures and plans of radiotherapy.
+# What a scanner or an archive puts beside the slices and is not an image, by the beginning of its SOP class: the
+# directory of the medium, presentation states, waveforms, raw data, reports, documents, and structures and plans of
+# radiotherapy.
 _NO_IMAGE = (
     "1.2.840.10008.1.3.10",
     "1.2.840.10008.5.1.4.1.1.9.",
@@ -133,7 +134,7 @@ def read_series(path: Path, series: int | None = None) -> Volume:
 
 
 def _count(dataset: Any, found: dict[str, _Series]) -> int:
-    """Count an image to its series; the number of that series, from 1, or 0 for what is no image."""
+    """Count an image to its series; the number of that series, from 1, or 0 for what is not an image."""
     kind = dataset.get("SOPClassUID") or dataset.file_meta.get("MediaStorageSOPClassUID")
     if str(kind).startswith(_NO_IMAGE):
         return 0

@@ -21,7 +21,7 @@ USUAL_MM = (60.0, 400.0)
 FEW_TRIANGLES = 1000
 FINE_MM = 1.25  # the coarsest slices that navigation of the sinuses is advised
 PLAUSIBLE_HU = (-2000, 10_000)  # from what scanners write outside their circle to metal
-STRANGE_SHARE = 0.01  # of the voxels beyond that, which is no metal any more
+STRANGE_SHARE = 0.01  # of the voxels beyond that, which is not metal any more
 _MOST_LABELS = 250  # a label map has fewer values than this, all whole and none below 0
 
 Notes = tuple[str, ...]

@@ -44,7 +44,7 @@ class TissuePassed:
 
 
 def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Floats, Floats]]) -> TissuePassed:
-    """The longest way of a tool's centreline through tissue, over a series of poses.
+    """The longest stretch of a tool's centreline in tissue, over a series of poses.
 
     poses: for each the arc length [mm] of the tip along the path, and starts (S, 3) and ends (S, 3) of the tool's axis
     segments in LPS mm, from the tip on, as `Tool.segments` has them.

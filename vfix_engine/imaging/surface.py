@@ -21,8 +21,8 @@ _AGGRESSIVENESS = 5.0  # of the edge collapse, 0 to 10: slower and closer to the
 class ThinnedSurface:
     """A thinned surface and how far [mm] it and the original lie apart, measured at every vertex of both.
 
-    mean_deviation_mm: of the vertices of one from the other's triangles, the larger of the two ways.
-    max_deviation_mm: the largest of both ways. Between vertices the surfaces may lie further apart.
+    mean_deviation_mm: of the vertices of one from the other's triangles, the larger of the two directions.
+    max_deviation_mm: the largest of both directions. Between vertices the surfaces may lie further apart.
     """
 
     mesh: TriangleMesh
@@ -122,8 +122,8 @@ def thin(mesh: TriangleMesh, target_triangles: int) -> ThinnedSurface:
         np.array(mesh.vertices), np.array(mesh.faces), target_count=target_triangles, agg=_AGGRESSIVENESS
     )
     thinned = clean(TriangleMesh(vertices.astype(np.float64), faces.astype(np.int32)), 1).mesh
-    ways = [ProximityTree(to).point_distance(of.vertices)[0] for of, to in ((mesh, thinned), (thinned, mesh))]
-    return ThinnedSurface(thinned, float(max(d.mean() for d in ways)), float(max(d.max() for d in ways)))
+    deviations = [ProximityTree(to).point_distance(of.vertices)[0] for of, to in ((mesh, thinned), (thinned, mesh))]
+    return ThinnedSurface(thinned, float(max(d.mean() for d in deviations)), float(max(d.max() for d in deviations)))
 
 
 def _cropped(

@@ -105,32 +105,6 @@ class Volume:
         indices = np.ascontiguousarray(self.lps_to_index(np.atleast_2d(np.asarray(points, dtype=np.float64))))
         return sample_points(self.hu, indices, float(outside))
 
-    def resampled_axis_aligned(self) -> Volume:
-        """The same field on a grid whose i, j, k run along +L, +P, +S.
-
-        Axes that are only swapped or reversed are rearranged without touching a value; an oblique grid is interpolated
-        trilinearly over its bounding box, with air outside.
-        """
-        nearest = np.abs(self.direction).argmax(axis=0)  # LPS axis that i, j, k mostly follow
-        order = np.argsort(nearest)
-        if np.array_equal(nearest[order], np.arange(3)) and np.abs(self.direction).max(axis=0).min() > 1.0 - 1e-9:
-            return self._rearranged(order)
-        low, high = self.bounds
-        spacing = self.spacing[order] if len(set(nearest)) == 3 else np.full(3, self.spacing.min())
-        counts = np.maximum(np.round((high - low) / spacing).astype(int) + 1, 2)
-        hu = np.empty((counts[2], counts[1], counts[0]), dtype=np.int16)
-        first_columns = np.eye(3)[:, :2] * spacing[:2]
-        for k in range(counts[2]):
-            start = low + np.array([0.0, 0.0, k * spacing[2]])
-            hu[k] = np.rint(self._plane(start, first_columns, (int(counts[1]), int(counts[0])), AIR_HU))
-        return Volume(hu, low, spacing, np.eye(3))
-
-    def _rearranged(self, order: npt.NDArray[np.intp]) -> Volume:
-        signs = np.sign(self.direction[np.arange(3), order])
-        hu = self.hu.transpose([2 - int(axis) for axis in order[::-1]])
-        hu = hu[tuple(slice(None, None, int(sign)) for sign in signs[::-1])]
-        return Volume(np.ascontiguousarray(hu), self.bounds[0], self.spacing[order], np.eye(3))
-
     def slice_image(
         self, axis: Axis, position_mm: float, window: float = 2000.0, level: float = 400.0
     ) -> tuple[npt.NDArray[np.uint8], Floats]:

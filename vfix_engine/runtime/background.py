@@ -30,6 +30,11 @@ class Workers(Protocol):
         """Whether ``ask`` may be called."""
         ...
 
+    @property
+    def lost(self) -> str:
+        """Why nobody works any more, '' while somebody does or nobody ever did."""
+        ...
+
     def ask(self, request: Background) -> None:
         """Begin this work."""
         ...
@@ -46,7 +51,7 @@ class Workers(Protocol):
 class NoWorker:
     """For worlds without background work."""
 
-    free = False
+    free, lost = False, ""
 
     def ask(self, request: Background) -> None:
         raise RuntimeError("there is no worker")
@@ -66,6 +71,8 @@ class InlineWorker:
     Args:
         work: the spec's worker; age_steps: control periods from the request to its adoption, 1 at least.
     """
+
+    lost = ""
 
     def __init__(self, work: Worker, age_steps: int):
         self._work, self._age = work, max(age_steps, 1)

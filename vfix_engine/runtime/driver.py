@@ -47,6 +47,11 @@ class Driver(Generic[S]):
         """In force."""
         return self.system.settings(self.state)
 
+    @property
+    def lost(self) -> str:
+        """Why there is no background work any more, '' while there is."""
+        return self._workers.lost
+
     def step(self, command: Command) -> S:
         """One control period."""
         self.poll()

@@ -59,7 +59,7 @@ class ControlLoop:
         self._input_seen = 0
         self._running = False
         self._driving = False
-        self._open = True
+        self._open, self._lost_told = True, False
         self._published_at = self._obeyed_at = -np.inf
         self._publish(force=True)
 
@@ -119,6 +119,8 @@ class ControlLoop:
         One at a time, so that a flood of them stops no ticks, and none from whoever does not read the answers.
         """
         self._open = self._open and not self._events.ended
+        if self._driver.lost and not self._lost_told:
+            self._lost_told = self._events.put(Event("note", f"{self._driver.lost}; it goes on without its results"))
         try:
             if self._open and self._events.room >= ANSWERS and self._commands.poll():
                 self._do(self._commands.recv())

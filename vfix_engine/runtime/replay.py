@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .driver import Driver
-from .requests import Request, SetSettings, named_requests
+from .requests import Request
 from .run import Run, RunEvent
-from .system import Settings, SystemSpec
+from .system import SystemSpec
 from .versions import versions
 
 Array = NDArray[np.float64]
 S = TypeVar("S")
-
-WITHIN = 1e-9  # of rows on a machine whose arithmetic rounds differently
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +58,7 @@ def replay(run: Run, spec: SystemSpec) -> Replay[Any]:
     """Drive a run again from its start.
 
     Args:
-        spec: of the same system; see ``worlds.spec_of`` for the one that the run's manifest holds.
+        spec: of the same system, such as ``from_parts`` of the manifest's 'spec' and the run's arrays.
 
     Raises:
         InputError: the run lost ticks, or its columns are not the system's.
@@ -93,16 +91,7 @@ def _again(driver: Driver[Any], event: RunEvent) -> None:
     """The same request or adoption."""
     if event.kind == "adopt":
         driver.adopt(event.content["result"], event.content["steps"])
-    elif event.kind == "request":
-        driver.apply(_request(event.content, driver.settings))
-
-
-def _request(content: dict[str, Any], settings: Settings) -> Request:
-    """A request of its recorded name and values."""
-    values = dict(content)
-    kind = named_requests().get(values.pop("request"))
-    if kind is None:
-        raise InputError(f"the run has a request '{content['request']}', which this version does not know")
-    if kind is SetSettings:
-        return SetSettings(type(settings).from_dict(values["settings"]))
-    return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()})
+    elif isinstance(event.content, Request):
+        driver.apply(event.content)
+    else:
+        raise InputError(f"the run has an event '{event.kind}', which this version does not know")

@@ -17,11 +17,6 @@ class Request:
     """Base of all requests; it crosses to the control process and is recorded with its step number."""
 
 
-def named_requests() -> dict[str, type[Request]]:
-    """Every request of every world that is loaded, by the name of its class."""
-    return {kind.__name__: kind for kind in Request.__subclasses__()}
-
-
 @dataclass(frozen=True)
 class Reset(Request):
     """Back to the start, at rest."""

@@ -5,7 +5,7 @@ A folder NAME with
 - ``manifest.json``: schema, world, spec, hashes, settings, seed, versions, columns with units;
 - ``spec.npz``: the spec's arrays;
 - ``ticks.f64``: for every step the command as applied, then the system's row, float64, little-endian;
-- ``events.jsonl``: one event a line: a request, an adoption or a note, and how many ticks came before it;
+- ``events.jsonl``: one event a line: a request or an adoption, and how many ticks came before it;
 - ``end.json``: how many ticks, a digest of them, and how many were lost.
 
 While it is written the folder is called NAME.part, and all but its last line and row is readable at any moment.
@@ -13,11 +13,10 @@ While it is written the folder is called NAME.part, and all but its last line an
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -26,8 +25,8 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .command import COMMAND_COLUMNS, COMMAND_SIZE, Command, command_from_row
-from .requests import Request
-from .system import Column, System, SystemSpec
+from .plain import from_plain, to_plain
+from .system import Column, SystemSpec
 from .versions import versions
 
 Array = NDArray[np.float64]
@@ -43,8 +42,8 @@ _BATCH = 1000  # ticks that a writer keeps back
 class RunEvent:
     """What happened after ``at`` ticks.
 
-    kind: 'request', 'adopt' or 'note'; content: the request's name and values, the result and the steps of the state
-    that it was asked for, or words.
+    kind: 'request' or 'adopt'; content: the request itself, or the result and the steps of the state that it was
+    asked for.
     """
 
     at: int
@@ -136,11 +135,6 @@ class RunWriter:
         self.width = COMMAND_SIZE + len(columns)  # numbers of a tick
         self._waiting: list[bytes] = []
 
-    @classmethod
-    def beside(cls, folder: Path, spec: SystemSpec, system: System[Any], seed: int | None = None) -> Self:
-        """A writer for a system in the same process."""
-        return cls(folder, spec, system.row_layout, seed)
-
     def _write_manifest(self, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None) -> None:
         try:
             values, arrays = spec.to_parts()
@@ -189,6 +183,13 @@ class RunWriter:
             self.ticks(b"".join(self._waiting))
             self._waiting.clear()
 
+    def abandon(self) -> None:
+        """Write no more; what is written stays readable under the name of a part."""
+        with suppress(OSError):
+            self.flush()
+        self._ticks.close()
+        self._events.close()
+
     def close(self, lost: int = 0) -> None:
         """The run is whole: it gets its name."""
         self.flush()
@@ -203,38 +204,6 @@ def digest(array: NDArray[Any]) -> str:
     """SHA-256 of an array's type, shape and bytes."""
     head = f"{array.dtype.str}{array.shape}".encode()
     return hashlib.sha256(head + np.ascontiguousarray(array).tobytes()).hexdigest()
-
-
-def to_plain(value: Any) -> Any:
-    """Values for JSON: requests and settings by name, arrays by their bytes; ``from_plain`` reads them."""
-    if isinstance(value, np.ndarray):
-        data = base64.b64encode(np.ascontiguousarray(value).tobytes()).decode()
-        return {"array": data, "dtype": value.dtype.str, "shape": list(value.shape)}
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Request):
-        return {"request": type(value).__name__, **{f.name: to_plain(getattr(value, f.name)) for f in fields(value)}}
-    if hasattr(value, "to_dict"):
-        return to_plain(value.to_dict())
-    if is_dataclass(value) and not isinstance(value, type):
-        return to_plain(asdict(value))
-    if isinstance(value, Mapping):
-        return {str(key): to_plain(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [to_plain(one) for one in value]
-    return value
-
-
-def from_plain(value: Any) -> Any:
-    """Arrays as they were; the rest as JSON has it: tuples come back as lists."""
-    if isinstance(value, dict):
-        if set(value) == {"array", "dtype", "shape"}:
-            data = np.frombuffer(base64.b64decode(value["array"]), dtype=np.dtype(value["dtype"]))
-            return data.reshape(value["shape"]).copy()
-        return {key: from_plain(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [from_plain(one) for one in value]
-    return value
 
 
 def _event(line: dict[str, Any]) -> RunEvent:

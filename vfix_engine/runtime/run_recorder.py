@@ -73,6 +73,8 @@ class RunRecorder:
             if self._writer is not None:
                 self._writer.close(0 if self._ring is None else self._ring.lost)
         except OSError as error:  # what was written so far stays where it is, under its name of a part
+            if self._writer is not None:
+                self._writer.abandon()
             self.failed = f"the recording ended: {error.strerror or error}"
 
     def _look(self) -> None:

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from app.messages.sections import CorridorSection, CorridorStatus, ScaleView, SoftTissueView
 from app.scene import palette
 from app.services import Services
 from app.services.planning import PlanEvaluation
 from app.services.tissue_words import tissue_words
 from app.steps.plan.lanes import Lanes
+from app.steps.plan.sections import CorridorSection, CorridorStatus, ScaleView, SoftTissueView
 from vfix_engine.errors import VfixError
 
 Floats = npt.NDArray[np.float64]

@@ -1,27 +1,26 @@
-"""A tab's desk for one plan: selection, ghost, drags and what a click adds; every edit goes through the editor."""
+"""One plan as a client edits it: selection, ghost, drags and what a click adds; every edit goes through the editor."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from app.messages.sections import AddKind, CurveSection, ItemKind, ItemsSection, PlanSection
 from app.scene.plan import PlanItem
 from app.services import Services
-from app.services.plans import Plan
 from app.services.tissue_words import place_words
+from app.steps.plan.sections import AddKind, PlanSection
+from app.views.plan_items import Position, entries, plan_items, position_of
+from app.views.sections import ItemKind
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 
 Floats = npt.NDArray[np.float64]
-Position = tuple[float, float, float]
 T = TypeVar("T")
 
-CURVE_SAMPLES = 160
 MOVED_WORTH_SAYING_MM = 0.05
 
 
@@ -37,7 +36,7 @@ class Ghost:
 
 
 class EditedPlan:
-    """What one tab does with one plan. Not thread-safe: its workspace's thread owns it."""
+    """What one client does with one plan. Owned by the session's thread."""
 
     def __init__(self, services: Services, plan_id: str) -> None:
         self._services = services
@@ -53,7 +52,7 @@ class EditedPlan:
     # -- what there is
 
     def refresh(self) -> None:
-        """Read the plan anew: after each edit, and now and then because other tabs edit too."""
+        """Read the plan anew: after each edit, and now and then because other clients edit too."""
         self.plan = self._editor.plan
         self.can_undo, self.can_redo = self._editor.history()
         known = {entry.id for entry in (*self.plan.points, *self.plan.targets)}
@@ -125,6 +124,10 @@ class EditedPlan:
                 return "point" if item.kind == "point" else "target"
         raise PlanError("that point is not in the plan any more.")
 
+    def place_of(self, item_id: str | None) -> Position | None:
+        """Where an item is shown; None where there is no such item."""
+        return next((item.position for item in self.items() if item.id == item_id), None)
+
     # -- edits
 
     def pick(self, position: Floats, on_bone: bool) -> None:
@@ -132,9 +135,9 @@ class EditedPlan:
         if self.add_mode == "none" or self.locked:
             return
         if self.add_mode == "target":
-            self.ghost = Ghost("target", _position(position), 0.0, "Target where you clicked.")
+            self.ghost = Ghost("target", position_of(position), 0.0, "Target where you clicked.")
             return
-        fitted = self._services.planning.fit_point(self.plan_id, _position(position))
+        fitted = self._services.planning.fit_point(self.plan_id, position_of(position))
         moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
         words = moved or "Clear of bone here."
         self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, place_words(fitted.lies_in))
@@ -146,14 +149,10 @@ class EditedPlan:
         if ghost.kind == "target":
             self.selected = self._edit(self._editor.add_target, ghost.position)
             return
-        index = self._insert_index()
-        self.selected = self._edit(self._editor.add_point, ghost.position, index=index)
-        if self.insert_after is not None:
-            self.insert_after = None
-
-    def _insert_index(self) -> int | None:
         ids = [point.id for point in self.plan.points]
-        return ids.index(self.insert_after) + 1 if self.insert_after in ids else None
+        index = ids.index(self.insert_after) + 1 if self.insert_after in ids else None
+        self.selected = self._edit(self._editor.add_point, ghost.position, index=index)
+        self.insert_after = None
 
     def cancel(self) -> None:
         self.ghost = None
@@ -237,39 +236,3 @@ def _spline(points: tuple[Position, ...]) -> SplinePath | None:
         return SplinePath(np.array(points))
     except PlanError:
         return None  # two points on one spot, while one is being dragged over the other
-
-
-def curve_points(path: SplinePath | None) -> Floats | None:
-    """At most CURVE_SAMPLES places along a path."""
-    if path is None:
-        return None
-    return np.asarray(path.position(np.linspace(0.0, path.length, CURVE_SAMPLES)))
-
-
-def curve_section(places: Floats | None) -> CurveSection:
-    """The page's section of a curve (n, 3)."""
-    return {"points": [] if places is None else np.round(places[::2], 2).tolist()}
-
-
-def plan_items(plan: Plan) -> list[PlanItem]:
-    """Points and targets of a plan, as they are drawn and driven."""
-    return [
-        PlanItem(entry.id, kind, entry.label, _position(entry.position))
-        for kind, listed in (("point", plan.points), ("target", plan.targets))
-        for entry in listed
-    ]
-
-
-def entries(items: Iterable[PlanItem]) -> ItemsSection:
-    """Points and targets as the page's sections have them."""
-    found: ItemsSection = {"points": [], "targets": []}
-    for item in items:
-        position = [round(value, 4) for value in item.position]
-        listed = found["points"] if item.kind == "point" else found["targets"]
-        listed.append({"id": item.id, "label": item.label, "position": position})
-    return found
-
-
-def _position(values: Any) -> Position:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

@@ -1,58 +1,75 @@
-"""The planning side of a tab: which plan is open, its desk, and what the tool makes of its path."""
+"""Plan: which plan is open, its points and targets, and what the tool makes of its path."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from app.messages.fields import Command
-from app.messages.sections import PlanEntry, PlanningSections
 from app.scene.picking import hit_items
-from app.scene.plan import DragEvent, PlanItem
+from app.scene.plan import DragEvent, GhostNodes, PlanItem
 from app.scene.view import ClickRay
-from app.services import Services
-from app.session.view_model import ViewModel
+from app.services.plans import Plan
+from app.steps.base import Step
+from app.steps.plan import SPEC
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor, DryRuns
-from app.steps.plan.edited_plan import EditedPlan, Ghost, curve_points, curve_section
+from app.steps.plan.edited_plan import EditedPlan, Ghost
 from app.steps.plan.hints import plan_hint
-from app.views.case_view import CaseView
+from app.steps.plan.sections import PlanEntry, PlanSections
+from app.views.layers import Layer
+from app.views.plan_items import Position, curve_layer, curve_points, curve_section, items_layer
+from app.views.views import Views
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
 
 Floats = npt.NDArray[np.float64]
-Position = tuple[float, float, float]
 SELECT_RADIUS_MM = 2.0
 
 
-class PlanStep:
-    """Owned by its workspace's thread."""
+class PlanStep(Step):
+    """Opens plans for all steps, and edits the open one."""
 
-    def __init__(
-        self, services: Services, board: ViewModel, executor: Executor, ask: Callable[[Callable[[], None]], Any]
-    ) -> None:
-        self._services, self._board = services, board
-        self._desk: EditedPlan | None = None
+    spec = SPEC
+
+    def __init__(self, views: Views, shared: Any = None) -> None:
+        super().__init__(views, shared)
+        self._services = views.services
+        self._edited: EditedPlan | None = None
         self._case_id: str | None = None
         self._plans: list[Any] = []
-        self._focus: Position | None = None
         self._corridor_key: Any = None
         self._corridor = DryRuns(
-            services, executor, lambda ticket, answer: ask(lambda: self._corridor.accept(ticket, answer))
+            views.services,
+            views.executor,
+            lambda ticket, answer: views.post(lambda: self._corridor.accept(ticket, answer)),
         )
+        views.plan.provide(lambda: self.plan)
+        views.on_case_opened(self._case_opened)
 
     # -- opening
+
+    def available(self) -> bool:
+        return self.views.case.case_id is not None
+
+    def _case_opened(self, plan_id: str | None) -> None:
+        case_id = self.views.case.case_id
+        try:
+            if case_id is None:
+                self.close_plan()
+            else:
+                self.views.note(self.open(case_id, plan_id), error=True)
+        finally:
+            self.views.plan.opened(again=True)
 
     def open(self, case_id: str, plan_id: str | None) -> str:
         """Open a plan of a case: the named one, else the newest that can be read, else a new one.
 
         Returns why others could not be opened, '' where none was passed over.
         """
-        self.close()
+        self.close_plan()
         self._case_id = case_id
         ids = [plan.id for plan in self._services.plans.titles(case_id)]  # oldest first
         ids.sort(key=lambda known: known == plan_id)  # stable: the wanted one is the last
@@ -65,17 +82,18 @@ class PlanStep:
                 unreadable.append(str(error))
         return " ".join(unreadable)
 
-    def close(self) -> None:
-        self._case_id = self._desk = None
+    def close_plan(self) -> None:
+        self._case_id = self._edited = None
         self._plans = []
         self._corridor.clear()
 
     def _load(self, plan_id: str) -> None:
         self._check_own(plan_id)
-        self._desk = EditedPlan(self._services, plan_id)
-        points = self._desk.points()
-        self._focus = points[len(points) // 2] if points else None
+        self._edited = EditedPlan(self._services, plan_id)
+        points = self._edited.points()
         self._corridor_key = None
+        if points:
+            self.views.case.go_to(points[len(points) // 2])
 
     def _check_own(self, plan_id: str) -> None:
         """Raise PlanError for a plan of another head: its points lie in other anatomy; and for a deleted one."""
@@ -89,37 +107,27 @@ class PlanStep:
 
     @property
     def plan_id(self) -> str | None:
-        return None if self._desk is None else self._desk.plan_id
+        return None if self._edited is None else self._edited.plan_id
 
     @property
-    def plan(self) -> Any:
-        return None if self._desk is None else self._desk.plan
-
-    @property
-    def selected(self) -> str | None:
-        return None if self._desk is None else self._desk.selected
-
-    @property
-    def locked(self) -> bool:
-        return self._desk is None or self._desk.locked
-
-    @property
-    def ghost(self) -> Ghost | None:
-        return None if self._desk is None else self._desk.ghost
+    def plan(self) -> Plan | None:
+        return None if self._edited is None else self._edited.plan
 
     def items(self) -> tuple[PlanItem, ...]:
-        return () if self._desk is None else tuple(self._desk.items())
+        return () if self._edited is None else tuple(self._edited.items())
 
     def places(self) -> list[Position]:
         return [item.position for item in self.items()]
 
     def curve_key(self) -> Any:
         """Changes when the spline or its colours do."""
-        return (tuple(self._desk.points()), self._desk.dragging, id(self._corridor.current)) if self._desk else None
+        return (
+            (tuple(self._edited.points()), self._edited.dragging, id(self._corridor.current)) if self._edited else None
+        )
 
     def _shown_corridor(self) -> Corridor:
         """The dry run that belongs to the points as they are shown; none while a hand drags one of them."""
-        if self._desk is not None and self._desk.dragging:
+        if self._edited is not None and self._edited.dragging:
             return Corridor("computing", "Let go of the point to see whether the tool fits among the bone.")
         return self._corridor.current
 
@@ -128,65 +136,81 @@ class PlanStep:
         samples = self._shown_corridor().samples()
         if samples is not None:
             return samples
-        return curve_points(None if self._desk is None else self._desk.path()), None
-
-    def take_focus(self) -> Position | None:
-        """Where the slices should go now, once."""
-        focus, self._focus = self._focus, None
-        return focus
+        return curve_points(None if self._edited is None else self._edited.path()), None
 
     # -- commands
 
-    def do(self, command: Command) -> str:
-        """Answer an editing command; returns words for the user, often none."""
-        desk = self._need()
-        before = desk.selected
-        words = self._edit(desk, command)
-        chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
-        if desk.selected is not None and (chosen or desk.selected != before):
-            self._focus = next((item.position for item in desk.items() if item.id == desk.selected), None)
-        return words
+    def handle(self, command: Command) -> None:
+        """Answer a command; raises VfixError with the reason where that cannot be done."""
+        if isinstance(command, c.PlanCommand | c.NewPlan | c.RenamePlan):
+            self.views.stale = True
+            self.views.note(self._handle_plan(command), error=True)
+            self.views.plan.opened()
+        else:
+            self._handle_edit(command)
 
-    def _edit(self, desk: EditedPlan, command: Command) -> str:
+    def _handle_edit(self, command: Command) -> None:
+        edited = self._need()
+        before = edited.selected
+        words = self._edit(edited, command)
+        chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
+        if edited.selected is not None and (chosen or edited.selected != before):
+            self._go_to(edited.place_of(edited.selected))
+        self.views.note(words)
+
+    def _go_to(self, position: Position | None) -> None:
+        """Slices go through the point that was just chosen or added."""
+        if position is not None:
+            self.views.case.go_to(position)
+
+    def _go_to_ghost(self, edited: EditedPlan) -> None:
+        self._go_to(None if edited.ghost is None else edited.ghost.position)
+
+    def _edit(self, edited: EditedPlan, command: Command) -> str:
         match command:
             case c.AddMode():
-                desk.add_mode = command.kind
-                desk.cancel()
+                edited.add_mode = command.kind
+                edited.cancel()
             case c.Lock():
-                desk.set_locked(command.locked)
+                edited.set_locked(command.locked)
             case c.PickOnSlice():
-                desk.pick(np.array(command.position), on_bone=False)
-                self._focus = None if desk.ghost is None else desk.ghost.position
+                edited.pick(np.array(command.position), on_bone=False)
+                self._go_to_ghost(edited)
             case c.DragItem():
-                desk.drag(command.item_id, command.position)
+                edited.drag(command.item_id, command.position)
             case c.RenameItem():
-                desk.rename(command.item_id, command.label)
+                edited.rename(command.item_id, command.label)
             case c.ItemCommand():
-                return self._item(desk, command)
+                return self._item(edited, command)
             case c.EditCommand():
-                return self._plain(desk, command.type)
+                return self._plain(edited, command.type)
             case _:
                 raise InputError(f"the command {type(command).__name__} cannot be used here.")
         return ""
 
-    def _item(self, desk: EditedPlan, command: c.ItemCommand) -> str:
+    def _item(self, edited: EditedPlan, command: c.ItemCommand) -> str:
         if command.type == "item.drop":
-            return desk.drop(command.item_id)
+            return edited.drop(command.item_id)
         if command.type == "item.delete":
-            desk.delete(command.item_id)
+            edited.delete(command.item_id)
         elif command.type == "point.insert_after":
-            desk.insert_between(command.item_id)
-            self._focus = None if desk.ghost is None else desk.ghost.position
+            edited.insert_between(command.item_id)
+            self._go_to_ghost(edited)
         else:
-            desk.kind_of(command.item_id)
-            desk.selected = command.item_id
+            edited.kind_of(command.item_id)
+            edited.selected = command.item_id
         return ""
 
-    def _plain(self, desk: EditedPlan, name: str) -> str:
-        act = {"undo": desk.undo, "redo": desk.redo, "ghost.confirm": desk.confirm, "ghost.cancel": desk.cancel}[name]
+    def _plain(self, edited: EditedPlan, name: str) -> str:
+        act = {
+            "undo": edited.undo,
+            "redo": edited.redo,
+            "ghost.confirm": edited.confirm,
+            "ghost.cancel": edited.cancel,
+        }[name]
         return act() or ""
 
-    def do_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> str:
+    def _handle_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> str:
         """Open, make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
         plans = self._services.plans
         match command:
@@ -214,83 +238,111 @@ class PlanStep:
     def _reload(self) -> None:
         """Read the open plan again, keeping what is selected."""
         old = self._need()
-        desk = EditedPlan(self._services, old.plan_id)
-        desk.selected, desk.add_mode = old.selected, old.add_mode
-        self._desk = desk
+        edited = EditedPlan(self._services, old.plan_id)
+        edited.selected, edited.add_mode = old.selected, old.add_mode
+        self._edited = edited
 
     def _need(self) -> EditedPlan:
-        if self._desk is None:
+        if self._edited is None:
             raise PlanError("no plan is open.")
-        return self._desk
+        return self._edited
 
     # -- the scene
 
-    def click(self, ray: ClickRay, head: CaseView) -> str:
-        """A click in the scene: on the ghost it confirms, on an item it selects, else it picks a place."""
-        desk = self._need()
-        if desk.ghost is not None:
-            ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(desk.ghost.position))], SELECT_RADIUS_MM)
+    def clicked(self, ray: ClickRay) -> None:
+        """On the ghost it confirms, on an item it selects, else it picks a place."""
+        edited = self._need()
+        if edited.ghost is not None:
+            ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(edited.ghost.position))], SELECT_RADIUS_MM)
             if ghost is not None:
-                return self.do(c.EditCommand(type="ghost.confirm"))
-        items = [(item.id, np.array(item.position)) for item in desk.items()]
-        hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), head.hit(ray)]
+                edited.confirm()
+                self._go_to(edited.place_of(edited.selected))
+                return
+        items = [(item.id, np.array(item.position)) for item in edited.items()]
+        hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), self.views.case.hit(ray)]
         hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
         if hit is None:
-            return "Nothing is there in the head; air can be clicked in a slice."
-        if hit.item_id is not None:
-            return self.do(c.ItemCommand(type="item.select", item_id=hit.item_id))
-        desk.pick(hit.position, on_bone=hit.kind == "bone")
-        self._focus = None if desk.ghost is None else desk.ghost.position
-        return ""
+            self.views.note("Nothing is there in the head; air can be clicked in a slice.")
+        elif hit.item_id is not None:
+            edited.selected = hit.item_id
+            self._go_to(edited.place_of(hit.item_id))
+        else:
+            edited.pick(hit.position, on_bone=hit.kind == "bone")
+            self._go_to_ghost(edited)
 
-    def dragged(self, drag: DragEvent) -> str:
-        desk = self._need()
+    def dragged(self, drag: DragEvent) -> None:
+        edited = self._need()
         if drag.phase == "end":
-            return desk.drop(drag.item_id)
-        desk.drag(drag.item_id, drag.position)
-        return ""
+            self.views.note(edited.drop(drag.item_id))
+        else:
+            edited.drag(drag.item_id, drag.position)
 
-    def let_go(self) -> None:
-        """The hand is gone: what it was dragging is where it was before."""
-        if self._desk is not None:
-            self._desk.let_go()
+    def release(self) -> None:
+        """What a hand was dragging is where it was before."""
+        if self._edited is not None:
+            self._edited.let_go()
 
-    def quiet(self) -> None:
-        """Another step begins: what was only half done is taken back."""
-        if self._desk is not None:
-            self._desk.cancel()
+    def enter(self) -> None:
+        self._cancel()
+
+    def leave(self) -> None:
+        self._cancel()
+
+    def _cancel(self) -> None:
+        """What was only half done is taken back."""
+        if self._edited is not None:
+            self._edited.cancel()
+
+    # -- what the scene shows
+
+    def layers(self) -> list[Layer[Any]]:
+        edited = self._edited
+        ghost: Ghost | None = None if edited is None else edited.ghost
+        selected = edited.selected if edited is not None and self.active else None
+        return [
+            items_layer(self.items(), selected, locked=edited is None or edited.locked or not self.active),
+            curve_layer(self.curve_key(), self.curve),
+            Layer(
+                "plan.ghost",
+                ghost,
+                GhostNodes,
+                lambda nodes: (
+                    nodes.show(None, "") if ghost is None else nodes.show(np.array(ghost.position), ghost.words)
+                ),
+            ),
+        ]
 
     # -- for the page
 
     def hint(self) -> str:
-        desk = self._desk
-        if desk is None:
+        edited = self._edited
+        if edited is None:
             return "Open a head first." if self._case_id is None else "Choose a plan below, or make a new one."
-        plan = desk.plan
+        plan = edited.plan
         if plan.deleted_at is not None:
             return "This plan was deleted elsewhere. Restore it from the list of plans, or open another one."
         return plan_hint(
             len(plan.points),
             len(plan.targets),
-            desk.add_mode,
-            desk.ghost is not None,
-            desk.locked,
+            edited.add_mode,
+            edited.ghost is not None,
+            edited.locked,
             self._shown_corridor().completed,
             self._shown_corridor().caution,
         )
 
-    def publish(self, fresh: bool) -> None:
-        """Publish the sections; ``fresh`` reads plan and list anew, which others may have changed.
+    def sections(self, fresh: bool) -> PlanSections:
+        """fresh: read plan and list anew, which others may have changed.
 
         Raises InputError when the open plan cannot be read any more; it is closed then.
         """
         if self._case_id is not None and (fresh or not self._plans):
             self._plans = list(self._services.plans.titles(self._case_id, include_deleted=True))
-        if fresh and self._desk is not None:
+        if fresh and self._edited is not None:
             try:
-                self._desk.refresh()
+                self._edited.refresh()
             except InputError:
-                self._desk = None
+                self._edited = None
                 self._corridor.clear()
                 raise
         self._refresh_corridor()
@@ -298,19 +350,18 @@ class PlanStep:
             {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
             for plan in self._plans
         ]
-        sections: PlanningSections = {
+        return {
             "plans": {"items": items},
-            "plan": None if self._desk is None else self._desk.view(),
+            "plan": None if self._edited is None else self._edited.view(),
             "curve": curve_section(self.curve()[0]),
             "corridor": self._shown_corridor().view(),
         }
-        self._board.publish(sections)
 
     def _refresh_corridor(self) -> None:
         """Ask for a dry run when the stored path or what it depends on is another one."""
-        if self._desk is None:
+        if self._edited is None:
             return
-        plan = self._desk.plan
+        plan = self._edited.plan
         key = (
             plan.id,
             tuple(point.position for point in plan.points),
@@ -325,6 +376,3 @@ class PlanStep:
             self._corridor.clear()
         else:
             self._corridor.ask(plan, ControlSettings.from_dict(dict(plan.settings)).margin_mm)
-
-
-__all__ = ["Corridor", "PlanStep"]

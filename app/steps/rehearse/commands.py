@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -27,14 +27,16 @@ class SetRehearsalSettings(Command):
 
 
 class HandCommand(Command):
-    """What a hand on the handle sends: answered at once, never queued behind other work."""
+    """What a hand on the handle sends."""
 
+    urgent: ClassVar[bool] = True
     type: Literal["heartbeat", "grip.release", "rehearsal.take", "rehearsal.let_go"]
 
 
 class Push(Command):
-    """A key or button for motion along the path or about the shaft; answered at once as well."""
+    """A key or button for motion along the path or about the shaft."""
 
+    urgent: ClassVar[bool] = True
     type: Literal["drive", "twist"]
     direction: Direction
 

@@ -1,38 +1,40 @@
-"""Who holds the handle: one tab at a time, the others watch (HAZ-12)."""
+"""Who holds the handle: one client at a time, the others watch (HAZ-12)."""
 
 from __future__ import annotations
 
 import threading
 
+from app.messages.client import Client
+
 
 class Lease:
-    """At most one holder. A holder lets go by itself, or is released when its page is gone."""
+    """At most one holder. A holder lets go by itself, or is released when it is gone. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._holder: str | None = None
+        self._holder: Client | None = None
 
     @property
-    def holder(self) -> str | None:
+    def holder(self) -> Client | None:
         with self._lock:
             return self._holder
 
-    def take(self, tab: str) -> bool:
-        """Become the holder; False while somebody else is."""
+    def take(self, client: Client) -> bool:
+        """Become the holder; False while somebody else is, and for a client whose role does not hold."""
         with self._lock:
-            if self._holder not in (None, tab):
+            if not client.may_hold or (self._holder is not None and self._holder.id != client.id):
                 return False
-            self._holder = tab
+            self._holder = client
             return True
 
-    def let_go(self, tab: str) -> bool:
-        """Stop being the holder; False when this tab was not."""
+    def let_go(self, client: Client) -> bool:
+        """Stop being the holder; False when this client was not."""
         with self._lock:
-            if self._holder != tab:
+            if self._holder is None or self._holder.id != client.id:
                 return False
             self._holder = None
             return True
 
-    def held_by(self, tab: str) -> bool:
+    def held_by(self, client: Client) -> bool:
         with self._lock:
-            return self._holder == tab
+            return self._holder is not None and self._holder.id == client.id

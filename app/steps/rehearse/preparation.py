@@ -2,19 +2,48 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from app.services import Services
-from app.steps.plan.edited_plan import curve_points, plan_items
-from app.steps.rehearse.shared_drive import Prepared
+from app.services.plans import Plan
+from app.services.recordings import Recording
+from app.views.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
+from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.simulation.realtime import SceneSpec
 
+if TYPE_CHECKING:
+    from app.scene.plan import PlanItem
 
-def plan_key(plan: Any) -> Any:
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A scene that is ready to be handed to a control process.
+
+    items: points and targets of the plan it was made of; curve: places (n, 3) along its path, LPS [mm].
+    recording: what keeps the drive's run; None where nothing is kept.
+    """
+
+    spec: SceneSpec
+    settings: ControlSettings
+    items: tuple[PlanItem, ...] = ()
+    curve: npt.NDArray[np.float64] | None = None
+    recording: Recording | None = None
+
+    def target_index(self, target_id: str) -> int:
+        """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
+        ids = [item.id for item in self.items if item.kind == "target"]
+        if target_id not in ids:
+            raise PlanError("that target is not part of this rehearsal; ‘Reset to entry’ takes the plan as it is now.")
+        return ids.index(target_id)
+
+
+def plan_key(plan: Plan) -> Any:
     """What a rehearsal depends on: another key, another placing."""
     return (
         plan.id,
@@ -27,7 +56,7 @@ def plan_key(plan: Any) -> Any:
     )
 
 
-def prepare(services: Services, plan: Any) -> Prepared:
+def prepare(services: Services, plan: Plan) -> Prepared:
     """Scene and settings of a plan; a plan without a robot placing gets one.
 
     Raises VfixError with the reason when the tool does not fit at the entry.
@@ -48,4 +77,5 @@ def prepare(services: Services, plan: Any) -> Prepared:
         targets=targets,
         target_names=tuple(target.label for target in plan.targets),
     )
-    return Prepared(spec, settings, tuple(plan_items(plan)), curve_points(SplinePath(points)))
+    curve = curve_points(SplinePath(points))
+    return Prepared(spec, settings, tuple(plan_items(plan)), curve, services.recordings.new(plan))

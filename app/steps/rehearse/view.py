@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from app.messages.sections import DetailsSection, MotionView, RehearsalSection, RehearsalState, SettingsSection
+from app.steps.rehearse.sections import DetailsSection, MotionView, RehearsalSection, RehearsalState, SettingsSection
 from vfix_engine.control import ControlSettings
 from vfix_engine.simulation.snapshot import Snapshot, Timing
 

@@ -1,14 +1,16 @@
 // The websocket to the planner: state comes in by sections, commands go out, and a lost line is said and mended.
 
-/** @import { Answer, CommandType, Fields, Message, NoteMessage, ViewModel } from "./types.js" */
+/** @import { Answer, CommandType, Fields, HelloMessage, Message, NoteMessage, ViewModel } from "./types.js" */
 import { Backoff } from "./backoff.js";
 
 /** @typedef {{ connected: boolean, again?: boolean, words?: string, refused?: boolean }} Link what a `link` event tells */
 /** @typedef {{ waitMs: number, words: string }} Refusal */
-/** @typedef {{ link: Link, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error"> }} Events */
+/** @typedef {{ link: Link, hello: HelloMessage, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error"> }} Events */
 
+export const VERSION = 1; // of the messages; app/messages/version.py has the planner's
 const AWAKE_MS = 50;
 const TAKEN = 4409; // app/session/router.py names the codes
+const OUTDATED = 4426;
 
 /**
  * Why the planner does not let this window in, what to do, and after how long it is asked again by itself.
@@ -16,6 +18,7 @@ const TAKEN = 4409; // app/session/router.py names the codes
  */
 const REFUSALS = {
   4429: { waitMs: 10_000, words: "The planner closed the connection: this window sent more messages than it takes. It is tried again in 10 seconds." },
+  [OUTDATED]: { waitMs: Infinity, words: "This page is of another version than the planner that answers now. Reload the page. Plans are saved with every change." },
   4503: { waitMs: 15_000, words: "Too many windows of this planner are open. Close one that is not needed, then try again." },
 };
 const LOCKED = {
@@ -61,7 +64,7 @@ async function lockedOut() {
   }
 }
 
-/** Says `state`, `link` and `note`; see {@link Events}. */
+/** Says `hello`, `state`, `link` and `note`; see {@link Events}. */
 export class Connection extends EventTarget {
   constructor() {
     super();
@@ -70,6 +73,7 @@ export class Connection extends EventTarget {
     this.state = {};
     this.connected = false;
     this.everConnected = false;
+    this.outdated = false;
     this.openedAt = 0;
     this.line = 0;
     this.backoff = new Backoff();
@@ -107,6 +111,10 @@ export class Connection extends EventTarget {
   }
 
   open() {
+    if (this.outdated) {
+      location.reload();
+      return;
+    }
     clearTimeout(this.timer);
     this.line += 1;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
@@ -146,13 +154,14 @@ export class Connection extends EventTarget {
       location.reload();
       return;
     }
+    this.outdated ||= code === OUTDATED;
     const { line } = this;
     if (!REFUSALS[code]) this.lost(GONE, false);
     const refusal = REFUSALS[code] ?? (await lockedOut() ? LOCKED : null);
     if (line !== this.line) return; // tried again meanwhile
     if (refusal) this.lost(refusal.words, true);
     const wait = refusal?.waitMs ?? this.backoff.next();
-    this.timer = setTimeout(() => this.open(), wait);
+    if (Number.isFinite(wait)) this.timer = setTimeout(() => this.open(), wait);
   }
 
   /**
@@ -163,8 +172,27 @@ export class Connection extends EventTarget {
     this.say("link", { connected: false, words, refused });
   }
 
+  /**
+   * The planner says its version first, and hears the page's; with another one neither understands what follows.
+   * @param {HelloMessage} message
+   */
+  greet(message) {
+    this.worker.postMessage({ kind: "send", text: JSON.stringify({ type: "hello", version: VERSION, role: "holds" }) });
+    if (message.version !== VERSION) {
+      this.closed(OUTDATED);
+      return;
+    }
+    this.opened();
+    this.say("hello", message);
+  }
+
   /** @param {Message} message */
   received(message) {
+    if (this.outdated) return;
+    if (message.type === "hello") {
+      this.greet(message);
+      return;
+    }
     if (!this.connected) this.opened();
     if (message.type === "state") {
       Object.assign(this.state, message.sections);

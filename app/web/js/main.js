@@ -3,44 +3,61 @@ import { Connection } from "./connection.js";
 import { byId, h, whenChanged } from "./dom.js";
 import { clearErrors, note } from "./dialogs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
-import { PatientPanel } from "./panels/patient.js";
-import { PlanPanel } from "./panels/plan.js";
-import { RehearsePanel } from "./panels/rehearse.js";
+import { loadPanel } from "./panel.js";
 import { SceneFrame } from "./scene.js";
 import { Slices } from "./slices.js";
 import { StatusBar } from "./status.js";
 
 /** @import { Link } from "./connection.js" */
-/** @import { StepSection, ViewModel } from "./types.js" */
-
-/** @type {[StepSection["name"], string][]} */
-const STEPS = [["patient", "Patient"], ["plan", "Plan"], ["rehearse", "Rehearse"]];
+/** @import { Panel } from "./panel.js" */
+/** @import { StepEntry, ViewModel } from "./types.js" */
 
 class Page {
   constructor() {
     this.connection = new Connection();
     this.keys = new Keys(this.connection);
-    this.panels = {
-      patient: new PatientPanel(this.connection),
-      plan: new PlanPanel(this.connection),
-      rehearse: new RehearsePanel(this.connection, this.keys),
-    };
+    /** @type {Map<string, Panel>} by the name of its step */
+    this.panels = new Map();
+    /** @type {HTMLButtonElement[]} */
+    this.steps = [];
     this.scene = new SceneFrame(this.connection, this.keys);
     this.slices = new Slices(byId("slices"), this.connection);
     this.status = new StatusBar(byId("statusbar"));
-    this.steps = STEPS.map(([name, label]) => h("button", { type: "button", "data-step": name, onclick: () => this.connection.send("step.set", { name }) }, label));
-    byId("steps").append(...this.steps);
     /** @type {HTMLElement | null | undefined} what had the focus when the line was lost */
     this.focused = null;
     this.planned = false;
+    this.changedSteps = whenChanged();
     this.changedTitle = whenChanged();
     this.changedPlace = whenChanged();
+    this.connection.on("hello", ({ steps }) => this.changedSteps([steps], () => this.offer(steps)));
     this.connection.on("state", () => this.schedule());
     this.connection.on("link", (link) => this.link(link));
     this.connection.on("note", ({ words, error }) => note(words, { error }));
     byId("retry").addEventListener("click", () => this.connection.open());
     this.connection.open();
     this.scene.open();
+  }
+
+  /**
+   * A tab for each step of the planner, and its panel as soon as it is there.
+   * @param {StepEntry[]} steps
+   */
+  offer(steps) {
+    this.panels.clear();
+    this.steps = steps.map(({ name, label }) => h("button", { type: "button", "data-step": name, onclick: () => this.connection.send("step.set", { name }) }, label));
+    byId("steps").replaceChildren(...this.steps);
+    for (const step of steps) this.load(step);
+  }
+
+  /** @param {StepEntry} step */
+  async load(step) {
+    try {
+      this.panels.set(step.name, await loadPanel(step, this));
+    } catch (error) {
+      console.error(error);
+      note(`The panel of ‘${step.label}’ could not be loaded. Reload the page.`, { error: true });
+    }
+    this.schedule();
   }
 
   /** Draw once per frame, whatever arrives in between. */
@@ -55,10 +72,10 @@ class Page {
 
   /** @param {ViewModel} state */
   draw(state) {
-    this.changedTitle([state.case?.name, state.plan?.name, state.step], () => this.renderTitle(state));
+    this.changedTitle([state.case?.name, state.plan?.name, state.step, [...this.panels.keys()]], () => this.renderTitle(state));
     const current = state.step?.name;
     this.changedPlace([state.case?.id, state.plan?.id, current], clearErrors);
-    for (const [name, panel] of Object.entries(this.panels)) if (name === current) panel.update(state);
+    if (current) this.panels.get(current)?.update(state);
     this.scene.update(state);
     this.slices.update(state);
     this.status.update(state);
@@ -72,13 +89,13 @@ class Page {
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
     byId("hint").textContent = state.step?.hint ?? "";
     for (const button of this.steps) {
-      const name = /** @type {StepSection["name"]} */ (button.dataset.step);
+      const name = button.dataset.step ?? "";
       if (name === state.step?.name) button.setAttribute("aria-current", "step");
       else button.removeAttribute("aria-current");
       button.disabled = !state.step?.available.includes(name);
     }
     const panel = byId("panel");
-    const element = state.step && this.panels[state.step.name].element;
+    const element = state.step && this.panels.get(state.step.name)?.element;
     if (element && panel.firstElementChild !== element) panel.replaceChildren(element);
   }
 

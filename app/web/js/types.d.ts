@@ -2,8 +2,8 @@
 
 /** The step that is shown, those that can be gone to, and what to do next. */
 export interface StepSection {
-  name: "patient" | "plan" | "rehearse";
-  available: ("patient" | "plan" | "rehearse")[];
+  name: string;
+  available: string[];
   hint: string;
 }
 
@@ -16,19 +16,6 @@ export interface SceneSection {
 /** Height of the view at the centre of the scene. */
 export interface CameraSection {
   view_height_mm: number | null;
-}
-
-/** All cases, the deleted ones included. */
-export interface CasesSection {
-  items: CaseEntry[];
-}
-
-/** A case in the list. */
-export interface CaseEntry {
-  id: string;
-  name: string;
-  created: string;
-  deleted: boolean;
 }
 
 /** The open case; loading: what is being read, None when all of it is there. */
@@ -96,6 +83,19 @@ export interface ViewSection {
   opacity: number;
   cut: "whole" | "left" | "right";
   slices: string;
+}
+
+/** All cases, the deleted ones included. */
+export interface CasesSection {
+  items: CaseEntry[];
+}
+
+/** A case in the list. */
+export interface CaseEntry {
+  id: string;
+  name: string;
+  created: string;
+  deleted: boolean;
 }
 
 /** All plans of the case, the deleted ones included. */
@@ -191,6 +191,7 @@ export interface RehearsalSection {
   length_mm?: number | null;
   target_error_mm?: number | null;
   path_done?: boolean;
+  taken_ms?: number | null;
   tip?: [number, number, number];
   grip?: [number, number, number];
   virtual_point?: [number, number, number];
@@ -199,8 +200,8 @@ export interface RehearsalSection {
   mine: boolean;
   holder: string | null;
   can_take: boolean;
-  plan_changed?: boolean;
-  target_id?: string | null;
+  plan_changed: boolean;
+  target_id: string | null;
 }
 
 /** Points and targets, in order. */
@@ -247,6 +248,27 @@ export interface ToolSection {
   segments: [number, number, number][][];
 }
 
+export interface Hello {
+  id?: number | null;
+  type: "hello";
+  version: number;
+  role?: "holds" | "instructs" | "watches";
+}
+
+/** The first message to a client: the version of all that follow, and the steps in the order of their tabs. */
+export interface HelloMessage {
+  type: "hello";
+  version: number;
+  steps: StepEntry[];
+}
+
+/** A step of the page: the label of its tab, and the address of the module that draws its panel. */
+export interface StepEntry {
+  name: string;
+  label: string;
+  panel: string;
+}
+
 /** Words for the user. */
 export interface NoteMessage {
   type: "note";
@@ -259,8 +281,8 @@ export interface ReplyMessage {
   type: "reply";
   id: number;
   ok: boolean;
-  result?: unknown;
-  error?: ErrorMessage;
+  result: unknown;
+  error: ErrorMessage;
 }
 
 /** Why a command was refused. */
@@ -268,10 +290,18 @@ export interface ErrorMessage {
   message: string;
 }
 
-/** A job; `result` is the id of what it made, `error` is why it failed. */
+/**
+ * A job; `result` is the id of what it made, `error` is why it failed or was cancelled.
+ *
+ * case_id: of the case that it works on, null for an import. subject: what it works on, for people.
+ */
 export interface JobPublic {
   id: string;
-  state: "queued" | "running" | "done" | "failed";
+  kind: "import" | "dry_run";
+  case_id: string | null;
+  subject: string;
+  created: string;
+  state: "queued" | "running" | "done" | "failed" | "cancelled";
   stage: string;
   fraction: number;
   result: string | null;
@@ -363,7 +393,7 @@ export interface StateMessage {
   sections: ViewModel;
 }
 
-export type Message = StateMessage | ReplyMessage | NoteMessage;
+export type Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage;
 
 /** Fields of each command besides its type. */
 export interface Commands {
@@ -465,7 +495,7 @@ export interface Commands {
     level: number;
   };
   "step.set": {
-    name: "patient" | "plan" | "rehearse";
+    name: string;
   };
   "twist": {
     direction: -1 | 0 | 1;

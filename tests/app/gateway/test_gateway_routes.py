@@ -6,9 +6,9 @@ from knocking import METHODS, Planner, http_paths, websocket_paths
 
 
 def test_the_enumeration_sees_the_planner(whole_planner: Planner) -> None:
-    assert {"/", "/docs", "/openapi.json", "/scene/", "/static", "/api/cases", "/api/plans"} <= set(
-        http_paths(whole_planner)
-    )
+    paths = http_paths(whole_planner)
+    assert {"/", "/docs", "/openapi.json", "/scene/", "/static", "/api/cases", "/api/plans"} <= set(paths)
+    assert any(path.startswith("/steps/") for path in paths)
     assert {"/scene/ws", "/session"} <= set(websocket_paths(whole_planner))
     described = {path.replace("{", "").replace("}", "") for path in whole_planner.app.openapi()["paths"]}
     assert len(described) <= len(http_paths(whole_planner))
@@ -51,3 +51,19 @@ def test_every_route_answers_403_to_pages_of_other_ports(whole_planner: Planner)
     for path in websocket_paths(whole_planner):
         named = (whole_planner.cookie, ("Origin", whole_planner.origin), elsewhere)
         assert whole_planner.handshake(path, *named).status == 403, path
+
+
+def test_a_step_s_folder_gives_its_scripts_and_nothing_else(whole_planner: Planner) -> None:
+    """HAZ-27: no source of the server, no file of another folder."""
+
+    def status(path: str) -> int:
+        return whole_planner.http("GET", f"/steps/{path}", whole_planner.cookie).status
+
+    for name in ("patient", "plan", "rehearse"):
+        answer = whole_planner.http("GET", f"/steps/{name}/panel.js", whole_planner.cookie)
+        assert (answer.status, answer.headers["Cache-Control"]) == (200, "no-cache"), name
+        assert answer.headers["Content-Type"].startswith("text/javascript")
+        assert "script-src 'self'" in answer.headers["Content-Security-Policy"]
+    beside = ("plan/step.py", "plan/__init__.py", "plan/..%2fplan%2fpanel.js", "plan/%2e%2e/registry.py")
+    for path in (*beside, "nose/panel.js"):
+        assert status(path) == 404, path

@@ -12,29 +12,33 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import Close
 from websockets.sync.client import ClientConnection, connect
 
+from app.messages.version import VERSION
 from app.session import client_session
 from app.session.client_sessions import MAX_PAGES
 from app.session.router import MAX_MESSAGE_CHARS, MAX_PER_SECOND
 from app.session.view_model import ViewModel
 
+HELLO = {"type": "hello", "version": VERSION, "role": "holds"}
 HEARTBEAT = '{"type":"heartbeat"}'
 
 
 @pytest.fixture
 def pages(whole_planner: Planner, monkeypatch: pytest.MonkeyPatch) -> Iterator[Planner]:
     """Workspaces that draw nothing and take every command."""
-    monkeypatch.setattr(client_session, "ClientSession", lambda *_: MagicMock(board=ViewModel()))
+    monkeypatch.setattr(client_session, "ClientSession", lambda *_: MagicMock(view_model=ViewModel()))
     yield whole_planner
     hub = whole_planner.app.state.sessions
     eventually(lambda: not any(entry.connected for entry in hub._entries.values()))
     hub._entries.clear()
 
 
-def page(planner: Planner, tab: str) -> ClientConnection:
+def page(planner: Planner, tab: str, greeting: object = HELLO) -> ClientConnection:
     headers = [planner.cookie]
-    return connect(
-        f"ws://{planner.host}/session?tab={tab}", additional_headers=headers, origin=planner.origin, proxy=None
-    )
+    address = f"ws://{planner.host}/session?tab={tab}"
+    made = connect(address, additional_headers=headers, origin=planner.origin, proxy=None)
+    with contextlib.suppress(ConnectionClosed):  # refused before it could speak
+        made.send(json.dumps(greeting))
+    return made
 
 
 def closing(connection: ClientConnection) -> Close:
@@ -48,7 +52,9 @@ def closing(connection: ClientConnection) -> Close:
 
 def answers(connection: ClientConnection) -> bool:
     connection.send('{"type":"no such command"}')
-    return bool(json.loads(connection.recv(timeout=10))["type"] == "note")
+    while (message := json.loads(connection.recv(timeout=10)))["type"] == "hello":
+        pass
+    return bool(message["type"] == "note")
 
 
 @pytest.mark.parametrize(
@@ -95,3 +101,24 @@ def test_a_tab_has_a_name_of_its_own(pages: Planner, tab: str, code: int) -> Non
         ended = closing(refused)
     assert ended.code == code
     assert "tab" in ended.reason
+
+
+@pytest.mark.parametrize(
+    ("greeting", "words"),
+    [
+        ({"type": "hello", "version": VERSION + 1, "role": "holds", "later": 1}, "reload the page"),
+        ({"type": "hello"}, "say hello first"),
+        ({"type": "heartbeat"}, "say hello first"),
+        ("hello", "say hello first"),
+        ({"type": "hello", "version": VERSION, "role": "owns"}, "hello: role"),
+    ],
+    ids=["another version", "no version", "a command", "no object", "no such role"],
+)
+def test_a_client_of_another_version_is_told_to_reload(pages: Planner, greeting: object, words: str) -> None:
+    """The planner says its version first; what is not understood is never guessed at."""
+    with page(pages, "page-of-old", greeting) as refused:
+        hello = json.loads(refused.recv(timeout=10))
+        assert (hello["type"], hello["version"]) == ("hello", VERSION)
+        assert hello["steps"][0]["panel"] == "/steps/patient/panel.js"
+        ended = closing(refused)
+        assert (ended.code, words in ended.reason) == (4426, True)

@@ -12,7 +12,7 @@ from ..compiled import compiled
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-STACK = 160  # room for a traversal: no branch is deeper than _DEEPEST plus the halvings below it
+STACK = 160  # entries of a traversal: no branch is deeper than _DEEPEST plus the halvings below it
 _DEEPEST = 96
 
 
@@ -137,10 +137,10 @@ def _split(members: Index, along: Array, spare: Index, halve: bool) -> int:
 def build(centres: Array, radii: Array, leaf_size: int) -> tuple[Array, Array, Index, Index, Index, Index]:
     """Nodes of the tree over sphere centres (F, 3) with radii (F,); the fields of ``Nodes``."""
     count = len(centres)
-    room = 2 * count
-    frame, box = np.empty((room, 4, 3)), np.empty((room, 2, 3))
-    child, first, last = np.full(room, -1, np.int32), np.empty(room, np.int32), np.empty(room, np.int32)
-    depth = np.zeros(room, np.int32)
+    capacity = 2 * count
+    frame, box = np.empty((capacity, 4, 3)), np.empty((capacity, 2, 3))
+    child, first, last = np.full(capacity, -1, np.int32), np.empty(capacity, np.int32), np.empty(capacity, np.int32)
+    depth = np.zeros(capacity, np.int32)
     order = np.arange(count).astype(np.int32)
     spare, along = np.empty(count, np.int32), np.empty(count)
     first[0], last[0] = 0, count

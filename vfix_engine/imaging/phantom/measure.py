@@ -67,12 +67,12 @@ def bottleneck_mm(ct: Volume, a: npt.ArrayLike, b: npt.ArrayLike, around: float 
     counts = np.ceil((ends.max(axis=0) + around - low) / step).astype(int)
     ijk = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), axis=-1)
     air = (ct.sample((low + step * ijk).reshape(-1, 3)) < AIR_BELOW_HU).reshape(counts)
-    room = ndimage.distance_transform_edt(air, sampling=step)
+    clearance = ndimage.distance_transform_edt(air, sampling=step)
     start, end = (tuple(at) for at in np.rint((ends - low) / step).astype(int))
-    smallest, largest = 0.0, float(min(room[start], room[end]))
+    smallest, largest = 0.0, float(min(clearance[start], clearance[end]))
     while largest - smallest > 0.02:
         radius = (smallest + largest) / 2.0
-        labels, _ = ndimage.label(room > radius)
+        labels, _ = ndimage.label(clearance > radius)
         smallest, largest = (radius, largest) if labels[start] == labels[end] != 0 else (smallest, radius)
     return 2.0 * smallest
 

@@ -25,8 +25,8 @@ from .conformance import Insertion, ShapeSolution, conform
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-_RESERVE_MM = 0.1  # [mm] so much inside of its bound a link is planned to be, half its bound at most
-_MOST = 0.1  # [rad] that a joint of a planned shape may be moved for it
+RESERVE_MM = 0.1  # [mm] so much inside of its bound a link is planned to be, half its bound at most
+MOST = 0.1  # [rad] that a joint of a planned shape may be moved for it
 
 
 class Waypoints:
@@ -100,11 +100,11 @@ def moved_off(
 
     windows: (L, 2) segments that the links are measured against.
     """
-    kept = bound - np.minimum(_RESERVE_MM, 0.5 * bound)
+    kept = bound - np.minimum(RESERVE_MM, 0.5 * bound)
     depth = query.deviations(packed, snake.frames(shape.q, shape.base), windows).depth
     if (depth <= kept).all():
         return None
-    q = projected_to_limits(DistalContext(snake, query, shape.base, shape.q, packed, windows, kept), shape.q, _MOST)
+    q = projected_to_limits(DistalContext(snake, query, shape.base, shape.q, packed, windows, kept), shape.q, MOST)
     if q is None or (query.deviations(packed, snake.frames(q, shape.base), windows).depth > bound).any():
         return None
     return replace(shape, q=q, exact=False)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from ..anatomy.curve import Curve
 from ..bending.optimise import Bend
 from ..conform.conformance import ShapeSolution
-from ..pathway.packed import PackedPathway
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -69,7 +68,8 @@ class PlanInputs:
     near: the shape that the robot has or is about to have, with its tip at ``tip_s`` mm; ``most``: rad, by which the
         shape that follows the tissue may differ from it.
     sign: of the insertion whose next shapes are wanted, 0: none are. spacing_mm: between two of them.
-    bound: (L,) mm that planned shapes keep where the link is inside.
+    bend: (2L,) rad by which the hand has bent the robot off that shape. bound: (L,) mm that planned shapes keep where
+        the link is inside, the one that follows the tissue with that bend.
     bends: where control bends are wanted, or None.
     """
 
@@ -79,19 +79,25 @@ class PlanInputs:
     most: float
     sign: int
     spacing_mm: float
+    bend: Array
     bound: Array
     bends: BendsWanted | None
 
 
 class Seen(NamedTuple):
-    """The tissue at the time ``t`` in s: its pathway and curve, and the shape of the robot that conforms to it.
+    """The tissue at the time ``t`` in s, and the shape of the robot that conforms to it.
 
-    rim_mm_per_s: (S,), how fast the wall of each segment moves at most.
+    centre, tangent, first (C, 3) and radius (C, A): the contours that the pathway is packed of; they are a sixth of its
+    size, and every adoption is recorded. length_mm: of the curve. rim_mm_per_s: (S,), how fast the wall of each segment
+    moves at most.
     """
 
     t: float
-    packed: PackedPathway
-    curve: Curve
+    centre: Array
+    tangent: Array
+    first: Array
+    radius: Array
+    length_mm: float
     goal: Shape
     rim_mm_per_s: Array
 

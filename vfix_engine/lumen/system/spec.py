@@ -87,6 +87,11 @@ class SnakeSystemSpec:
         """``SnakeSnapshot``."""
         return SnakeSnapshot
 
+    @property
+    def has_worker(self) -> bool:
+        """True: shapes and bends take longer than a tick."""
+        return True
+
     def with_contours(self) -> SnakeSystemSpec:
         """The same with the contours that its surface gives; a few seconds.
 

@@ -1,11 +1,10 @@
 // Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
-import { h, group, whenChanged } from "../dom.js";
-import { fixed, mm, sentence } from "../format.js";
-import { holdButton } from "../hold.js";
+import { h, group, whenChanged } from "/static/js/dom.js";
+import { fixed, mm, sentence } from "/static/js/format.js";
+import { holdButton } from "/static/js/hold.js";
 
-/** @import { Connection } from "../connection.js" */
-/** @import { Keys } from "../keys.js" */
-/** @import { Commands, ItemEntry, RehearsalSection, SettingField, SettingsSection, ViewModel } from "../types.js" */
+/** @import { Parts } from "/static/js/panel.js" */
+/** @import { Commands, ItemEntry, RehearsalSection, SettingField, SettingsSection, ViewModel } from "/static/js/types.js" */
 
 /** @typedef {Commands["rehearsal.mode"]["mode"]} Mode */
 
@@ -16,12 +15,9 @@ const LIVE = ["ready", "running", "paused"];
 /** @type {[Mode, string][]} */
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
 
-export class RehearsePanel {
-  /**
-   * @param {Connection} connection
-   * @param {Keys} keys
-   */
-  constructor(connection, keys) {
+export default class RehearsePanel {
+  /** @param {Parts} parts */
+  constructor({ connection, keys }) {
     this.connection = connection;
     this.changedState = whenChanged();
     this.changedTargets = whenChanged();

@@ -1,12 +1,12 @@
 // Plan: the points of the path and the targets, and what the tool makes of them.
-import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
-import { fixed, mm, sentence, when } from "../format.js";
-import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone } from "../dialogs.js";
-import { PlannerError, download, missing, upload } from "../rest.js";
+import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
+import { fixed, mm, sentence, when } from "/static/js/format.js";
+import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone } from "/static/js/dialogs.js";
+import { PlannerError, download, missing, upload } from "/static/js/rest.js";
 
-/** @import { Connection } from "../connection.js" */
-/** @import { Row } from "../dom.js" */
-/** @import { Commands, CorridorSection, ItemEntry, PlanEntry, PlanPublic, PlanSection, ViewModel } from "../types.js" */
+/** @import { Parts } from "/static/js/panel.js" */
+/** @import { Row } from "/static/js/dom.js" */
+/** @import { Commands, CorridorSection, ItemEntry, PlanEntry, PlanPublic, PlanSection, ViewModel } from "/static/js/types.js" */
 
 /** @typedef {Commands["add.mode"]["kind"]} Kind */
 
@@ -25,9 +25,9 @@ const EXPORTS = [
   ["csv", "Table (.csv)", "Points and targets in mm"],
 ];
 
-export class PlanPanel {
-  /** @param {Connection} connection */
-  constructor(connection) {
+export default class PlanPanel {
+  /** @param {Parts} parts */
+  constructor({ connection }) {
     this.connection = connection;
     this.changedPlan = whenChanged();
     this.changedPlans = whenChanged();

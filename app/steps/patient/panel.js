@@ -1,13 +1,13 @@
 // Patient: which head is open, which others there are, and how a new one comes in.
-import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "../dom.js";
-import { count, fixed, sentence, when } from "../format.js";
-import { FRAME_QUESTION, askChoices, askName, clearErrors, note, noteDone, whenReady } from "../dialogs.js";
-import { finished, missing, post, remove, upload } from "../rest.js";
+import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
+import { count, fixed, sentence, when } from "/static/js/format.js";
+import { FRAME_QUESTION, askChoices, askName, clearErrors, note, noteDone, whenReady } from "/static/js/dialogs.js";
+import { finished, missing, post, remove, upload } from "/static/js/rest.js";
 
-/** @import { Connection } from "../connection.js" */
-/** @import { Row } from "../dom.js" */
-/** @import { Question } from "../dialogs.js" */
-/** @import { CaseEntry, CaseSection, JobPublic, ViewModel } from "../types.js" */
+/** @import { Parts } from "/static/js/panel.js" */
+/** @import { Row } from "/static/js/dom.js" */
+/** @import { Question } from "/static/js/dialogs.js" */
+/** @import { CaseEntry, CaseSection, JobPublic, ViewModel } from "/static/js/types.js" */
 
 // What a file may leave unsaid, by the word that the planner has for it.
 /** @type {Record<string, Question>} */
@@ -27,9 +27,9 @@ const PARTS = [
   [/./, "a head is imported from .nrrd, .nii, .nii.gz, .mha, a .zip of DICOM slices, .ply, .stl or .obj."],
 ];
 
-export class PatientPanel {
-  /** @param {Connection} connection */
-  constructor(connection) {
+export default class PatientPanel {
+  /** @param {Parts} parts */
+  constructor({ connection }) {
     this.connection = connection;
     this.changedCase = whenChanged();
     this.changedCases = whenChanged();

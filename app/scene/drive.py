@@ -1,0 +1,42 @@
+"""A drive in the scene: the robot, its tool, and the hand on the grip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from app.scene.hand import HandNodes
+from app.scene.robot import RobotNodes, ToolNodes
+from app.scene.view import SceneView
+from vfix_engine.robots import Visual
+
+Floats = npt.NDArray[np.float64]
+
+
+class DriveNodes:
+    """Parts of a robot on their links, tool capsules, grip, force, the point in view and the place that blocks."""
+
+    def __init__(self, view: SceneView, visuals: Sequence[Visual]) -> None:
+        self._view = view
+        self._robot = RobotNodes(view.scene, visuals)
+        self._tool = ToolNodes(view.scene)
+        self.hand = HandNodes(view.scene, view.events.grip_dragged)
+
+    def show(
+        self, link_placements: Floats, tool: tuple[Floats, Floats, Floats], grip: Floats, force: Floats, mine: bool
+    ) -> None:
+        """Link placements (n, 4, 4); tool: starts, ends (S, 3) and radii (S,) of its capsules; force (3,) [N].
+
+        mine: this client holds the handle, so that its grip can be dragged.
+        """
+        with self._view.atomic():
+            self._robot.place(link_placements)
+            self._tool.place(*tool)
+            self.hand.show(grip, force, mine)
+        self._view.flush()
+
+    def remove(self) -> None:
+        for part in (self._robot, self._tool, self.hand):
+            part.remove()

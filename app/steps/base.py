@@ -1,0 +1,127 @@
+"""A step of the page on the server: a class with defaults that do nothing.
+
+A client's session makes one object of each step and calls it on the session's own thread, one request after another.
+Methods that say so are called on other threads, at once, and must be quick and thread-safe.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Protocol
+
+from app.messages.fields import Command
+from app.messages.sections import Sections
+from app.scene.hand import GripDrag
+from app.scene.plan import DragEvent
+from app.scene.view import ClickRay
+from app.services import Services
+from app.steps.spec import StepSpec
+from app.views.layers import Layer
+from app.views.views import Position, Views
+
+
+class Closable(Protocol):
+    """What the clients of a step share."""
+
+    def close(self) -> None: ...
+
+
+class Step:
+    """Base class of the steps.
+
+    spec: what is declared of the step. ticks: its sections and layers are published with every tick, at 50 Hz while it
+    is :attr:`lively`, and not after requests alone. first_view: where the camera looks from when the scene comes while
+    the step is active.
+    """
+
+    spec: ClassVar[StepSpec]
+    ticks: ClassVar[bool] = False
+    first_view: ClassVar[str] = "oblique"
+
+    @classmethod
+    def make_shared(cls, services: Services) -> Closable | None:
+        """What all clients of this step share; made once per planner, closed with it, handed to each object."""
+        return None
+
+    def __init__(self, views: Views, shared: Any = None) -> None:
+        self.views, self.shared = views, shared
+        self.active = False  # the client is in this step
+
+    # -- entering and leaving
+
+    def available(self) -> bool:
+        """Whether the step's tab can be pressed."""
+        return True
+
+    def enter(self) -> None:
+        """The client comes to this step."""
+
+    def leave(self) -> None:
+        """The client goes to another step."""
+
+    def close(self) -> None:
+        """The session ends."""
+
+    # -- requests
+
+    def handle(self, command: Command) -> Any:
+        """Answer one of the step's commands; returns what the reply holds. Raises VfixError with the reason."""
+        return None
+
+    def handle_now(self, command: Command) -> None:
+        """Answer one of the step's urgent commands. Called on other threads."""
+
+    def clicked(self, ray: ClickRay) -> None:
+        """A click in the scene while the step is active."""
+
+    def dragged(self, drag: DragEvent) -> None:
+        """A point or target of the scene is dragged while the step is active."""
+
+    def gripped(self, drag: GripDrag) -> None:
+        """The grip of the robot is dragged while the step is active. Called on other threads."""
+
+    # -- time and presence
+
+    @property
+    def lively(self) -> bool:
+        """Whether what the step shows changes by itself."""
+        return False
+
+    def tick(self) -> bool:
+        """The planner's clock: 50 Hz while a step is lively, else once a second; True publishes everything."""
+        return False
+
+    def release_now(self) -> None:
+        """The page or its scene is gone: a hand lets go at once. Called on other threads."""
+
+    def release(self) -> None:
+        """The same on the session's thread, for what needs no hurry."""
+
+    def give_up(self) -> None:
+        """The page has been gone for some seconds: what only one client can have is free."""
+
+    def abandon(self) -> None:
+        """The page has been gone for minutes: what nobody else uses is ended."""
+
+    def come_back(self) -> None:
+        """The page is there again."""
+
+    # -- what the page and the scene show
+
+    def sections(self, fresh: bool) -> Sections:
+        """The step's sections by name; fresh: read from the store anew, which other clients may have changed.
+
+        Every step's are published; of two with one name those of the active step count.
+        """
+        return {}
+
+    def layers(self) -> list[Layer[Any]]:
+        """What the step adds to the scene; of two layers with one name that of the active step is drawn."""
+        return []
+
+    def places(self) -> list[Position]:
+        """Places [LPS mm] that a near view of the anatomy has to show."""
+        return []
+
+    def hint(self) -> str:
+        """What to do next, in one sentence, while the step is active."""
+        return ""

@@ -1,0 +1,53 @@
+"""Patient: which case is open, and which others there are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.messages.fields import Command
+from app.services.cases import Case
+from app.steps.base import Step
+from app.steps.patient import SPEC
+from app.steps.patient import commands as c
+from app.steps.patient.hints import patient_hint
+from app.steps.patient.sections import CaseEntry, PatientSections
+from app.views.views import Views
+from vfix_engine.errors import InputError
+
+
+class PatientStep(Step):
+    """Opens, renames, deletes and restores cases; new ones come in by REST."""
+
+    spec = SPEC
+
+    def __init__(self, views: Views, shared: Any = None) -> None:
+        super().__init__(views, shared)
+        self._cases: list[Case] = []
+
+    def handle(self, command: Command) -> None:
+        """Raises InputError where the open case is to be deleted."""
+        self.views.stale = True
+        cases, views = self.views.services.cases, self.views
+        match command:
+            case c.RenameCase():
+                cases.rename(command.case_id, command.name)
+            case c.CaseCommand(type="case.open"):
+                views.open_case(command.case_id)
+            case c.CaseCommand(type="case.restore"):
+                cases.restore(command.case_id)
+            case c.CaseCommand() if command.case_id == views.case.case_id:
+                raise InputError("the open head cannot be deleted; open another one first.")
+            case c.CaseCommand():
+                cases.delete(command.case_id)
+
+    def sections(self, fresh: bool) -> PatientSections:
+        if fresh or not self._cases:
+            self._cases = list(self.views.services.cases.list(include_deleted=True))
+        items: list[CaseEntry] = [
+            {"id": case.id, "name": case.name, "created": str(case.created), "deleted": case.deleted_at is not None}
+            for case in self._cases
+        ]
+        return {"cases": {"items": items}}
+
+    def hint(self) -> str:
+        return patient_hint(self.views.case.case_id is not None, bool(self.views.case.loading))

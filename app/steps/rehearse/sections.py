@@ -1,0 +1,101 @@
+"""Sections of the Rehearse step."""
+
+from __future__ import annotations
+
+from typing import Literal, NotRequired, TypedDict
+
+from app.messages.sections import Position
+from app.views.sections import CurveSection, ItemsSection
+
+RehearsalState = Literal["absent", "starting", "ready", "running", "paused", "silent", "failed"]
+
+
+class MotionView(TypedDict, total=False):
+    """The newest snapshot of the controller; absent while no robot is in place. Numbers that do not exist are None.
+
+    taken_ms: when the snapshot was taken over from the control process, ms since 1970-01-01 UTC; None while it rests.
+    """
+
+    mode: str
+    phase: str
+    held: bool
+    reason: str
+    holding: str
+    force_n: float | None
+    tip_error_mm: float | None
+    clearance_mm: float | None
+    clearance_capped: bool
+    margin_mm: float | None
+    progress_mm: float | None
+    length_mm: float | None
+    target_error_mm: float | None
+    path_done: bool
+    taken_ms: int | None
+    tip: Position
+    grip: Position
+    virtual_point: Position
+
+
+class RehearsalSection(MotionView):
+    """The rehearsal and who drives it; mine: this window holds the handle, holder: who else does."""
+
+    state: RehearsalState
+    words: str
+    mine: bool
+    holder: str | None
+    can_take: bool
+    plan_changed: NotRequired[bool]
+    target_id: NotRequired[str | None]
+
+
+class DetailsSection(TypedDict, total=False):
+    """How the control loop keeps its period; empty while no robot is in place."""
+
+    loop_hz: float | None
+    step_us: float | None
+    step_us_p99: float | None
+    lateness_us_p50: float | None
+    lateness_us_p99: float | None
+    overruns: int
+    rows: int
+    steps: int
+    priority: str
+
+
+class SettingField(TypedDict):
+    """One setting as a slider."""
+
+    name: str
+    label: str
+    unit: str
+    lo: float
+    hi: float
+    step: float
+    digits: int
+    value: float
+
+
+class SettingsSection(TypedDict):
+    """The settings in force; answered counts the changes that were answered, refused ones included."""
+
+    answered: int
+    words: str
+    warning: str
+    fields: list[SettingField]
+
+
+class ToolSection(TypedDict):
+    """Segments (start, end) of robot and tool."""
+
+    segments: list[list[Position]]
+
+
+class RehearsalSections(TypedDict):
+    """The rehearsal of the open plan; driven and curve: of the plan that is driven where that is an older one."""
+
+    rehearsal: RehearsalSection
+    driven: ItemsSection | None
+    curve: NotRequired[CurveSection]
+    details: DetailsSection
+    settings: SettingsSection
+    tool: ToolSection

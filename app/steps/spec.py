@@ -1,0 +1,38 @@
+"""What the planner knows of a step before anybody opens it."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.messages.fields import Command
+
+
+@dataclass(frozen=True)
+class StepSpec:
+    """A step of the page, declared as ``SPEC`` by the package that is its folder.
+
+    name: names the step in commands and addresses; lower-case letters and digits.
+    label: on its tab. order: of the tabs, ascending.
+    package: dotted name of its folder, which is its ``__name__``. step: the subclass of
+    ``Step`` in its ``step.py``.
+    commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
+    has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/steps/NAME/``.
+    """
+
+    name: str
+    label: str
+    order: int
+    package: str
+    step: str
+    commands: tuple[type[Command], ...] = ()
+    sections: type | None = None
+    has_routes: bool = False
+
+    @property
+    def folder(self) -> Path:
+        """Where ``panel.js`` lies."""
+        file = importlib.import_module(self.package).__file__
+        assert file is not None
+        return Path(file).parent

@@ -1,0 +1,42 @@
+"""The plan that a client has open: one step edits it, others drive, judge or show it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from app.services.plans import Plan
+
+
+class OpenPlan:
+    """Owned by the session's thread."""
+
+    def __init__(self) -> None:
+        self._source: Callable[[], Plan | None] = lambda: None
+        self._listeners: list[Callable[[], None]] = []
+        self._told: str | None = None
+
+    @property
+    def current(self) -> Plan | None:
+        """The plan as it is stored now; None where none is open."""
+        return self._source()
+
+    @property
+    def id(self) -> str | None:
+        plan = self.current
+        return None if plan is None else plan.id
+
+    def provide(self, source: Callable[[], Plan | None]) -> None:
+        """Say where the plan comes from; for the step that opens plans."""
+        self._source = source
+
+    def on_opened(self, listener: Callable[[], None]) -> None:
+        """Call ``listener`` when another plan is open, or none any more."""
+        self._listeners.append(listener)
+
+    def opened(self, again: bool = False) -> None:
+        """A plan was opened or closed; nobody is told where it is the same as before, unless ``again``."""
+        now = self.id
+        if again or now != self._told:
+            self._told = now
+            for listener in self._listeners:
+                listener()

@@ -1,0 +1,65 @@
+"""Points, targets and curve of a plan as the page and the scene show them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from app.scene.plan import CurveNodes, ItemNodes, PlanItem
+from app.services.plans import Plan
+from app.views.layers import Layer
+from app.views.sections import CurveSection, ItemsSection
+from vfix_engine.geometry.path import SplinePath
+
+Floats = npt.NDArray[np.float64]
+Position = tuple[float, float, float]
+CURVE_SAMPLES = 160
+
+
+def position_of(values: Any) -> Position:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def plan_items(plan: Plan) -> list[PlanItem]:
+    """Points and targets of a plan, as they are drawn and driven."""
+    return [
+        PlanItem(entry.id, kind, entry.label, position_of(entry.position))
+        for kind, listed in (("point", plan.points), ("target", plan.targets))
+        for entry in listed
+    ]
+
+
+def entries(items: Iterable[PlanItem]) -> ItemsSection:
+    """Points and targets as the page's sections have them."""
+    found: ItemsSection = {"points": [], "targets": []}
+    for item in items:
+        position = [round(value, 4) for value in item.position]
+        listed = found["points"] if item.kind == "point" else found["targets"]
+        listed.append({"id": item.id, "label": item.label, "position": position})
+    return found
+
+
+def curve_points(path: SplinePath | None) -> Floats | None:
+    """At most CURVE_SAMPLES places along a path."""
+    if path is None:
+        return None
+    return np.asarray(path.position(np.linspace(0.0, path.length, CURVE_SAMPLES)))
+
+
+def curve_section(places: Floats | None) -> CurveSection:
+    """The page's section of a curve (n, 3)."""
+    return {"points": [] if places is None else np.round(places[::2], 2).tolist()}
+
+
+def items_layer(items: tuple[PlanItem, ...], selected: str | None, locked: bool) -> Layer[ItemNodes]:
+    """Points and targets; locked: they cannot be dragged."""
+    return Layer("plan.items", (items, selected, locked), ItemNodes, lambda nodes: nodes.show(items, selected, locked))
+
+
+def curve_layer(key: object, curve: Callable[[], tuple[Floats | None, Floats | None]]) -> Layer[CurveNodes]:
+    """Places (n, 3) along a path with the clearance (n,) there; asked for only where the key is another one."""
+    return Layer("plan.curve", key, CurveNodes, lambda nodes: nodes.show(*curve()))

@@ -1,0 +1,77 @@
+"""What the steps of one client share; it belongs to none of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import Any
+
+from app.messages.client import Client
+from app.messages.fields import Command
+from app.services import Services
+from app.views import commands as c
+from app.views.camera_view import CameraView
+from app.views.case_view import CaseView, Position
+from app.views.open_plan import OpenPlan
+
+__all__ = ["Position", "Request", "Views"]
+
+Request = Callable[[], None]
+
+
+class Views:
+    """The open case and plan, the camera, and the ways to the client. Owned by the session's thread.
+
+    client: who it is and its role. post: queues a request onto the session's thread; may be called on any.
+    note: words for the user, and whether they are an error. stale: cases and plans are read anew with what is
+    published next.
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        services: Services,
+        executor: Executor,
+        post: Callable[[Request], Any],
+        note: Callable[[str, bool], None] = lambda words, error: None,
+    ) -> None:
+        self.client, self.services, self.executor, self.post, self._note = client, services, executor, post, note
+        self.case = CaseView(services, executor, post)
+        self.camera = CameraView(self.case)
+        self.plan = OpenPlan()
+        self.stale = True
+        self._case_listeners: list[Callable[[str | None], None]] = []
+
+    def note(self, words: str, error: bool = False) -> None:
+        """Tell the user something; no words are not told."""
+        if words:
+            self._note(words, error)
+
+    def on_case_opened(self, listener: Callable[[str | None], None]) -> None:
+        """Call ``listener`` with the id of the plan that is wanted when a case was opened."""
+        self._case_listeners.append(listener)
+
+    def open_first(self, case_id: str | None, plan_id: str | None) -> None:
+        """Open what a client remembers, or what there is."""
+        self.case.open_first(case_id)
+        self._case_opened(plan_id)
+
+    def open_case(self, case_id: str) -> None:
+        """Open a case and the newest of its plans. Raises VfixError where there is no such case."""
+        self.case.open(case_id)
+        self._case_opened(None)
+
+    def _case_opened(self, plan_id: str | None) -> None:
+        for listener in self._case_listeners:
+            listener(plan_id)
+
+    def handle(self, command: Command) -> Any:
+        """Answer a command for what every step shares."""
+        match command:
+            case c.SetCamera():
+                self.camera.look_from(command.view)
+            case c.Project():
+                return self.camera.project(command.points)
+            case _:
+                self.case.handle(command)
+        return None

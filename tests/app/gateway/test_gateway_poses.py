@@ -1,0 +1,157 @@
+"""Poses as rows of float64: a small reader in Python, a slow one, and one that comes for nothing."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from knocking import Planner, eventually, listening
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+from app.messages.client import Client
+from app.messages.version import VERSION
+from app.steps.rehearse import routes
+from app.steps.rehearse.shared_drives import MAX_READERS, SharedDrives
+from vfix_engine.simulation.snapshot import Snapshot
+
+PLAN = "plan-1"
+PATH = f"/api/steps/rehearse/poses?plan={PLAN}"
+WATCHER = Client("tab-one-0", "watches")
+
+
+def _snapshot(steps: int, joints: int = 6) -> Snapshot:
+    values: dict[str, Any] = dict.fromkeys((field.name for field in dataclasses.fields(Snapshot)), np.nan)
+    places = {name: steps + np.arange(3.0) for name in ("tip", "grip", "virtual_point", "force")}
+    return Snapshot(**values | places | {"t": 1e-3 * steps, "steps": steps, "running": True, "q": np.ones(joints)})
+
+
+class _Mailbox:
+    """Stands for a drive: has the newest snapshot only."""
+
+    def __init__(self) -> None:
+        self.newest: Snapshot | None = None
+
+    def snapshot(self) -> Snapshot | None:
+        return self.newest
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture
+def drives() -> SharedDrives:
+    made = SharedDrives()
+    made._drives[PLAN] = _Mailbox()  # type: ignore[assignment]
+    return made
+
+
+@pytest.fixture
+def planner(tmp_path: Path, drives: SharedDrives) -> Iterator[Planner]:
+    with listening(tmp_path, [routes.router]) as running:
+        running.app.state.sessions = SimpleNamespace(shared=lambda step: {"rehearse": drives}[step])
+        yield running
+
+
+def _open(planner: Planner, path: str = PATH) -> ClientConnection:
+    """All that a program in Python needs to read poses."""
+    headers = {"Authorization": f"Bearer {planner.settings.token}"}
+    return connect(f"ws://{planner.host}{path}", additional_headers=headers, proxy=None)
+
+
+def _bytes(reader: ClientConnection) -> bytes:
+    message = reader.recv(timeout=10)
+    assert isinstance(message, bytes)
+    return message
+
+
+def _end(reader: ClientConnection) -> int | None:
+    """The code with which the planner ends a connection."""
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            reader.recv(timeout=10)
+    return reader.close_code
+
+
+def test_a_reader_gets_the_newest_row_and_its_columns(planner: Planner, drives: SharedDrives) -> None:
+    mailbox: Any = drives.find(PLAN)
+    mailbox.newest = _snapshot(1)
+    with _open(planner) as reader:
+        hello = json.loads(reader.recv(timeout=10))
+        assert (hello["type"], hello["version"]) == ("poses", VERSION)
+        for steps in (1, 2, 3):
+            mailbox.newest = _snapshot(steps)
+            values: dict[str, float] = {}
+            while values.get("steps") != steps:
+                row = np.frombuffer(_bytes(reader), dtype="<f8")
+                values = dict(zip(hello["fields"], row, strict=True))
+            assert (values["t_s"], values["running"]) == (pytest.approx(1e-3 * steps), 1.0)
+            assert [values[f"tip_{axis}"] for axis in "xyz"] == [steps, steps + 1, steps + 2]
+            assert np.isnan(values["clearance_mm"])
+            assert [values[f"q_{joint}"] for joint in range(6)] == [1.0] * 6
+
+
+def test_a_reader_that_is_slow_gets_no_old_rows(
+    planner: Planner, drives: SharedDrives, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between two rows that it takes a thousand are published; it is sent the last of them."""
+    mailbox: Any = drives.find(PLAN)
+    mailbox.newest = _snapshot(0)
+    taken = threading.Event()
+    send_bytes = routes.WebSocket.send_bytes
+
+    async def slow(self: Any, data: bytes) -> None:
+        await send_bytes(self, data)
+        for steps in range(1, 1001):
+            mailbox.newest = _snapshot(steps)
+        taken.set()
+
+    monkeypatch.setattr(routes.WebSocket, "send_bytes", slow)
+    with _open(planner) as reader:
+        columns = json.loads(reader.recv(timeout=10))["fields"]
+        at = columns.index("steps")
+        rows = [np.frombuffer(_bytes(reader), dtype="<f8")[at] for _ in range(2)]
+    assert taken.is_set()
+    assert rows == [0.0, 1000.0]
+
+
+def test_what_a_reader_is_refused_for(planner: Planner, drives: SharedDrives) -> None:
+    for plan in ("another", "../../etc", ""):
+        with _open(planner, f"/api/steps/rehearse/poses?plan={plan}") as reader:
+            assert _end(reader) == 4404, plan
+    with _open(planner) as talker:
+        talker.send("hello")
+        assert _end(talker) == 1003
+    for _ in range(MAX_READERS):
+        assert drives.readers.acquire(blocking=False)
+    with _open(planner) as one_too_many:
+        assert _end(one_too_many) == 4503
+    assert planner.handshake(PATH).status == 401
+
+
+def test_a_drive_that_ends_ends_the_channel(planner: Planner, drives: SharedDrives) -> None:
+    mailbox: Any = drives.find(PLAN)
+    mailbox.newest, mailbox.watchers = _snapshot(1), {WATCHER.id}
+    with _open(planner) as reader:
+        reader.recv(timeout=10)
+        drives.leave(mailbox, WATCHER)
+        assert _end(reader) == 4404
+
+
+def test_another_robot_ends_the_channel(planner: Planner, drives: SharedDrives) -> None:
+    """Its rows have other columns."""
+    mailbox: Any = drives.find(PLAN)
+    mailbox.newest = _snapshot(1)
+    with _open(planner) as reader:
+        reader.recv(timeout=10)
+        mailbox.newest = _snapshot(2, joints=7)
+        assert _end(reader) == 4409
+    eventually(lambda: drives.readers._value == MAX_READERS)  # every reader has left its place

@@ -1,0 +1,274 @@
+"""Sessions of clients: what a lost line ends, and what one client costs the others."""
+
+from __future__ import annotations
+
+import sqlite3
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import Future
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from session_doubles import CLIENT, HEAD, SAMPLE, Robot, fail, other_case, put_in_place
+
+from app.scene.plan import PlanItem
+from app.services import Services
+from app.session import client_sessions
+from app.session.client_session import ClientSession
+from app.session.client_sessions import ClientSessions, TooManyTabs
+from app.steps.rehearse.commands import HandCommand
+from app.steps.rehearse.step import RehearseStep
+from app.store.errors import StorageError
+from app.views.plan_items import plan_items
+
+
+class _Tabs:
+    def client_for(self, tab: str) -> None:
+        return None
+
+    def on_tab_connected(self, callback: Any) -> None:
+        pass
+
+    def on_tab_gone(self, callback: Any) -> None:
+        pass
+
+
+def _rehearse(session: ClientSession) -> RehearseStep:
+    step = session.steps["rehearse"]
+    assert isinstance(step, RehearseStep)
+    return step
+
+
+def _items(session: ClientSession) -> tuple[PlanItem, ...]:
+    key: Any = session.layers()["plan.items"].key
+    return tuple(key[0])
+
+
+def _settle(session: ClientSession) -> None:
+    """Wait until everything that was asked of a session is done."""
+    done: Future[None] = Future()
+    session.post(lambda: done.set_result(None))
+    done.result(20)
+
+
+@pytest.fixture
+def sessions(phantom_services: Services) -> Iterator[ClientSessions]:
+    """Its clock stands; a test lets it tick."""
+    made = ClientSessions(phantom_services, _Tabs(), lambda: "")
+    yield made
+    made.close()
+
+
+def test_a_window_is_refused_where_no_scene_could_be_had(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would wait for its scene for ever; one that closes makes drive for it."""
+    monkeypatch.setattr(client_sessions, "MAX_PAGES", 1)
+    sessions = ClientSessions(phantom_services, _Tabs(), lambda: "")
+    try:
+        sessions.connect("tab-one-0", {})
+        with pytest.raises(TooManyTabs):
+            sessions.connect("tab-two-0", {})
+        sessions.disconnect("tab-one-0")
+        sessions.connect("tab-two-0", {})
+        with pytest.raises(TooManyTabs):
+            sessions.connect("tab-one-0", {})
+    finally:
+        sessions.close()
+
+
+def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: ClientSessions) -> None:
+    """HAZ-11: after the grace the handle is free; the robot goes home, and the session ends, after longer."""
+    session = sessions.connect("tab-one-0", {"plan": SAMPLE})
+
+    def pass_by(seconds: float) -> None:
+        for _ in range(3):
+            sessions.beat(time.monotonic() + seconds)
+        _settle(session)
+
+    _settle(session)
+    drive = _rehearse(session).drive
+    assert drive is not None
+    drive.lease.take(CLIENT)
+    sessions.disconnect("tab-one-0")
+    sessions.connect("tab-one-0", {})
+    pass_by(client_sessions.LEASE_GRACE_S)
+    assert drive.lease.held_by(CLIENT), "it came back in time"
+    sessions.disconnect("tab-one-0")
+    pass_by(0.5 * client_sessions.LEASE_GRACE_S)
+    assert drive.lease.held_by(CLIENT), "it may still come back"
+    pass_by(client_sessions.LEASE_GRACE_S)
+    assert drive.lease.holder is None
+    assert drive.watchers == {"tab-one-0"}
+    pass_by(client_sessions.ABANDONED_S)
+    assert drive.watchers == set()
+    assert sessions.connect("tab-one-0", {}) is session
+    _settle(session)
+    drive = _rehearse(session).drive
+    assert drive is not None
+    assert drive.watchers == {"tab-one-0"}
+    sessions.disconnect("tab-one-0")
+    sessions.beat(time.monotonic() + client_sessions.ENDED_S)  # the handle first,
+    sessions.beat(time.monotonic() + client_sessions.ENDED_S)  # then the rehearsal,
+    sessions.beat(time.monotonic() + client_sessions.ENDED_S)  # then all of it
+    session._thread.join(20)
+    assert not session._thread.is_alive()
+    assert drive.watchers == set()
+    assert sessions.connect("tab-one-0", {}) is not session
+
+
+@pytest.mark.parametrize("given_up", range(3))
+def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
+    sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch, given_up: int
+) -> None:
+    """HAZ-11, HAZ-12: the clock finds it absent, it connects, and only then something would be given up."""
+    session, wait_for = sessions.connect("tab-one-0", {"plan": SAMPLE}), sessions._wait_for
+    _settle(session)
+    sessions.disconnect("tab-one-0")
+    late = time.monotonic() + client_sessions.ENDED_S
+    for _ in range(given_up):
+        sessions.beat(late)
+    _settle(session)
+
+    def comes_back(*values: Any) -> None:
+        assert sessions.connect("tab-one-0", {}) is session
+        wait_for(*values)
+
+    monkeypatch.setattr(sessions, "_wait_for", comes_back)
+    sessions.beat(late)
+    monkeypatch.undo()
+    _settle(session)
+    drive = _rehearse(session).drive
+    assert drive is not None
+    assert drive.watchers == {"tab-one-0"}
+    drive.lease.take(CLIENT)
+    sessions.disconnect("tab-one-0")
+    sessions.beat(time.monotonic() + client_sessions.LEASE_GRACE_S)
+    _settle(session)
+    assert drive.lease.holder is None
+
+
+def test_a_store_that_cannot_be_asked_is_logged_once_and_asked_again(
+    sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    ticks: list[bool] = []
+    monkeypatch.setattr(ClientSession, "tick", lambda self, changed: ticks.append(changed))
+    _settle(sessions.connect("tab-one-0", {"plan": SAMPLE}))
+    store, now = sessions._services.store, time.monotonic()
+    sessions.beat(now)
+    with monkeypatch.context() as broken:
+        connection = SimpleNamespace(execute=lambda statement: fail(sqlite3.OperationalError("disk I/O error")))
+        broken.setattr(store, "_watch", connection)
+        with pytest.raises(StorageError):
+            store.data_version()
+        for n in range(1, 4):
+            sessions.beat(now + n * client_sessions.LOOK_S)
+    sessions.beat(now + 4 * client_sessions.LOOK_S)
+    assert ticks == [True, False, False, False, False]
+    logged = [record.levelname for record in caplog.records if record.name == client_sessions.__name__]
+    assert logged == ["WARNING"]
+
+
+def test_a_page_that_is_away_costs_nothing(sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One clock for all: no tick and no look at the store for a closed tab; it catches up when it is back."""
+    ticks: list[str] = []
+    tick = ClientSession.tick
+
+    def counted(self: ClientSession, changed: bool) -> None:
+        ticks.append(self.client)
+        tick(self, changed)
+
+    monkeypatch.setattr(ClientSession, "tick", counted)
+    here, away = (sessions.connect(tab, {"plan": SAMPLE}) for tab in ("tab-here-0", "tab-away-0"))
+    for _ in range(2):  # what is published follows each request
+        _settle(away)
+    services = sessions._services
+    sessions.disconnect("tab-away-0")
+    now = time.monotonic()
+    plan = services.plans.create(HEAD, "Made elsewhere")
+    for n in range(100):
+        sessions.beat(now + 0.05 * n)
+    assert set(ticks) == {"tab-here-0"}
+    assert len(ticks) < 10, "nothing moves there either: a look now and then is enough"
+
+    def names(session: ClientSession) -> set[str]:
+        _settle(session)
+        _settle(session)  # what is published follows each request
+        section = session.view_model.read("plans")
+        return set() if section is None else {item["name"] for item in section["items"]}
+
+    assert "Made elsewhere" in names(here)
+    services.plans.rename(plan.id, "Renamed elsewhere")
+    services.plans.delete(plan.id)
+    assert "Renamed elsewhere" not in names(away)
+    sessions.connect("tab-away-0", {})
+    assert "Renamed elsewhere" in names(away)
+
+
+def test_slow_heads_keep_no_other_tab_waiting(sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reading a head takes minutes for three tabs; a fourth opens its own meanwhile."""
+    cases, done = sessions._services.cases, threading.Event()
+    slow, read = other_case(sessions._services), cases.display_meshes
+
+    def display_meshes(case_id: str) -> Any:
+        if case_id == slow.id:
+            done.wait(60)
+        return read(case_id)
+
+    monkeypatch.setattr(cases, "display_meshes", display_meshes)
+    try:
+        for n in range(3):
+            sessions.connect(f"tab-slow-{n}", {"case": slow.id})
+        quick = sessions.connect("tab-quick-0", {"case": HEAD})
+        deadline = time.monotonic() + 30
+        while quick.views.case.surface is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert quick.views.case.surface is not None
+    finally:
+        done.set()
+        cases.delete(slow.id)
+
+
+def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessions) -> None:
+    """In Rehearse the robot's own curve and targets, in Plan the plan's."""
+    services = sessions._services
+    plan = services.plans.duplicate(SAMPLE)
+    session = sessions.connect("tab-one-0", {"case": HEAD, "plan": plan.id})
+    _settle(session)
+    rehearse = _rehearse(session)
+    drive, robot = rehearse.drive, Robot()
+    assert drive is not None
+    put_in_place(drive, robot, plan)
+    services.plans.editor(plan.id).delete_point(plan.points[-1].id)
+    session.come_back()
+    _settle(session)
+    _settle(session)
+    drawn = _items(session)
+    assert len(drawn) == len(plan.points) + len(plan.targets) - 1
+    session.active.active, rehearse.active, session.active = False, True, rehearse
+    assert _items(session) == tuple(plan_items(plan))
+    shown = SimpleNamespace(show=lambda places, clearance: drawn_curve.append((places, clearance)))
+    drawn_curve: list[Any] = []
+    session.layers()["plan.curve"].show(shown)
+    ((places, clearance),) = drawn_curve
+    assert clearance is None
+    assert np.allclose(places[-1], plan.points[-1].position)
+    services.plans.delete(plan.id)
+
+
+def test_a_client_that_comes_back_with_less_gives_up_its_handle(sessions: ClientSessions) -> None:
+    session = sessions.connect("tab-one-0", {"plan": SAMPLE})
+    session.greet("holds")
+    _settle(session)
+    drive = _rehearse(session).drive
+    assert drive is not None
+    session.command(HandCommand(type="rehearsal.take"))
+    assert drive.lease.holder == CLIENT
+    session.greet("watches")
+    _settle(session)
+    assert drive.lease.holder is None
+    session.command(HandCommand(type="rehearsal.take"))
+    assert drive.lease.holder is None

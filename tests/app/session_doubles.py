@@ -1,0 +1,108 @@
+"""Stands for what a session and its steps need: executors that wait or do not, and the views of one client."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from app.messages.client import Client
+from app.services import Services
+from app.services.cases import Case, CaseFrame
+from app.services.plans import Plan
+from app.steps.plan.step import PlanStep
+from app.steps.rehearse.preparation import Prepared, plan_key
+from app.steps.rehearse.shared_drive import SharedDrive
+from app.views.plan_items import plan_items
+from app.views.views import Views
+from vfix_engine.control import ControlSettings
+from vfix_engine.geometry.mesh import TriangleMesh
+
+SAMPLE = "head-phantom-sample"
+HEAD = "head-phantom"
+CLIENT = Client("tab-one-0", "holds")
+
+
+class Later(Executor):
+    """Keeps the work until it is asked for."""
+
+    def __init__(self) -> None:
+        self.work: list[Callable[[], Any]] = []
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        self.work.append(lambda: fn(*args, **kwargs))
+        return Future()
+
+
+class Now(Executor):
+    """Does the work at once."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        fn(*args, **kwargs)
+        return Future()
+
+
+class Heard:
+    """Notes to the user: their words, errors or not."""
+
+    def __init__(self) -> None:
+        self.words: list[str] = []
+
+    def __call__(self, words: str, error: bool) -> None:
+        self.words.append(words)
+
+
+def views_of(services: Services, heard: Heard | None = None) -> Views:
+    """What the steps of one client share; requests are answered at once, work in the background waits."""
+    return Views(CLIENT, services, Later(), lambda request: request(), heard or Heard())
+
+
+def open_sample(services: Services, plan_id: str = SAMPLE, heard: Heard | None = None) -> PlanStep:
+    """The Plan step with a plan of the embedded head open."""
+    views = views_of(services, heard)
+    step = PlanStep(views)
+    views.open_first(HEAD, plan_id)
+    step.active = True
+    return step
+
+
+def other_case(services: Services) -> Case:
+    corners = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 10.0]])
+    mesh = TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    return services.cases.create("Other", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": mesh})
+
+
+def fail(error: Exception) -> Any:
+    raise error
+
+
+class Robot:
+    """Stands for the control process of a drive: ready at once, and notes what it is told."""
+
+    silence_s = 0.0
+
+    def __init__(self) -> None:
+        self.alive, self.told = True, []  # type: bool, list[str]
+
+    def events(self) -> list[Any]:
+        return []
+
+    def snapshot(self) -> None:
+        return None
+
+    def close(self) -> None:
+        self.alive = False
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *values: self.told.append(name)
+
+
+def put_in_place(drive: SharedDrive, robot: Robot, plan: Plan) -> None:
+    """Let a drive believe that this robot stands at the entry of a plan."""
+    curve = np.array([point.position for point in plan.points])
+    prepared = Prepared(SimpleNamespace(), ControlSettings(), tuple(plan_items(plan)), curve)  # type: ignore[arg-type]
+    drive._process, drive._state, drive._plan_key = robot, "ready", plan_key(plan)  # type: ignore[assignment]
+    drive._prepared = prepared

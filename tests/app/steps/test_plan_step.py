@@ -1,0 +1,193 @@
+"""The Plan step: which plan may be opened, what a drag leaves behind, whose dry run is shown."""
+
+from __future__ import annotations
+
+import re
+from types import SimpleNamespace
+
+import pytest
+from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case
+
+from app.services import Services
+from app.services.cases import Case
+from app.services.documents import DocumentKind
+from app.steps.plan import commands as c
+from app.steps.plan.dry_runs import Corridor, DryRuns
+from app.steps.plan.edited_plan import EditedPlan
+from app.steps.plan.hints import plan_hint
+from app.store.errors import StorageError
+from app.store.models import DocumentStateRow
+from vfix_engine.errors import InputError, PlanError
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
+
+
+def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The answer waits in the inbox behind the very edit that makes it old."""
+    waiting: list[tuple[int, Corridor]] = []
+    executor = Later()
+    runs = DryRuns(SimpleNamespace(), executor, lambda *answer: waiting.append(answer))  # type: ignore[arg-type]
+    monkeypatch.setattr(runs, "_answer", lambda plan, margin: Corridor("done", plan.id, completed=True))
+    runs.ask(SimpleNamespace(id="old"), 0.3)
+    executor.work.pop()()
+    runs.ask(SimpleNamespace(id="new"), 0.3)
+    runs.accept(*waiting.pop())
+    assert runs.current.status == "computing"
+    executor.work.pop()()
+    runs.accept(*waiting.pop())
+    assert runs.current.words == "new"
+
+
+def test_a_dry_run_whose_case_cannot_be_read_has_failed(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step, executor, ran = open_sample(phantom_services), Later(), list[Corridor]()
+    monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: fail(StorageError("the disk is broken")))
+    monkeypatch.setattr(phantom_services.planning, "evaluate", lambda plan: SimpleNamespace())
+    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
+    executor.work.pop()()
+    assert [(answer.status, answer.words) for answer in ran] == [("failed", "the disk is broken")]
+
+
+def test_a_plan_of_another_head_or_a_deleted_one_is_not_opened(phantom_services: Services) -> None:
+    services = phantom_services
+    other = other_case(services)
+    foreign = services.plans.create(other.id, "Foreign")
+    gone = services.plans.create(HEAD, "Gone")
+    services.plans.delete(gone.id)
+    step = open_sample(services)
+    for plan_id, words in ((foreign.id, "another head"), (gone.id, "deleted")):
+        for kind in ("plan.open", "plan.duplicate"):
+            with pytest.raises(PlanError, match=words):
+                step.handle(c.PlanCommand(type=kind, plan_id=plan_id))  # type: ignore[arg-type]
+            assert step.plan_id == SAMPLE
+    services.cases.delete(other.id)
+
+
+def test_the_newest_plan_of_a_head_is_opened(phantom_services: Services) -> None:
+    newest = phantom_services.plans.create(HEAD, "Newest")
+    step = open_sample(phantom_services)
+    step.open(HEAD, None)
+    assert step.plan_id == newest.id
+    phantom_services.plans.delete(newest.id)
+
+
+@pytest.mark.parametrize("end", ["cancel", "let_go", "undo", "delete", "elsewhere"])
+def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services, end: str) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    edited = EditedPlan(phantom_services, plan.id)
+    first, second = plan.points[0].id, plan.points[1].id
+    edited.rename(second, "Second")
+    edited.drag(first, (1.0, 2.0, 3.0))
+    assert edited.dragging
+    if end == "delete":
+        edited.delete(second)
+    elif end == "elsewhere":
+        phantom_services.plans.editor(plan.id).delete_point(first)
+        edited.refresh()
+    else:
+        getattr(edited, end)()
+    assert not edited.dragging
+    assert (1.0, 2.0, 3.0) not in edited.points()
+    phantom_services.plans.delete(plan.id)
+
+
+def test_the_path_is_coloured_with_what_an_export_says(phantom_services: Services) -> None:
+    step = open_sample(phantom_services)
+    evaluation = phantom_services.planning.evaluate(step.plan)
+    step._corridor.current = Corridor("done", evaluation=evaluation)
+    places, clearance = step.curve()
+    samples, _ = phantom_services.planning.curve(step.plan)
+    assert places is not None
+    assert clearance is not None
+    assert [tuple(place) for place in places.tolist()] == [sample.position for sample in samples]
+    assert clearance.min() == min(sample.clearance_mm for sample in samples if sample.clearance_mm is not None)
+
+
+def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phantom_services: Services) -> None:
+    step = open_sample(phantom_services)
+    ran: list[Corridor] = []
+    executor = Later()
+    corridor = DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer))
+    for margin in (0.3, 0.4):
+        corridor.ask(step.plan, margin)
+        executor.work.pop()()
+    assert re.fullmatch(
+        r"Fits: bone clearance 0\.\d\d mm at least, when the tip is at \d+ mm\. "
+        r"Passes \d\d mm of soft tissue, when the tip is at \d+ mm\.",
+        ran[0].words,
+    )
+    assert ran[0].view()["soft_tissue"]["complete"] is True
+    assert ran[0].warning.endswith("(0.38 mm: surface thinned), more than the margin of 0.30 mm")
+    assert ran[1].warning == ""
+    assert not ran[1].caution
+
+
+def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """2 mm slices leave a millimetre open: 0.7 mm from the surface may be bone."""
+    monkeypatch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 2.0))
+    step, executor = open_sample(phantom_services), Later()
+    ran: list[Corridor] = []
+    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
+    executor.work.pop()()
+    assert re.match(
+        r"Fits the surface only: bone clearance 0\.\d\d mm at least, when the tip is at \d+ mm, "
+        r"and bone may lie 1\.00 mm off its surface\. ",
+        ran[0].words,
+    )
+    assert ran[0].caution
+    assert ran[0].completed
+    assert "nearer to bone than the scan can tell" in plan_hint(3, 1, "point", False, False, True, ran[0].caution)
+
+
+def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = open_sample(phantom_services)
+    point, went = step.items()[2], list[object]()
+    monkeypatch.setattr(step.views.case, "go_to", went.append)
+    for number in (1, 2):
+        step.handle(c.ItemCommand(type="item.select", item_id=point.id))
+        assert went == number * [point.position]
+
+
+def test_the_list_of_plans_does_not_read_what_they_contain(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = open_sample(phantom_services)
+    read: list[str] = []
+    monkeypatch.setattr(DocumentKind, "content", lambda *_: read.append("content"))
+    step._plans = list(phantom_services.plans.titles(HEAD))
+    assert read == []
+    assert SAMPLE in [title.id for title in step._plans]
+
+
+def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_services: Services) -> None:
+    """The newest plan that can be read is opened, and the reason is said; one that goes bad while open is closed."""
+    services = phantom_services
+    good, bad = services.plans.duplicate(SAMPLE, "Good"), services.plans.duplicate(SAMPLE, "Bad")
+    step = open_sample(services)
+    step.handle(c.PlanCommand(type="plan.open", plan_id=bad.id))
+    with services.store.writing() as session:
+        state = session.get(DocumentStateRow, (bad.id, 0))
+        assert state is not None
+        state.content = {**state.content, "points": "none"}
+    with pytest.raises(InputError, match="'Bad' cannot be read"):
+        step.sections(fresh=True)
+    step.sections(fresh=True)
+    assert step.plan_id is None
+    assert "'Bad' cannot be read" in step.open(HEAD, None)
+    assert step.plan_id == good.id
+    assert step.open(HEAD, SAMPLE) == ""
+    for plan in (good, bad):
+        services.plans.delete(plan.id)
+
+
+def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    edited = EditedPlan(phantom_services, plan.id)
+    assert (edited.undo(), edited.redo()) == ("There is nothing to undo.", "There is nothing to redo.")
+    edited.rename(plan.points[0].id, "Entry")
+    assert (edited.undo(), edited.redo()) == ("", "")
+    phantom_services.plans.delete(plan.id)

@@ -1,0 +1,185 @@
+"""The Rehearse step: what is driven, who may drive it, and what the plan keeps of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from session_doubles import CLIENT, SAMPLE, Heard, Later, Robot, fail, put_in_place, views_of
+
+from app.messages.client import Client
+from app.services import Services
+from app.services.plans import Plan
+from app.steps.rehearse import commands as c
+from app.steps.rehearse.preparation import plan_key
+from app.steps.rehearse.shared_drives import SharedDrives
+from app.steps.rehearse.step import RehearseStep
+from app.store.errors import StorageError
+from vfix_engine.errors import PlanError
+
+OTHER = Client("tab-two-0", "holds")
+
+
+def _step(services: Services, plan: Plan, heard: Heard | None = None) -> RehearseStep:
+    """The active step of a client that has a plan open; the plan is always as the store has it."""
+    views = views_of(services, heard)
+    step = RehearseStep(views, SharedDrives())
+    views.plan.provide(lambda: services.plans.get(plan.id))
+    views.plan.opened()
+    step.active = True
+    return step
+
+
+def _act(step: RehearseStep, name: str) -> None:
+    step.handle(c.DriveCommand(type=f"rehearsal.{name}"))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def rehearsing(phantom_services: Services) -> Iterator[tuple[RehearseStep, Plan]]:
+    """The step with a copy of the sample open; its starts wait to be done."""
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    yield _step(phantom_services, plan), plan
+    phantom_services.plans.delete(plan.id)
+
+
+def _in_place(step: RehearseStep, plan: Plan) -> Robot:
+    """Put a robot in place for a plan."""
+    drive, robot = step.drive, Robot()
+    assert drive is not None
+    put_in_place(drive, robot, plan)
+    return robot
+
+
+@pytest.mark.parametrize("locked", [False, True])
+def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, locked: bool) -> None:
+    """The next dry run, the export and the next rehearsal use them; the robot that stands stays where it is."""
+    services = phantom_services
+    plan = services.plans.duplicate(SAMPLE)
+    services.plans.editor(plan.id).set_locked(locked)
+    plan = services.plans.get(plan.id)
+    heard = Heard()
+    step = _step(services, plan, heard)
+    drive = step.drive
+    assert drive is not None
+    drive.open(plan_key(plan), lambda: None, Later())  # type: ignore[arg-type,return-value]
+    drive.lease.take(CLIENT)
+    drive._talk._accepted = {"margin_mm": 0.5}
+    everything = step.tick()
+    after = services.plans.get(plan.id)
+    assert drive.is_for(plan_key(after))
+    if locked:
+        assert "this rehearsal only" in heard.words[0]
+        assert dict(after.settings) == dict(plan.settings)
+    else:
+        assert heard.words == []
+        assert after.settings["margin_mm"] == 0.5
+        assert everything
+    services.plans.editor(plan.id).set_locked(False)
+    services.plans.delete(plan.id)
+
+
+def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
+    rehearsing: tuple[RehearseStep, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """HAZ-11: the robot pauses and the handle is free first; the plan keeps the setting when the disk lets it."""
+    step, plan = rehearsing
+    robot, plans = _in_place(step, plan), step._services.plans
+    drive = step.drive
+    assert drive is not None
+    drive.lease.take(CLIENT)
+    drive._talk._accepted = {"margin_mm": 0.5}
+    with monkeypatch.context() as full:
+        full.setattr(plans, "editor", lambda plan_id: fail(StorageError("the disk is full")))
+        words = step._read()
+        assert [said.endswith("the plan could not keep them: the disk is full") for said in words] == [True]
+        assert step._read() == [], "it is said once"
+        step.give_up()
+    assert robot.told[-2:] == ["pause", "release"]
+    assert drive.lease.holder is None
+    step.come_back()
+    drive.lease.take(CLIENT)
+    assert step._read() == []
+    assert plans.get(plan.id).settings["margin_mm"] == 0.5
+
+
+def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan_has_changed(
+    phantom_services: Services, rehearsing: tuple[RehearseStep, Plan]
+) -> None:
+    """Start and Continue drive what is drawn, targets are those of the robot; Reset takes the plan as it is now."""
+    step, plan = rehearsing
+    robot, editor = _in_place(step, plan), phantom_services.plans.editor(plan.id)
+
+    def show() -> tuple[Any, Any]:
+        sections = step.sections(fresh=False)
+        return sections["rehearsal"], sections["driven"]
+
+    shown, driven = show()
+    assert (shown["plan_changed"], driven) == (False, None)
+    editor.rename_point(plan.targets[0].id, "Another name")
+    assert show()[1] is None, "a name is not driven"
+    first, second = plan.targets[:2]
+    editor.delete_target(first.id)
+    shown, driven = show()
+    assert shown["plan_changed"]
+    assert [target["id"] for target in driven["targets"]] == [target.id for target in plan.targets]
+    _act(step, "start")
+    assert robot.told == ["run"]
+    step.handle(c.SetMode(type="rehearsal.mode", mode="inspect", target_id=second.id))
+    assert step.drive is not None
+    assert step.drive.target_id == second.id
+    _act(step, "reset")
+    assert not robot.alive
+    assert step.drive.is_for(plan_key(editor.plan))
+
+
+def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tuple[RehearseStep, Plan]) -> None:
+    step, plan = rehearsing
+    step.enter()
+    assert step.state == "starting"
+    _act(step, "start")
+    robot = _in_place(step, plan)
+    step.tick()
+    assert robot.told == ["run"]
+
+
+@pytest.mark.parametrize("name", ["start", "reset", "end"])
+def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearseStep, Plan], name: str) -> None:
+    """HAZ-12: nothing of the holder's robot is moved or ended, and no 'ok' says that it was."""
+    step, plan = rehearsing
+    robot = _in_place(step, plan)
+    assert step.drive is not None
+    step.drive.lease.take(OTHER)
+    with pytest.raises(PlanError, match="only the window that holds the handle"):
+        _act(step, name)
+    for command in (
+        c.SetMode(type="rehearsal.mode", mode="free"),
+        c.SetRehearsalSettings(type="rehearsal.settings", values={"margin_mm": 1.0}),
+    ):
+        with pytest.raises(PlanError, match="only the window that holds the handle"):
+            step.handle(command)
+    assert robot.alive
+    assert robot.told == []
+
+
+def test_whoever_watches_may_pause_the_robot(rehearsing: tuple[RehearseStep, Plan]) -> None:
+    """HAZ-12: a colleague who sees something may stop it; leaving Rehearse stops nobody else's robot."""
+    step, plan = rehearsing
+    robot = _in_place(step, plan)
+    assert step.drive is not None
+    step.drive.lease.take(OTHER)
+    step.leave()
+    assert robot.told == []
+    _act(step, "pause")
+    assert robot.told == ["pause"]
+    assert step.drive.lease.held_by(OTHER)
+
+
+def test_a_process_that_hangs_is_ended_by_hand(rehearsing: tuple[RehearseStep, Plan]) -> None:
+    step, plan = rehearsing
+    robot = _in_place(step, plan)
+    assert step.drive is not None
+    step.drive._state = "silent"
+    assert "does not answer" in step.hint()
+    _act(step, "end")
+    assert (robot.alive, step.state) == (False, "absent")

@@ -1,0 +1,107 @@
+"""Scripted runs of the snake's system, for its tests: plans are adopted so many steps after they were asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from lumen_shapes import arc
+
+from benchmarks.lumen_attack.judge import Judge
+from vfix_engine.lumen.drive.drive_state import DriveSettings
+from vfix_engine.lumen.pathway.pathway import TissueMotion
+from vfix_engine.lumen.pathway.tissue_motion import breathing
+from vfix_engine.lumen.system import LumenContours, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
+from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime.background import InlineWorker
+from vfix_engine.runtime.command import Command, no_command
+from vfix_engine.runtime.driver import Driver
+
+BREATH = breathing((0.0, 0.3, 1.0), 6.0, 1.0, 60.0)  # up to 18 mm/s: a hurried breath
+AGE = 20  # steps from asking for a plan to adopting it
+
+
+def made_spec(
+    tissue: TissueMotion | None = None, links: int = 7, tip_s: float = 150.0, settings: SnakeSettings | None = None
+) -> SnakeSystemSpec:
+    """Seven links in a bend of 130 mm radius, 13 mm wide."""
+    pathway = arc(bend=130.0, turn=2.2, radius=13.0, contours=31)
+    contours = LumenContours(pathway.centre, pathway.radius, 61)
+    fixed = DriveSettings(bends=4, vertices_per_link=30)
+    return SnakeSystemSpec(contours, SnakeModel(links), settings or SnakeSettings(), fixed, tissue, tip_s)
+
+
+def hand(x: float = 0.0, y: float = 0.0, insert: float = 0.0, buttons: int = 0) -> Command:
+    """A command of the axes alone."""
+    return replace(no_command(), axes=(x, y, insert), buttons=buttons)
+
+
+def run(
+    system: SnakeSystem,
+    state: SnakeState,
+    commands: Iterable[Command],
+    plan: Callable[[object], object] | None = None,
+    age: int = AGE,
+) -> Iterator[SnakeState]:
+    """Every state; plans are ``plan``'s, the system's own planner's by default."""
+    driver = Driver(system, InlineWorker(plan or system.planner, age))
+    driver.state = state
+    for command in commands:
+        yield driver.step(command)
+
+
+def rows(system: SnakeSystem, states: Iterable[SnakeState]) -> np.ndarray:
+    """The recorder's rows of states."""
+    found = []
+    for state in states:
+        row = np.empty(len(system.row_layout))
+        system.row(state, row)
+        found.append(row)
+    return np.array(found)
+
+
+def tour(steps: int, seed: int = 0) -> list[Command]:
+    """In, about, straight, out: what each stretch does is drawn by the seed."""
+    random = np.random.default_rng(seed)
+    found: list[Command] = []
+    while len(found) < steps:
+        kind = int(random.integers(4))
+        x, y = random.uniform(-1.0, 1.0, 2)
+        one = [hand(insert=1.0), hand(x, y), hand(buttons=1), hand(insert=-1.0)][kind]
+        found += [one] * int(random.integers(30, 500 if kind == 1 else 150))
+    return found[:steps]
+
+
+TIGHT = SnakeSettings(bound_mm=2.0, tip_bound_mm=1.0)
+SAME_MM = 1e-9
+
+
+class Verdicts(NamedTuple):
+    """What another measure says of states one after the other.
+
+    violations: links beyond what is promised, their bound or what they had before in the same pathway. disagreements:
+    depths that the engine told otherwise. deepest_mm: beyond a bound. fastest: rad/s of a joint.
+    """
+
+    violations: int
+    disagreements: int
+    deepest_mm: float
+    fastest: float
+
+
+def judged(first: SnakeState, states: Iterable[SnakeState]) -> Verdicts:
+    """As benchmarks/lumen_attack does: kinematics and depths as printed, every vertex against every segment."""
+    before, violations, disagreements, deepest, fastest = first.drive, 0, 0, -np.inf, 0.0
+    judge = Judge(before.snake, before.query.vertices)
+    for state in states:
+        drive, now, there = state.drive, state.drive.state, before.state
+        deep = judge.depth(now.packed, now.windows, now.measured, now.q, now.base)
+        was = judge.depth(now.packed, now.windows, now.measured, there.q, there.base)
+        violations += bool((deep - np.maximum(drive.bound, was) > SAME_MM)[now.measured].any())
+        disagreements += bool((np.abs(deep - now.deviation.depth) > SAME_MM)[now.measured].any())
+        deepest = max(deepest, float((deep - drive.bound)[now.measured].max()))
+        fastest = max(fastest, float(np.abs(now.q - there.q).max()) / state.settings.step_s)
+        before = drive
+    return Verdicts(violations, disagreements, deepest, fastest)

@@ -1,0 +1,98 @@
+"""The control process of any world: its worker, its recorder, its axes (HAZ-11, HAZ-26)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.engine.runtime.tiny import Jump, TinySettings, TinySnapshot, TinySpec
+from vfix_engine.runtime import SetSettings, Straighten
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.runtime.replay import replay
+from vfix_engine.runtime.run import Run
+
+Process = ControlProcess[TinySnapshot]
+
+
+@pytest.fixture
+def process(tmp_path: Path) -> Iterator[Process]:
+    one: Process = ControlProcess(TinySpec(), real_time=False, record=tmp_path / "drive.run")
+    one.start()
+    one.wait_ready(60.0)
+    one.run()
+    yield one
+    one.close()
+
+
+def until(process: Process, wanted: Callable[[TinySnapshot], bool], sign: Callable[[], None]) -> TinySnapshot:
+    deadline = time.monotonic() + 20.0
+    while time.monotonic() < deadline:
+        sign()
+        snapshot = process.snapshot()
+        if snapshot is not None and wanted(snapshot):
+            return snapshot
+        time.sleep(0.02)
+    raise AssertionError(f"it did not come to that; the last was {process.snapshot()}")
+
+
+def test_a_drive_with_its_worker_is_recorded_and_driven_again(process: Process, tmp_path: Path) -> None:
+    until(process, lambda s: s.half > 0.0, lambda: process.drive(1))
+    process.apply(Jump(3.0))
+    process.apply(Straighten())  # which this world refuses
+    process.apply(SetSettings(TinySettings(2.0, 0.001)))
+    until(process, lambda s: s.half > 1.0, lambda: process.axes(0.0, 0.0, 1.0))
+    process.release()
+    time.sleep(0.3)
+    last = process.snapshot()
+    assert any(event.kind == "note" and "Straighten" in event.text for event in process.events())
+    process.close()
+    run = Run.read(tmp_path / "drive.run")
+    assert run.whole
+    assert run.lost == 0
+    assert last is not None
+    assert len(run.ticks) == last.steps
+    assert run.column("x")[-1] == last.q[0]
+    kinds = [event.kind for event in run.events]
+    assert kinds.count("request") == 2
+    workers = {event.content["result"]["process"] for event in run.events if event.kind == "adopt"}
+    assert len(workers) == 1, "one worker process for the whole drive"
+    assert replay(run, TinySpec()).same
+
+
+def test_axes_fade_when_nobody_is_heard_of(process: Process) -> None:
+    """HAZ-11: the dead man's switch is the loop's, whatever the world."""
+    until(process, lambda s: s.progress_mm > 1e-3, lambda: process.axes(0.0, 0.0, 0.5))
+    time.sleep(0.3)
+    one = process.snapshot()
+    time.sleep(0.2)
+    two = process.snapshot()
+    assert one is not None
+    assert two is not None
+    assert one.steps == two.steps
+    assert process.hand_lost
+    process.axes(np.nan, 0.0, 0.0)
+    time.sleep(0.1)
+    three = process.snapshot()
+    assert three is not None
+    assert three.steps == two.steps, "no number pushes nothing"
+
+
+def test_a_worker_that_dies_stops_no_tick(process: Process) -> None:
+    process.apply(Jump(-200.0))
+    first = until(process, lambda s: s.progress_mm < -100.0 and s.steps > 200, lambda: process.drive(1))
+    assert process._worker is not None
+    process._worker.join(10.0)
+    assert process._worker.exitcode == 3
+    later = until(process, lambda s: s.steps > first.steps + 50, lambda: process.drive(1))
+    assert later.q[0] > first.q[0]
+    notes: list[str] = []
+
+    def listen() -> None:
+        process.heartbeat()
+        notes.extend(event.text for event in process.events() if event.kind == "note")
+
+    until(process, lambda _: any("worker process ended" in text for text in notes), listen)

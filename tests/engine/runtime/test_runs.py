@@ -1,0 +1,116 @@
+"""A run is recorded, read back and driven again bit by bit, background work included (HAZ-13, HAZ-26)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.engine.runtime.tiny import Jump, TinySettings, TinySpec, halved
+from vfix_engine.errors import ControlError, InputError
+from vfix_engine.runtime import Command, Master, Reset, SetSettings, Straighten
+from vfix_engine.runtime.background import InlineWorker
+from vfix_engine.runtime.command import COMMAND_SIZE, command_from_row, command_to_row
+from vfix_engine.runtime.driver import Driver
+from vfix_engine.runtime.replay import replay
+from vfix_engine.runtime.run import PART, Run, RunWriter
+
+SPEC = TinySpec(0.7)
+
+
+def drive(folder: Path, steps: int = 60, close: bool = True) -> list[float]:
+    """Pushes at random, with every kind of event on the way; the numbers x after each step."""
+    random, system = np.random.default_rng(4), SPEC.build()
+    writer = RunWriter(folder, SPEC, system.row_layout, seed=4)
+    driver = Driver(system, InlineWorker(halved, 7), writer)
+    xs = []
+    for step in range(steps):
+        if step == 20:
+            driver.apply(SetSettings(TinySettings(1.3, 0.004)))
+        if step == 30:
+            driver.apply(Jump(random.normal()))
+            with pytest.raises(ControlError, match="no Straighten here"):
+                driver.apply(Straighten())
+        if step == 45:
+            driver.apply(Reset())
+        xs.append(driver.step(Command(random.normal(size=3), axes=(0.0, 0.0, random.normal()))).x)
+    if close:
+        writer.close()
+    else:
+        writer.abandon()
+    return xs
+
+
+def test_a_run_comes_back_as_it_was(tmp_path: Path) -> None:
+    xs = drive(tmp_path / "one.run")
+    run = Run.read(tmp_path / "one.run")
+    assert run.whole
+    assert run.column("x").tolist() == xs
+    assert [event.kind for event in run.events if event.kind != "adopt"] == ["request"] * 3
+    assert [(event.at, event.content["steps"]) for event in run.events if event.kind == "adopt"][:2] == [
+        (17, 10),
+        (27, 20),
+    ]
+    assert run.manifest["seed"] == 4
+    assert run.manifest["world"] == "tiny"
+    assert TinySpec.from_parts(run.manifest["spec"], run.arrays) == SPEC
+    with pytest.raises(InputError, match="no column 'y'"):
+        run.column("y")
+    with pytest.raises(InputError, match="exists already"):
+        drive(tmp_path / "one.run")
+
+
+def test_a_replay_is_the_same_to_the_last_bit(tmp_path: Path) -> None:
+    drive(tmp_path / "one.run")
+    again = replay(Run.read(tmp_path / "one.run"), SPEC)
+    assert again.same
+    assert again.largest_difference == 0.0
+    assert again.other_arithmetic == {}
+    assert len(again.states) == 61
+    assert any(state.half for state in again.states), "the worker took part"
+
+
+def test_a_replay_names_the_first_difference(tmp_path: Path) -> None:
+    """Of a command by one last bit, and of an adoption that is missing."""
+    drive(tmp_path / "one.run")
+    run = Run.read(tmp_path / "one.run")
+    ticks = run.ticks.copy()
+    ticks[12, 0] = np.nextafter(ticks[12, 0], 10.0)
+    assert replay(replace(run, ticks=ticks), SPEC).first_difference == 12
+    without = tuple(event for event in run.events if event.kind != "adopt")
+    assert replay(replace(run, events=without), SPEC).first_difference == 17
+    with pytest.raises(InputError, match="lost 3 steps"):
+        replay(replace(run, lost=3), SPEC)
+
+
+def test_a_run_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+    """HAZ-26."""
+    xs = drive(tmp_path / "one.run", close=False)
+    part = tmp_path / ("one.run" + PART)
+    for name, cut in (("ticks.f64", 11), ("events.jsonl", 5)):
+        data = (part / name).read_bytes()
+        (part / name).write_bytes(data[:-cut])
+    run = Run.read(part)
+    assert not run.whole
+    assert run.column("x").tolist() == xs[:-1]
+    again = replay(run, SPEC)
+    assert again.first_difference is None or again.first_difference >= 45
+    with pytest.raises(InputError, match="not a run"):
+        Run.read(tmp_path)
+
+
+def test_a_command_comes_back_bit_by_bit() -> None:
+    row = np.empty(COMMAND_SIZE)
+    random = np.random.default_rng(0)
+    for master in (None, Master(random.normal(size=3), False), Master(random.normal(size=3))):
+        command = Command(random.normal(size=3), -0.25, 1.0, master, (0.1, -0.2, 0.3), 5)
+        command_to_row(command, row)
+        again = command_from_row(row)
+        assert np.array_equal(again.force, command.force)
+        assert (again.drive, again.twist, again.axes, again.buttons) == (-0.25, 1.0, (0.1, -0.2, 0.3), 5)
+        assert (again.master is None) == (master is None)
+        if master is not None and again.master is not None:
+            assert np.array_equal(again.master.increment, master.increment)
+            assert again.master.clutch == master.clutch
