@@ -41,6 +41,7 @@ FREELY = MoveFreely()
 GUIDED = ("approach", "inspect_approach")  # phases in which the fixture chooses the direction
 NO_PATH = "path following needs a path of at least two points"
 
+_FLOAT = np.dtype(np.float64)
 _ZEROS = np.zeros(3)
 _ZEROS.setflags(write=False)
 
@@ -218,7 +219,8 @@ class RigidSystem:
         """
         settings, master = state.settings, command.master
         force, lag = hand_force(command.force, settings.force_cap_n), _ZEROS
-        drive, twist = share_of(command.drive, "drive"), share_of(command.twist, "twist")
+        drive = share_of(command.drive, "drive") if command.drive != 0 else 0.0
+        twist = share_of(command.twist, "twist") if command.twist != 0 else 0.0
         reach = math.inf
         if master is not None:
             lag = led(state.lag, master, settings)
@@ -314,8 +316,9 @@ class RigidSystem:
         """τ = (grip − centre) × f plus the twist about the shaft, in N·mm."""
         tip, tool = state.tool.tip, self.scene.tool
         lever = self._grip(state.tool) - centre
-        about = twist * state.settings.force_cap_n * tool.grip_from_bend * tip.rotation[:, 1]
-        torque: Array = cross(lever, force) + about
+        torque = cross(lever, force)
+        if twist:
+            torque += twist * state.settings.force_cap_n * tool.grip_from_bend * tip.rotation[:, 1]
         return torque
 
 
@@ -325,7 +328,7 @@ def hand_force(given: Array, cap: float) -> Array:
     Raises:
         InputError: it is no array of three numbers.
     """
-    force = array_of(given, "the force")
+    force = given if type(given) is np.ndarray and given.dtype is _FLOAT else array_of(given, "the force")
     if force.shape != (3,):
         raise InputError(f"the force has the shape {force.shape}; it is three numbers in N, in the patient frame")
     x, y, z = force.tolist()
