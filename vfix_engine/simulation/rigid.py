@@ -23,7 +23,7 @@ from .rigid_row import RowWriter
 from .rigid_snapshot import snapshot_of
 from .scene import Scene
 from .snapshot import Snapshot
-from .teleoperation import followed, led, spring
+from .teleoperation import advance_leader, consume_motion, spring
 from .warm_up import warm_up
 
 Array = NDArray[np.float64]
@@ -223,7 +223,7 @@ class RigidSystem:
         twist = share_of(command.twist, "twist") if command.twist != 0 else 0.0
         reach = math.inf
         if master is not None:
-            lag = led(state.lag, master, settings)
+            lag = advance_leader(state.lag, master, settings)
             force, drive, reach = spring(lag, settings), 0.0, length(lag)
         controller = self._controller_of(settings)
         if state.mode == "path":
@@ -237,7 +237,7 @@ class RigidSystem:
             report = controller.step(state.tool, FREELY, HandCommand(force, torque, reach))
             done = _Stepped(report, state.phase, state.nearest, force, torque)
         if master is not None:
-            lag = followed(lag, self._moved(state, done), done.phase in GUIDED)
+            lag = consume_motion(lag, self._moved(state, done), done.phase in GUIDED)
         return RehearsalState(
             done.report.state,
             state.mode,
