@@ -66,6 +66,7 @@ class ControlContext:
         self.generation = 0  # of the problem that the program's workspace belongs to
         self._rows = MAX_ROWS
         self._program = np.empty(program_size(self.layout.dof + 1, self._rows))
+        self._state_size = self.layout.size
         self._answer_size = answer_size(self.layout.dof, self.layout.dof + 1, MAX_ROWS)
         self._pairs = _pair_workspace(_PAIRS)
         self._arrays = *surroundings.arrays, *self._pairs  # what every step is handed, kept as one
@@ -125,12 +126,13 @@ class ControlContext:
         The problem is filled as ``solve_step`` would fill it.
         None where there is no answer or the motion is refused, which is told to the problem as well.
         """
-        wanted, given = problem.joined
-        state: StepState = problem.state
-        dof, most = self.layout.dof, len(given.bound) + MAX_ROWS
-        workspace, after = self.program_workspace(dof + 1, most), np.empty(self.layout.size)
-        answer = np.empty(self._answer_size if most == MAX_ROWS else answer_size(dof, dof + 1, most))
-        matrix, target, weight = wanted
+        (matrix, target, weight), given = problem.joined
+        state, after = problem.state, np.empty(self._state_size)
+        if given is self.no_rows:
+            workspace, answer = self._program, np.empty(self._answer_size)
+        else:
+            dof, count = self.layout.dof, len(given.bound) + MAX_ROWS
+            workspace, answer = self.program_workspace(dof + 1, count), np.empty(answer_size(dof, dof + 1, count))
         verdict, needed, displacement, share, rows, scale = fused_step(
             *self._arrays, state.numbers, matrix, target, weight, given.matrix, given.bound,
             problem.scale, problem.along, workspace, answer, after,
