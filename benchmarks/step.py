@@ -21,6 +21,7 @@ import numpy as np
 from benchmarks import cases, report
 from benchmarks.stack import PARTS, Stack
 from benchmarks.step_parts import StepParts
+from benchmarks.whole_step import WholeStep
 from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepRequest, StepState, Task
 from vfix_engine.simulation.rehearsal import Command, Rehearsal
 
@@ -48,6 +49,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
     Keys: median_us, p99_us of every step, those that gather triangles anew included; ratio_vs_stack,
     p99_ratio_vs_stack; split_us and floor_us by part; stack: the same of the stack.
+    whole_us: the rigid system's whole step with its recorder's row, the worst of three drives, whole_by each of them;
+    whole_over_step: over median_us; snapshot_us: apart; whole_stack_us: with the stack in the controller's place,
+    moving freely, and whole_ratio_vs_stack over ours there.
 
     Raises:
         BenchmarkRefused: coal is not installed, or the number of steps makes no sense.
@@ -81,6 +85,7 @@ class _Drive:
         self._clearances_apart: list[float] = []
         self._pairs: list[int] = []
         self._outcomes: Counter[str] = Counter()
+        self._whole: dict[str, Any] = {}
 
     def measure(self) -> dict[str, Any]:
         """Drive, take the steps again in turn with the stack, and tell."""
@@ -106,6 +111,8 @@ class _Drive:
                 if first % SPLIT_EVERY == 0:
                     parts.time(*block[-1])
                 gc.collect(0)
+            step_us = report.spread_us(self._ours)["median_us"]
+            self._whole = WholeStep(self._scene, self._settings, self._stack).measure(step_us)
         finally:
             if collecting:
                 gc.enable()
@@ -176,6 +183,7 @@ class _Drive:
             **ours,
             "ratio_vs_stack": theirs["median_us"] / ours["median_us"],
             "p99_ratio_vs_stack": theirs["p99_us"] / ours["p99_us"],
+            **self._whole,
             "in_the_rehearsal": driven,
             "split_us": split,
             "floor_us": floor,

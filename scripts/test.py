@@ -26,22 +26,31 @@ CHECKS = (
 )
 # The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself.
 PREPARATION = ("-c", "from vfix_engine.simulation.preparation import prepare; prepare()")
-# Two runs that can be made at once, since they only compute; all other tests have the machine for themselves then.
+# Runs that only compute, so that two of them can be made at once, the longest first; all other tests have the machine
+# for themselves then.
 AT_ONCE = {
-    "the lumen, the attack and mutants": (
-        "tests/engine/lumen",
+    "the lumen": ("tests/engine/lumen",),
+    "the attack and mutants": (
         "tests/app/test_file_mutants.py",
         "tests/engine/simulation/test_attack.py",
         "tests/engine/simulation/test_closed_loop.py",
     ),
-    "geometry, imaging, robots and hands": (
-        *(f"tests/engine/{name}" for name in ("fixtures", "geometry", "imaging", "phantom", "robots")),
-        *(
-            f"tests/engine/simulation/test_{name}.py"
-            for name in ("ingress", "motion_limits", "moving_anatomy", "standing_fixtures", "zones_closed_loop")
-        ),
+    "rehearsals and snakes by command": (
+        *(f"tests/app/test_{name}.py" for name in ("lumen_command", "rehearse_command", "rehearse_robots")),
+        "tests/app/test_rehearse_zones.py",
+    ),
+    "hands": tuple(
+        f"tests/engine/simulation/test_{name}.py"
+        for name in ("endoscope", "ingress", "motion_limits", "standing_fixtures", "teleoperation")
+    ),
+    "zones and moving anatomy": tuple(
+        f"tests/engine/simulation/test_{name}.py" for name in ("moving_anatomy", "soft_zones", "zones_closed_loop")
+    ),
+    "geometry, imaging and robots": tuple(
+        f"tests/engine/{name}" for name in ("fixtures", "geometry", "imaging", "phantom", "robots")
     ),
 }
+WORKERS = 2
 
 
 def main(arguments: "list[str]") -> int:
@@ -90,7 +99,7 @@ def run_every_test(python: Path, reports: Path) -> "dict[str, int]":
     def run(report: str, *arguments: str) -> int:
         return run_in_environment(python, "-m", "pytest", f"--junitxml={reports / report}.xml", *arguments)
 
-    with ThreadPoolExecutor(len(AT_ONCE)) as threads:
+    with ThreadPoolExecutor(WORKERS) as threads:
         runs = {name: threads.submit(run, name, "-q", *paths) for name, paths in AT_ONCE.items()}
         statuses = {f"tests of {name}": run.result() for name, run in runs.items()}
     statuses["other tests"] = run("others", *others)

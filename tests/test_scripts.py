@@ -270,6 +270,14 @@ def test_the_last_line_counts_the_page_s_unit_tests(
     assert the_test_script().counts([report]) == "1 passed, 1 failed, 1 skipped"
 
 
+def test_every_test_is_run_once(page_checks: ModuleType) -> None:
+    """What is named for the runs that are made at once exists, and none of it lies in another one's folder."""
+    paths = [ROOT / path for paths in the_test_script().AT_ONCE.values() for path in paths]
+    assert all(path.exists() for path in paths)
+    assert len(set(paths)) == len(paths)
+    assert not [(path, other) for path in paths for other in paths if other in path.parents]
+
+
 def test_the_continuous_integration_runs_the_test_script_and_nothing_else() -> None:
     run = ROOT / ".ci" / "run"
     commands = [line for line in run.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .geometry.path import SplinePath
     from .geometry.proximity import ProximityTree
     from .imaging.mesh_files import read_mesh
+    from .lumen.drive.snake_drive import SnakeDrive
     from .robots import RobotModel, Tool
     from .simulation.simulation import Simulation
 
@@ -55,6 +56,7 @@ _WHERE = {
     "ProximityTree": ".geometry.proximity",
     "RobotModel": ".robots",
     "Simulation": ".simulation.simulation",
+    "SnakeDrive": ".lumen.drive.snake_drive",
     "SplinePath": ".geometry.path",
     "Tool": ".robots",
     "TriangleMesh": ".geometry.mesh",
@@ -76,6 +78,7 @@ __all__ = [
     "Refused",
     "RobotModel",
     "Simulation",
+    "SnakeDrive",
     "Solution",
     "SplinePath",
     "StartRefused",

@@ -10,13 +10,13 @@ import sys
 from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.extras import has_app
-from app.services import build_services
+from app.services import Services, build_services
 from app.services.placing import stored_placing
 from app.services.plan_model import Plan
 from app.services.resolve import (
@@ -29,7 +29,7 @@ from app.services.resolve import (
 )
 from app.settings import Settings
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import InputError
+from vfix_engine.errors import InputError, VfixError
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.head_import import HeadRequest
@@ -43,6 +43,9 @@ from vfix_engine.simulation.recorder import CsvRecorder
 from vfix_engine.simulation.rehearsal import Rehearsal
 from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.snapshot import Snapshot
+
+if TYPE_CHECKING:  # a drive without a store keeps no run
+    from app.commands.recorded_run import RecordedRun
 
 NOTICE = "Not for clinical use."
 PUSHING_STEPS = 2000
@@ -102,7 +105,11 @@ def run(args: argparse.Namespace) -> int:
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     poses = Poses()
-    report |= _rehearse(Rehearsal(scene, settings), args, poses)
+    rehearsal = Rehearsal(scene, settings)
+    recorded = _recorded(services, rehearsal, args)
+    report |= _rehearse(rehearsal, args, poses, recorded)
+    if recorded is not None:
+        report["run"] = recorded.keep(case, plan)
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
@@ -184,9 +191,24 @@ def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]
     return np.array([plan.points[-1].position]), ("the path's end",)
 
 
-def _rehearse(rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses) -> dict[str, Any]:
+def _recorded(services: Services | None, rehearsal: Rehearsal, args: argparse.Namespace) -> RecordedRun | None:
+    """What writes the run; None without a store, and, told on stderr, with one that takes nothing."""
+    if services is None:
+        return None
+    from app.commands.recorded_run import RecordedRun
+
+    try:
+        return RecordedRun(services, rehearsal, args.seed if args.operator == "pushing" else None)
+    except (OSError, VfixError) as error:
+        say_notes([f"the run is not recorded: {error}"])
+        return None
+
+
+def _rehearse(
+    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None
+) -> dict[str, Any]:
     if args.record is None:
-        return _drive(HeadlessRun(rehearsal, poses.add), args)
+        return _drive(HeadlessRun(rehearsal, poses.add, recorded), args)
     try:
         with CsvRecorder(args.record) as recorder:
 
@@ -194,7 +216,7 @@ def _rehearse(rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses) -> d
                 recorder.add(snapshot)
                 poses.add(snapshot)
 
-            return _drive(HeadlessRun(rehearsal, keep), args)
+            return _drive(HeadlessRun(rehearsal, keep, recorded), args)
     except OSError as error:
         raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
 

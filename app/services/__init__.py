@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from app.services.jobs import Jobs
     from app.services.planning import Planning
     from app.services.plans import PlanService
+    from app.services.recordings import Recordings
     from app.services.registration import RegistrationContent
     from app.services.runs import RunService
     from app.settings import Settings
@@ -40,6 +41,7 @@ class Services:
     import_jobs: ImportJobs
     dry_runs: DryRuns
     runs: RunService
+    recordings: Recordings
 
     def sweep(self) -> None:
         """Remove what planners that ended without doing so have left."""
@@ -69,6 +71,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.jobs import Jobs
     from app.services.planning import Planning
     from app.services.plans import PlanService
+    from app.services.recordings import Recordings
     from app.services.registration import REGISTRATION
     from app.services.runs import RunService
     from app.store import Store
@@ -77,6 +80,7 @@ def build_services(settings: Settings) -> Services:
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
     planning, importing, jobs = Planning(cases, plans), ImportService(cases), Jobs()
+    runs = RunService(store)
     registrations, import_jobs = Documents(store, REGISTRATION), ImportJobs(jobs, importing)
     return Services(
         settings=settings,
@@ -89,5 +93,6 @@ def build_services(settings: Settings) -> Services:
         jobs=jobs,
         import_jobs=import_jobs,
         dry_runs=DryRuns(jobs, planning),
-        runs=RunService(store),
+        runs=runs,
+        recordings=Recordings(jobs, runs),
     )

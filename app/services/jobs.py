@@ -15,7 +15,7 @@ from app.clock import utc_now
 from app.services.errors import JobCancelled, NotFound, PlannerEnds
 from vfix_engine.errors import VfixError
 
-JobKind = Literal["import", "dry_run"]
+JobKind = Literal["import", "dry_run", "run"]
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[JobState] = frozenset({"done", "failed", "cancelled"})
 

@@ -24,11 +24,11 @@ from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, RunRow
 from vfix_engine.errors import InputError
+from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SPEC, TICKS
 
 Origin = Literal["page", "command line", "replay", "study"]
 
-MANIFEST, END = "manifest.json", "end.json"
-FILES = (MANIFEST, "spec.npz", "ticks.f64", "events.jsonl", END)
+FILES = (MANIFEST, SPEC, TICKS, EVENTS, END)
 MAX_BYTES = 4 << 30  # of all runs of a home together; the oldest give way
 MAX_JSON_BYTES = 4 << 20
 _FORGOTTEN_S = 3600.0  # a file that no run has may be one that is just being stored by another planner
@@ -79,7 +79,12 @@ class RunService:
         self._store, self._max_bytes = store, max_bytes
 
     def new_folder(self) -> Path:
-        """Where a drive may write its run: a path that is not there yet. What is not kept ends with the planner."""
+        """Where a drive may write its run: a path that is not there yet. What is not kept ends with the planner.
+
+        Raises StorageError where the data folder takes nothing.
+        """
+        if not self._store.writable:
+            raise StorageError("the data folder is only read.")
         return self._store.scratch.new_place() / "run"
 
     def keep(
@@ -90,6 +95,7 @@ class RunService:
         Raises InputError for a folder without a run, TooLarge for one that alone is more than is kept, NotFound for a
         case or plan that is not stored, and StorageError.
         """
+        folder = _written(folder)
         there = [folder / name for name in FILES if (folder / name).is_file()]
         manifest, end = _manifest(folder / MANIFEST), None
         if folder / END in there:
@@ -185,6 +191,18 @@ class RunService:
         """Delete files, while nobody else writes: a run that is stored meanwhile sees that they are gone."""
         for key in keys:
             self._store.run_files.remove(key)
+
+
+def has_ticks(folder: Path) -> bool:
+    """Whether a drive made a step and wrote it there, to the end or not."""
+    ticks = _written(folder) / TICKS
+    return ticks.is_file() and ticks.stat().st_size > 0
+
+
+def _written(folder: Path) -> Path:
+    """The folder under its name, or as a recording that was cut off has left it."""
+    part = folder.with_name(folder.name + PART)
+    return part if not folder.is_dir() and part.is_dir() else folder
 
 
 def _manifest(path: Path) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """A virtual fixture of your own: rows for one step, and a verdict on where that step leads.
 
-This one keeps the tip behind a plane, which it comes near only as fast as it can still stop. The rows guide; `keeps` is
-hard, so nothing that they miss gets through.
+This one keeps the tip behind a plane, which it comes near only as fast as it can still stop. The rows guide;
+`is_admissible` is hard, so nothing that they miss gets through.
 """
 
 from dataclasses import dataclass
@@ -10,9 +10,7 @@ import numpy as np
 import trimesh
 
 from vfix_engine import Simulation, TriangleMesh
-from vfix_engine.fixtures import Constraint, Rows, Situation, ToolState, approach_room
-
-DECELERATION = 300.0  # mm/s², the controller's own before bone
+from vfix_engine.fixtures import Constraint, Rows, Situation, StepState
 
 
 @dataclass(frozen=True)
@@ -24,11 +22,10 @@ class BehindPlane:
     def rows(self, now: Situation) -> Rows:
         jacobian = now.state.tip.jacobian[2:3]  # of the tip's z, over the joints
         matrix = np.column_stack([jacobian, np.zeros(1)])  # and nothing over the progress variable
-        left = self.height - now.state.tip.position[2]
-        bound = np.array([approach_room(left, DECELERATION, now.dt_s)])  # not `left`: the tool could not stop in it
+        bound = now.stop_before(self.height - now.state.tip.position[2])  # the slack itself leaves no way to stop
         return Rows((), (Constraint("plane", matrix, bound, np.arange(1), ("the plane",)),))
 
-    def keeps(self, before: ToolState, after: ToolState) -> bool:
+    def is_admissible(self, before: StepState, after: StepState) -> bool:
         return bool(after.tip.position[2] <= max(self.height, before.tip.position[2]) + 1e-9)
 
 

@@ -10,10 +10,13 @@ from run_folder import write_run
 
 from app.services.cases import Case
 from app.services.errors import NotFound, TooLarge
+from app.services.jobs import Jobs
 from app.services.plans import PlanService
+from app.services.recordings import Recordings
 from app.services.runs import FILES, RunService, StoredRun
 from app.settings import Settings
 from app.store import Store
+from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 
 
@@ -144,3 +147,43 @@ def test_a_file_that_a_deleted_run_took_along_is_stored_again(
     second = kept(runs, 200)
     assert store.run_files.has(spec)
     assert second.files["spec.npz"].sha256 == spec
+
+
+def test_a_recording_is_stored_by_a_job_once_its_drive_has_ended(
+    runs: RunService, plans: PlanService, case: Case, settings: Settings
+) -> None:
+    jobs = Jobs()
+    plan = plans.create(case.id, "Plan")
+    recording = Recordings(jobs, runs).new(plan)
+    assert recording is not None
+    part = write_run(recording.folder.with_name("run.part"), whole=False)  # its writer was cut off
+    recording.keep()
+    (job,) = jobs.list(case.id)
+    done = jobs.wait(job.id, 10)
+    assert (done.kind, done.state, done.subject) == ("run", "done", "Plan")
+    (run,) = runs.list(case.id, plan.id)
+    assert (run.id, run.origin, run.whole) == (done.result, "page", False)
+    assert not part.parent.exists()
+    jobs.close()
+
+
+def test_a_drive_without_a_step_leaves_no_run(runs: RunService, plans: PlanService, case: Case) -> None:
+    jobs = Jobs()
+    for ticks in (0, None):
+        recording = Recordings(jobs, runs).new(plans.create(case.id, "Plan"))
+        assert recording is not None
+        if ticks is not None:
+            write_run(recording.folder, ticks)
+        recording.keep()
+        assert not recording.folder.parent.exists()
+    jobs.close()
+    assert (jobs.list(), runs.list()) == ((), ())
+
+
+def test_where_nothing_can_be_written_a_drive_is_not_recorded_and_that_is_told(
+    store: Store, plans: PlanService, case: Case, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    plan = plans.create(case.id, "Plan")
+    monkeypatch.setattr(store, "_refusal", StorageError("full"))
+    assert Recordings(Jobs(), RunService(store)).new(plan) is None
+    assert "not recorded" in caplog.text

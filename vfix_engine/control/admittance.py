@@ -8,13 +8,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.vectors import length
+
 Array = NDArray[np.float64]
 
 
 def saturate(vector: Array, cap: float) -> Array:
     """The vector, shortened to length ``cap`` where it is longer."""
-    length = float(np.linalg.norm(vector))
-    return vector if length <= cap else vector * (cap / length)
+    size = length(vector)
+    return vector if size <= cap else vector * (cap / size)
 
 
 def path_velocity(
@@ -35,12 +37,12 @@ def path_velocity(
     """
     along = tangent * (tangent @ force)
     across = offset - tangent * (tangent @ offset)
-    strength = float(np.linalg.norm(force))
+    strength = length(force)
     preferred = (1.0 - k_d) * along + k_d * strength * saturate(across / capture, 1.0)  # eq. 11
-    length = float(np.linalg.norm(preferred))
-    if length < 1e-12 * max(strength, 1e-300) or strength == 0.0:
+    size = length(preferred)
+    if size < 1e-12 * max(strength, 1e-300) or strength == 0.0:
         return k_tau * gain * (force - along)
-    direction = preferred / length
+    direction = preferred / size
     share = float(direction @ force)
     velocity: Array = gain * max(share, 0.0) * direction + gain * k_tau * (force - share * direction)  # eq. 10
     return velocity
@@ -55,10 +57,10 @@ def approach_velocity(force: Array, towards: Array, *, gain: float, fastest: flo
         towards: from the point to its goal (3,) in mm.
         fastest: speed in mm/s from which it can still stop at the goal.
     """
-    distance = float(np.linalg.norm(towards))
+    distance = length(towards)
     if distance == 0.0:
         return np.zeros(3)
-    return towards * (min(gain * float(np.linalg.norm(force)), fastest) / distance)
+    return towards * (min(gain * length(force), fastest) / distance)
 
 
 def slew_limited(now: Array, wanted: Array, change: float) -> tuple[Array, float]:
@@ -68,7 +70,7 @@ def slew_limited(now: Array, wanted: Array, change: float) -> tuple[Array, float
     A hand that is gone wants 0: the same line brings the tool to rest, along its fixture.
     """
     difference = wanted - now
-    length = float(np.linalg.norm(difference))
-    if length <= change:
+    size = length(difference)
+    if size <= change:
         return wanted, 1.0
-    return now + difference * (change / length), change / length
+    return now + difference * (change / size), change / size

@@ -66,6 +66,7 @@ class ControlContext:
         self.generation = 0  # of the problem that the program's workspace belongs to
         self._rows = MAX_ROWS
         self._program = np.empty(program_size(self.layout.dof + 1, self._rows))
+        self._answer_size = answer_size(self.layout.dof, self.layout.dof + 1, MAX_ROWS)
         self._pairs = _pair_workspace(_PAIRS)
         self._arrays = *surroundings.arrays, *self._pairs  # what every step is handed, kept as one
 
@@ -128,7 +129,7 @@ class ControlContext:
         state: StepState = problem.state
         dof, most = self.layout.dof, len(given.bound) + MAX_ROWS
         workspace, after = self.program_workspace(dof + 1, most), np.empty(self.layout.size)
-        answer = np.empty(answer_size(dof, dof + 1, most))
+        answer = np.empty(self._answer_size if most == MAX_ROWS else answer_size(dof, dof + 1, most))
         matrix, target, weight = wanted
         verdict, needed, displacement, share, rows, scale = fused_step(
             *self._arrays, state.numbers, matrix, target, weight, given.matrix, given.bound,

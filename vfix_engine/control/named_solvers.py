@@ -12,7 +12,7 @@ from scipy.sparse import csc_matrix
 from ..errors import ControlError
 
 if TYPE_CHECKING:
-    from .qp import Problem
+    from .qp import Program
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ def check_name(solver: str, ours: tuple[str, ...]) -> None:
         raise ControlError(f"QP solver '{solver}' is not installed; available are: {known}")
 
 
-def solve_by_name(problem: Problem, solver: str) -> tuple[Array, Array] | None:
+def solve_by_name(problem: Program, solver: str) -> tuple[Array, Array] | None:
     """The solver's x and multipliers, as it found them; None where it has no answer."""
     convert = csc_matrix if solver in qpsolvers.sparse_solvers else np.asarray
     stated = qpsolvers.Problem(

@@ -117,8 +117,9 @@ class Problem:
         Raises:
             ControlError: another problem was built since; its numbers are where this one's were.
         """
+        if self._generation != self.context.generation:
+            raise ControlError("the problem's numbers are overwritten: another problem was built since")
         if self._program is None:
-            self._check_current()
             if self._filled is None:
                 self._program = self._assembled()
             else:
@@ -200,10 +201,6 @@ class Problem:
         if given.soft:
             qp.soften(program, given)
         return program
-
-    def _check_current(self) -> None:
-        if self._generation != self.context.generation:
-            raise ControlError("the problem's numbers are overwritten: another problem was built since")
 
 
 def row_names(problem: Problem) -> tuple[Row, ...]:

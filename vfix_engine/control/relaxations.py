@@ -119,7 +119,8 @@ def _moved(
     problem: Problem | None = None,
 ) -> StepReport:
     """The report of a certified step; ``solution`` None: it is still in the workspace, as the fused kernel left it."""
-    request, whole, broken = attempt.request, share == 1.0 and gentle, attempt.state.broken
+    request, whole, state = attempt.request, share == 1.0 and gentle, attempt.state
+    broken = state.numbers[state.layout.broken_place]
     emergency = False
     if broken or not whole:
         made = attempt.found_step() if step is None else step

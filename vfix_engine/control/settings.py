@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 from ..errors import InputError
@@ -56,12 +57,12 @@ class ControlSettings:
                 unit = f" {bound.unit}" if bound.unit else ""
                 raise InputError(f"{bound.label} ({name}) is {value!r}; allowed is {bound.low} … {bound.high}{unit}")
 
-    @property
+    @cached_property
     def reach_mm(self) -> float:
         """How far the boundary looks: the threshold, and beyond the margin whatever that is."""
         return max(self.threshold_mm, self.margin_mm + 1.0)
 
-    @property
+    @cached_property
     def sight_speed_mm_per_s(self) -> float:
         """The speed that no part of the tool is asked to exceed: from it, it can stop before anatomy not seen yet."""
         change = self.approach_deceleration_mm_per_s2 * self.dt_s**2

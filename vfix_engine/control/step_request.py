@@ -81,12 +81,15 @@ def request_of(tasks: Task | Sequence[Task], state: StepState, command: Any) -> 
     Raises:
         InputError: there is no task, or a task answers something that is no ``StepRequest``.
     """
-    several = tasks if isinstance(tasks, Sequence) else (tasks,)
-    if not several:
-        raise InputError("a step needs at least one task")
-    if len(several) == 1:
-        return completed(several[0].request(state, command))
-    return joined([completed(task.request(state, command)) for task in several])
+    if isinstance(tasks, (list, tuple)):
+        if not tasks:
+            raise InputError("a step needs at least one task")
+        if len(tasks) > 1:
+            return joined([completed(task.request(state, command)) for task in tasks])
+        tasks = tasks[0]
+    if not hasattr(tasks, "request"):
+        raise InputError(f"a {type(tasks).__name__} is no task: it has no request(state, command)")
+    return completed(tasks.request(state, command))
 
 
 def completed(request: StepRequest) -> StepRequest:
@@ -100,7 +103,7 @@ def completed(request: StepRequest) -> StepRequest:
     whole = sum(o.weight * float(o.target @ o.target) for o in request.objectives)
     along = request.along
     if along is None and size > 0.0:
-        along = sum(o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives) / size
+        along = np.sum([o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives], axis=0) / size
     return replace(request, scale=float(np.sqrt(whole)), along=along)
 
 

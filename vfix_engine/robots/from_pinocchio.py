@@ -28,7 +28,8 @@ def robot_from_pinocchio(
         names = ", ".join(frame.name for frame in list(model.frames)[:20])
         raise RobotError(f"the Pinocchio model has no frame '{tip_frame}'; it has {names}")
     frame = model.frames[model.getFrameId(tip_frame)]
-    chain, joint = [], int(frame.parentJoint)
+    chain: list[int] = []
+    joint = int(frame.parentJoint)
     while joint > 0:
         chain.insert(0, joint)
         joint = int(model.parents[joint])
@@ -52,19 +53,20 @@ def _joint(model: pin.Model, data: pin.Data, i: int, weight: float | None) -> tu
     where, assumed = f"joint '{name}'", []
     if given.nv != 1:
         raise RobotError(f"{where} is a {given.shortname()}: a chain needs revolute and prismatic joints")
-    column = pin.getJointJacobian(model, data, i, pin.ReferenceFrame.LOCAL)[:, given.idx_v]
+    jacobian = pin.getJointJacobian(model, data, i, pin.ReferenceFrame.LOCAL)
+    column = jacobian.reshape(6, -1)[:, given.idx_v]  # of a model with one joint it is a vector
     shift, turn = column[:3], column[3:]
     if np.allclose(shift, 0.0) == np.allclose(turn, 0.0):
         raise RobotError(f"{where} is a {given.shortname()}: a chain needs revolute and prismatic joints")
     kind = "prismatic" if np.allclose(turn, 0.0) else "revolute"
     axis, unit = (shift, MM_PER_M) if kind == "prismatic" else (turn, 1.0)
-    limits = (np.inf, np.inf)
+    lower, upper = -np.inf, np.inf
     if given.nq == 1:  # a joint without limits may be two numbers, cosine and sine
-        limits = float(-model.lowerPositionLimit[given.idx_q]), float(model.upperPositionLimit[given.idx_q])
-    if not max(abs(limit) for limit in limits) < _LARGEST:
+        lower, upper = float(model.lowerPositionLimit[given.idx_q]), float(model.upperPositionLimit[given.idx_q])
+    if not max(abs(lower), abs(upper)) < _LARGEST:
         if kind == "prismatic":
             raise RobotError(f"{where} has no limits; set lowerPositionLimit and upperPositionLimit of the model")
-        limits = (CONTINUOUS_RANGE, CONTINUOUS_RANGE)
+        lower, upper = -CONTINUOUS_RANGE, CONTINUOUS_RANGE
         assumed.append(f"{where} has no limits: eight turns either way are assumed")
     speed = float(model.velocityLimit[given.idx_v]) * unit
     if not 0.0 < speed < _LARGEST * unit:
@@ -72,7 +74,7 @@ def _joint(model: pin.Model, data: pin.Data, i: int, weight: float | None) -> tu
         assumed.append(f"{where} has no speed: {speed:g} {'mm' if kind == 'prismatic' else 'rad'}/s is assumed")
     assumed.append(f"{where} has no acceleration: a stop from top speed within {ASSUMED_STOP_S:g} s is assumed")
     x, y, z = (axis / np.linalg.norm(axis)).tolist()
-    lower, upper = -limits[0] * unit, limits[1] * unit
+    lower, upper = lower * unit, upper * unit
     source = "; ".join(["Pinocchio", *(note.removeprefix(f"{where} ") for note in assumed)])
     made = Joint(
         name, kind, (x, y, z), lower, upper, speed, speed / ASSUMED_STOP_S, source,

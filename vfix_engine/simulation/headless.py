@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import ControlError
+from ..runtime.command import COMMAND_SIZE, command_to_row
+from ..runtime.driver import Log
+from ..runtime.requests import Reset, SetTask
 from .dry_run import dry_run
 from .operators import Operator, PushingOperator, ScriptedOperator
 from .rehearsal import ON_PATH_MM, Rehearsal, RehearsalState
@@ -72,15 +75,21 @@ class Tally:
 
 
 class HeadlessRun:
-    """Steps a rehearsal with an operator and tells every snapshot to ``keep``."""
+    """Steps a rehearsal with an operator and tells every snapshot to ``keep``.
 
-    def __init__(self, rehearsal: Rehearsal, keep: Keep):
-        self.rehearsal, self._keep, self.tally = rehearsal, keep, Tally()
+    log: where every command with the system's row, and every request, goes, as ``runtime.driver`` has them; None:
+        nowhere.
+    """
+
+    def __init__(self, rehearsal: Rehearsal, keep: Keep, log: Log | None = None):
+        self.rehearsal, self._keep, self._log, self.tally = rehearsal, keep, log, Tally()
+        self._line = np.zeros(COMMAND_SIZE + len(rehearsal.system.row_layout))
+        self._started = False
         self.least_of_zones = [np.inf] * len(rehearsal.controller.zones)  # [mm], of the whole tool to each so far
 
     def follow(self) -> Snapshot:
         """Along the path to its end, or until the hand gives up."""
-        state = self.rehearsal.start("path")
+        state = self._start()
         return self._drive(state, ScriptedOperator(), lambda s: s.phase == "done")[1]
 
     def push(self, steps: int, seed: int, free: bool) -> dict[str, Any]:
@@ -89,12 +98,12 @@ class HeadlessRun:
         dry = dry_run(rehearsal.scene, rehearsal.settings)
         tightest = float(dry.s[dry.clearance.argmin()])
         state, snapshot = self._drive(
-            rehearsal.start("path"),
+            self._start(),
             ScriptedOperator(),
             lambda s: s.progress_mm >= tightest or s.phase == "done",
         )
         if free:
-            state = rehearsal.with_mode(state, "free")
+            state = self._with_task(state, "free")
             self.tally.errors.clear()  # without the fixture the path is no reference
         operator = PushingOperator(seed)
         pushed = Tally()
@@ -122,11 +131,11 @@ class HeadlessRun:
         if rehearsal.scene.path is None:
             raise ControlError("inspection starts from a path; the plan has none")
         goal, name = rehearsal.scene.targets[target], rehearsal.scene.target_names[target]
-        state = self._to_best_view(rehearsal.start("path"), goal)
+        state = self._to_best_view(self._start(), goal)
         for attempt in range(ATTEMPTS):
             if attempt:
                 state = self._back_off(state)
-            state = rehearsal.with_mode(state, "inspect", target)
+            state = self._with_task(state, "inspect", target)
             state, snapshot = self._drive(state, ScriptedOperator(), _arrival())
             if snapshot.phase == "inspect_hold":
                 return {"target": name, "reached": True, "reason": ""} | self._swing(state, steps)
@@ -146,7 +155,7 @@ class HeadlessRun:
 
     def _back_off(self, state: RehearsalState) -> RehearsalState:
         """Back onto the path and some way out along it."""
-        state = self.rehearsal.with_mode(state, "path")
+        state = self._with_task(state, "path")
         out = self.rehearsal.snapshot(state).progress_mm - BACK_OFF_MM
         back = ScriptedOperator(drive=-1)
         return self._drive(state, back, lambda s: s.phase == "follow" and s.progress_mm <= max(out, 0.0))[0]
@@ -162,6 +171,21 @@ class HeadlessRun:
             return snapshot.phase == "done" or distance > nearest + PASSED_MM
 
         return self._drive(state, ScriptedOperator(), passed)[0]
+
+    def _start(self) -> RehearsalState:
+        """At the entry, on the path."""
+        state = self.rehearsal.start("path")
+        if self._log is not None and self._started:
+            self._log.event("request", Reset())
+        self._started = True
+        return state
+
+    def _with_task(self, state: RehearsalState, task: str, target: int = 0) -> RehearsalState:
+        """The same pose and speed with another task."""
+        state = self.rehearsal.with_mode(state, task, target)
+        if self._log is not None:
+            self._log.event("request", SetTask(task, target))
+        return state
 
     def _drive(
         self, state: RehearsalState, operator: Operator, stop: Callable[[Snapshot], bool]
@@ -186,6 +210,10 @@ class HeadlessRun:
         self.tally.add(snapshot, time.perf_counter() - begin)
         nearest = state.tool.distance[1:].min(axis=1)
         self.least_of_zones = [min(*pair) for pair in zip(self.least_of_zones, nearest.tolist(), strict=True)]
+        if self._log is not None:
+            command_to_row(command, self._line)
+            self.rehearsal.system.row(state, self._line[COMMAND_SIZE:])
+            self._log.tick(self._line)
         self._keep(snapshot)
         return state, snapshot
 

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from ..control import Controller, ControlSettings, StepReport
 from ..control.qp import DUAL
+from ..control.tasks import PathPoint
 from ..fixtures import Zone
 from ..geometry.proximity import Proximity
 from ..runtime.command import Command, Master
-from .rigid import MODES, ON_PATH_MM, LastStep, PathPoint, RehearsalState, RigidSystem
+from .rigid import MODES, ON_PATH_MM, LastStep, RehearsalState, RigidSystem
 from .rigid_snapshot import lazy_snapshot, snapshot_of
 from .scene import Scene
 from .snapshot import Snapshot

@@ -14,6 +14,7 @@ from ..control.admittance import saturate
 from ..control.qp import DUAL
 from ..control.tasks import ApproachPath, ApproachTarget, FollowPath, InspectTarget, MoveFreely, PathPoint, view_point
 from ..errors import ControlError, InputError
+from ..geometry.vectors import cross, length
 from ..runtime.command import Command
 from ..runtime.requests import Request, SetSettings, SetTask
 from ..runtime.system import Background, Column, Grip
@@ -36,6 +37,7 @@ SEARCH_WINDOW_MM = 5.0  # closest point is searched this far along the path, nev
 STILL = 1e-9  # joint speed in mm/s and rad/s that is none
 
 MODES = ("path", "inspect", "free")
+FREELY = MoveFreely()
 GUIDED = ("approach", "inspect_approach")  # phases in which the fixture chooses the direction
 NO_PATH = "path following needs a path of at least two points"
 
@@ -99,6 +101,8 @@ class RigidSystem:
     def __init__(self, scene: Scene, settings: ControlSettings, solver: str = DUAL):
         self.scene, self.first_settings, self.solver = scene, settings, solver
         self.controller = self._controller(settings)
+        self._inspections = tuple(InspectTarget(target) for target in scene.targets)
+        self._approaches = tuple(ApproachTarget(target) for target in scene.targets)
         self._row = RowWriter(scene)
         self.row_layout: tuple[Column, ...] = self._row.layout
 
@@ -162,7 +166,7 @@ class RigidSystem:
             if self.scene.path is None:
                 raise ControlError(NO_PATH)
             nearest = PathPoint(*self.scene.path.closest(state.tool.tip.position))
-            off = _length(nearest.position - state.tool.tip.position)
+            off = length(nearest.position - state.tool.tip.position)
             phase = "follow" if off <= LEAVE_PATH_MM else "approach"
             return replace(state, mode=mode, phase=phase, nearest=nearest)
         if mode == "inspect":
@@ -218,7 +222,7 @@ class RigidSystem:
         reach = math.inf
         if master is not None:
             lag = led(state.lag, master, settings)
-            force, drive, reach = spring(lag, settings), 0.0, _length(lag)
+            force, drive, reach = spring(lag, settings), 0.0, length(lag)
         controller = self._controller_of(settings)
         if state.mode == "path":
             done = self._path_step(controller, state, force, drive, reach)
@@ -228,7 +232,7 @@ class RigidSystem:
             # Li 2007, V.F: the master moves the tip; on the grip a force turns the tool as well.
             lever = state.tool.tip.position
             torque = self._torque(state, twist, force if master is None else _ZEROS, lever)
-            report = controller.step(state.tool, MoveFreely(), HandCommand(force, torque, reach))
+            report = controller.step(state.tool, FREELY, HandCommand(force, torque, reach))
             done = _Stepped(report, state.phase, state.nearest, force, torque)
         if master is not None:
             lag = followed(lag, self._moved(state, done), done.phase in GUIDED)
@@ -256,7 +260,7 @@ class RigidSystem:
             force = force + drive * settings.force_cap_n * near.tangent
         force = saturate(force, settings.force_cap_n)
         limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
-        phase = "follow" if _length(offset) <= limit else "approach"
+        phase = "follow" if length(offset) <= limit else "approach"
         task: Task = ApproachPath(path, near) if phase == "approach" else FollowPath(path, near)
         report = controller.step(state.tool, task, HandCommand(force, _ZEROS, reach))
         after = PathPoint(*path.closest(report.state.tip.position, near.s, SEARCH_WINDOW_MM))
@@ -274,7 +278,7 @@ class RigidSystem:
     ) -> _Stepped:
         target, tool, settings = self.scene.targets[state.target], self.scene.tool, state.settings
         centre = view_point(state.tool, tool, settings.view_distance_mm)
-        off = _length(centre - target)
+        off = length(centre - target)
         tolerance = settings.target_tolerance_mm
         arrived = off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance)
         phase = "inspect_hold" if arrived else "inspect_approach"
@@ -282,14 +286,14 @@ class RigidSystem:
         task: Task
         if phase == "inspect_hold":
             torque = self._torque(state, twist, force, centre)
-            lever = _length(self._grip(state.tool) - centre)
-            task, hand = InspectTarget(target), HandCommand(force, torque, reach / lever)
+            lever = length(self._grip(state.tool) - centre)
+            task, hand = self._inspections[state.target], HandCommand(force, torque, reach / lever)
         else:
             pull = force
             if drive > 0:
                 cap = settings.force_cap_n
                 pull = saturate(force + drive * cap * _unit(target - centre), cap)
-            task, hand = ApproachTarget(target), HandCommand(pull, _ZEROS, reach)
+            task, hand = self._approaches[state.target], HandCommand(pull, _ZEROS, reach)
         return _Stepped(controller.step(state.tool, task, hand), phase, state.nearest, force, torque)
 
     def _moved(self, state: RehearsalState, done: _Stepped) -> Array:
@@ -311,7 +315,7 @@ class RigidSystem:
         tip, tool = state.tool.tip, self.scene.tool
         lever = self._grip(state.tool) - centre
         about = twist * state.settings.force_cap_n * tool.grip_from_bend * tip.rotation[:, 1]
-        torque: Array = _cross(lever, force) + about
+        torque: Array = cross(lever, force) + about
         return torque
 
 
@@ -325,21 +329,12 @@ def hand_force(given: Array, cap: float) -> Array:
     if force.shape != (3,):
         raise InputError(f"the force has the shape {force.shape}; it is three numbers in N, in the patient frame")
     x, y, z = force.tolist()
-    if not (x or y or z) or not math.isfinite(x + y + z):
+    largest = max(abs(x), abs(y), abs(z))
+    if largest == 0.0 or not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
         return _ZEROS
-    return saturate(np.clip(force, -FORCE_LIMIT_N, FORCE_LIMIT_N), cap)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """a × b; NumPy's own takes ten times as long for two vectors."""
-    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-
-
-def _length(vector: Array) -> float:
-    return math.sqrt(vector.dot(vector))
+    return saturate(force if largest <= FORCE_LIMIT_N else np.clip(force, -FORCE_LIMIT_N, FORCE_LIMIT_N), cap)
 
 
 def _unit(vector: Array) -> Array:
-    length = _length(vector)
-    return vector / length if length > 0 else vector
+    size = length(vector)
+    return vector / size if size > 0 else vector

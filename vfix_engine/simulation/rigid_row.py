@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fixtures.state import Layout
 from ..runtime.system import Column
 from .scene import Scene
 
@@ -18,6 +19,9 @@ Array = NDArray[np.float64]
 
 OUTCOMES = ("idle", "moved", "shrunk", "held")  # ``outcome`` is the place in here
 PHASES = ("free", "approach", "follow", "done", "inspect_approach", "inspect_hold")  # as is ``phase``
+_PHASE = {name: float(place) for place, name in enumerate(PHASES)}
+_OUTCOME = {name: float(place) for place, name in enumerate(OUTCOMES)}
+_FIELDS = ("q", "velocity", "position", "rotation", "start", "end", "distance")  # of a measured state
 _XYZ = ("x", "y", "z")
 
 
@@ -47,25 +51,35 @@ class RowWriter:
         sizes = (len(joints), len(joints), 3, 9, 3 * parts, 3 * parts, bodies * parts, 3, 3)
         ends = np.cumsum([1, *sizes]).tolist()
         self._parts = [slice(a, b) for a, b in pairwise(ends)]
+        self._copies: tuple[Layout, tuple[tuple[slice, slice], ...]] | None = None
 
     def write(self, state: RehearsalState, out: Array) -> None:
         """The numbers of a state into ``out``."""
         tool, last = state.tool, state.last
-        q, velocity, position, rotation, start, end, distance, force, torque = self._parts
-        tip, segments = tool.tip, tool.segments
+        numbers, layout = tool.numbers, tool.layout
+        if self._copies is None or self._copies[0] is not layout:
+            self._copies = layout, self._copies_from(layout)
         out[0] = state.steps * state.settings.dt_s
-        out[q], out[velocity] = tool.q, tool.velocity
-        out[position], out[rotation] = tip.position, tip.rotation.ravel()
-        out[start], out[end] = segments.start.ravel(), segments.end.ravel()
-        out[distance] = tool.distance.ravel()
+        for into, where in self._copies[1]:
+            out[into] = numbers[where]
         path_s = -1.0 if state.nearest is None else state.nearest.s
-        phase = PHASES.index(state.phase)
+        phase, target = _PHASE[state.phase], state.target
         if last is None:
-            out[force.start :] = 0.0
-            out[-7:] = path_s, phase, state.target, 0, 0, 0, 0
+            out[-13:-7] = 0.0
+            out[-7:] = path_s, phase, target, 0.0, 0.0, 0.0, 0.0
             return
         report = last.report
-        out[force], out[torque] = last.force, last.torque
+        out[-13:-10], out[-10:-7] = last.force, last.torque
         out[-7:] = (
-            path_s, phase, state.target, OUTCOMES.index(report.outcome), report.share, report.emergency, report.rows,
+            path_s, phase, target, _OUTCOME[report.outcome], report.share, report.emergency, report.rows,
         )  # fmt: skip
+
+    def _copies_from(self, layout: Layout) -> tuple[tuple[slice, slice], ...]:
+        """Which part of a row is which part of a measured state's numbers; neighbours are copied together."""
+        copies: list[tuple[slice, slice]] = []
+        for into, name in zip(self._parts, _FIELDS, strict=False):
+            first, last, _ = layout.places[name]
+            if copies and copies[-1][0].stop == into.start and copies[-1][1].stop == first:
+                into, first = slice(copies[-1][0].start, into.stop), copies.pop()[1].start
+            copies.append((into, slice(first, last)))
+        return tuple(copies)

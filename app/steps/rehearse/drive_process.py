@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from app.steps.rehearse.preparation import Prepared
+from app.steps.rehearse.recorded_process import RecordedProcess
 from app.steps.rehearse.settings_exchange import SettingsExchange
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, VfixError
@@ -111,7 +112,7 @@ class DriveProcess:
         process: RehearsalProcess | None = None
         try:
             prepared = prepare()
-            process = RehearsalProcess(prepared.spec, prepared.settings)
+            process = _process(prepared)
             with self._lock:
                 if generation != self._generation:
                     raise ControlError("the start is not wanted any more")
@@ -232,6 +233,13 @@ class DriveProcess:
             with self._lock:
                 self._talk.forget()
             raise
+
+
+def _process(prepared: Prepared) -> RehearsalProcess:
+    """A process for a scene, not started; with a recording where there is one."""
+    if prepared.recording is None:
+        return RehearsalProcess(prepared.spec, prepared.settings)
+    return RecordedProcess(prepared.spec, prepared.settings, prepared.recording)
 
 
 def _silence(seconds: float) -> str:

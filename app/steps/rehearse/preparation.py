@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from app.services import Services
 from app.services.plans import Plan
+from app.services.recordings import Recording
 from app.views.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
@@ -25,12 +26,14 @@ class Prepared:
     """A scene that is ready to be handed to a control process.
 
     items: points and targets of the plan it was made of; curve: places (n, 3) along its path, LPS [mm].
+    recording: what keeps the drive's run; None where nothing is kept.
     """
 
     spec: SceneSpec
     settings: ControlSettings
     items: tuple[PlanItem, ...] = ()
     curve: npt.NDArray[np.float64] | None = None
+    recording: Recording | None = None
 
     def target_index(self, target_id: str) -> int:
         """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
@@ -74,4 +77,5 @@ def prepare(services: Services, plan: Plan) -> Prepared:
         targets=targets,
         target_names=tuple(target.label for target in plan.targets),
     )
-    return Prepared(spec, settings, tuple(plan_items(plan)), curve_points(SplinePath(points)))
+    curve = curve_points(SplinePath(points))
+    return Prepared(spec, settings, tuple(plan_items(plan)), curve, services.recordings.new(plan))

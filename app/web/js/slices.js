@@ -2,6 +2,7 @@
 import { h, svg } from "./dom.js";
 import { mm } from "./format.js";
 import { cutNear } from "./near-plane.js";
+import { Loader } from "./slice-loader.js";
 import { sizeOf, toPatient, toPicture } from "./slice-geometry.js";
 /** @import { Connection } from "./connection.js" */
 /** @import { PlaceNear } from "./near-plane.js" */
@@ -9,7 +10,6 @@ import { sizeOf, toPatient, toPicture } from "./slice-geometry.js";
 /** @import { ItemEntry, SlicePlane, SlicesSection, ViewModel } from "./types.js" */
 
 /** @typedef {{ name: keyof SlicesSection["planes"], title: string, normal: number, letters: Record<string, string> }} Axis */
-/** @typedef {{ plane: SlicePlane, addresses: string[], key: string }} Job pictures of one plane; key: their addresses */
 /** @typedef {{ item: ItemEntry | null | undefined, from: [number, number], dragging: boolean, planning: boolean }} Grab */
 /** @typedef {ViewModel & { case: NonNullable<ViewModel["case"]>, slices: SlicesSection }} StateWithSlices */
 
@@ -21,7 +21,6 @@ const AXES = [
 ];
 const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the rest faint
 const GRAB_PX = 8;
-const TRY_AGAIN_MS = 3000;
 const SAME_MM = 2e-3; // positions come back rounded to 0.001 mm
 /** @type {[string, string, number, number][]} name, label, window, level */
 const WINDOWS = [["bone", "Bone", 2500, 600], ["sinus", "Sinus", 2000, -200], ["soft", "Soft tissue", 400, 40]];
@@ -359,70 +358,6 @@ class SliceStage {
   }
 }
 
-/** Fetches the pictures of the newest wanted plane; at most one plane is on its way, and a failure shows none. */
-class Loader {
-  /**
-   * @param {SVGGElement} coming holds pictures while they load
-   * @param {Connection} connection
-   * @param {(plane: SlicePlane, images: SVGImageElement[] | null) => void} shown images: null where they could not be loaded
-   */
-  constructor(coming, connection, shown) {
-    this.coming = coming;
-    this.connection = connection;
-    this.shown = shown;
-    /** @type {Job | null} */
-    this.wanted = null;
-    /** @type {Job | null} */
-    this.loading = null;
-    /** @type {string | null} key of the newest job that has ended */
-    this.done = null;
-    this.missing = false; // what that job could not load
-    /** @type {number | undefined} */
-    this.timer = undefined;
-  }
-
-  /**
-   * @param {SlicePlane} plane
-   * @param {string[]} addresses
-   */
-  want(plane, addresses) {
-    this.wanted = { plane, addresses, key: addresses.join(" ") };
-    if (!this.loading && this.wanted.key !== this.done) this.load(this.wanted);
-  }
-
-  /** Ask once more for what could not be loaded; without a line that waits for the next one. */
-  again() {
-    if (!this.missing || this.loading || !this.wanted || !this.connection.connected) return;
-    this.load(this.wanted);
-  }
-
-  clear() {
-    clearTimeout(this.timer);
-    this.wanted = this.loading = this.done = null;
-    this.missing = false;
-    this.coming.replaceChildren();
-  }
-
-  /** @param {Job} job */
-  async load(job) {
-    clearTimeout(this.timer);
-    this.loading = job;
-    let images = null;
-    try {
-      images = await Promise.all(job.addresses.map((address) => picture(address, this.coming)));
-    } catch {
-      this.timer = setTimeout(() => this.again(), TRY_AGAIN_MS);
-    }
-    if (this.loading !== job) return; // another head was opened
-    this.loading = null;
-    this.missing = images === null;
-    this.done = job.key;
-    this.shown(job.plane, images);
-    this.coming.replaceChildren();
-    if (this.wanted && this.wanted.key !== job.key) this.load(this.wanted);
-  }
-}
-
 /**
  * A line in the head: in full where it is near the plane, dotted and faint where it is not.
  * @param {PlaceNear[]} places
@@ -444,22 +379,6 @@ function drawnMark({ x, y, away }, radius, kind, selected) {
   const near = Math.abs(away) <= NEAR_MM;
   const classes = selected ? `${kind} selected` : kind;
   return svg("circle", { class: classes, cx: x, cy: y, r: near ? radius : radius * 0.6, opacity: near ? 1 : 0.45 });
-}
-
-/**
- * The element of a picture, once it is loaded.
- * @param {string} address
- * @param {SVGGElement} coming
- * @returns {Promise<SVGImageElement>}
- */
-function picture(address, coming) {
-  return new Promise((resolve, reject) => {
-    const element = svg("image", { preserveAspectRatio: "none" });
-    element.addEventListener("load", () => resolve(element));
-    element.addEventListener("error", () => reject(new Error("The picture could not be loaded.")));
-    element.setAttribute("href", address);
-    coming.append(element);
-  });
 }
 
 /**

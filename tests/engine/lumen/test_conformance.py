@@ -186,7 +186,7 @@ def test_what_cannot_be_is_refused():
     snake = SnakeModel(4)
     with pytest.raises(PathwayError, match="5 mm beyond the end"):
         conform(snake, curve, curve.length + 5.0)
-    with pytest.raises(PathwayError, match=r"30 links of 28 mm are 840 mm long, the path has 200 mm: 7 links fit"):
+    with pytest.raises(PathwayError, match=r"30 links of 28 mm are 840 mm long, the path has 200 mm: take 7 links"):
         conform(SnakeModel(30), curve, 100.0, outside=False)
     with pytest.raises(PathwayError, match="not finite"):
         conform(snake, curve, math.nan)

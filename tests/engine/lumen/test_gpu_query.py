@@ -144,7 +144,7 @@ def test_what_cannot_be_asked_is_refused(told: dict[str, Any]) -> None:
     *frames, shape, infinite = told["refused"]
     assert len(frames) == 6
     assert frames[::2] == frames[1::2]  # in the words of the processor's query
-    assert frames[:4] == ["frames are not finite"] * 4
+    assert frames[:4] == ["frames are not finite: give finite transforms"] * 4
     assert "2 links for a snake of 3" in frames[4]
     assert "(43, 3)" in shape
     assert "(43, 3)" in infinite

@@ -75,14 +75,14 @@ def test_every_way_keeps_the_bounds_and_looks_where_it_says() -> None:
 
 
 def test_a_side_that_no_pose_reaches() -> None:
-    """In a tube hardly wider than the robot nothing turns far, by whatever way; and what ends it is named."""
+    """In a tube hardly wider than the robot nothing turns far, along whatever path; and what ends it is named."""
     settings = DriveSettings(vertices_per_link=30, bends=4, bound_mm=0.2, tip_bound_mm=0.1)
     drive = SnakeDrive(SnakeModel(6), straight(300.0, 8.0), settings, tip_s=170.0)
     planner = LookPlanner(drive.distal_context(), drive.distal_limits, math.radians(45.0))
-    way = planner.way(0)
+    path = planner.path(0)
     # One link across a tube of 8 mm, 6 mm thick: 2.1 mm and 2.2 mm off the axis at its ends.
-    assert 5.0 < math.degrees(way.turned) < math.degrees(math.asin(4.3 / 28.0)) + 3.0
-    assert "link 6 at its bound of 0.1 mm" in way.held_by
-    assert planner.anywhere(0, 10) == pytest.approx(way.turned, abs=math.radians(1.0))
+    assert 5.0 < math.degrees(path.turned) < math.degrees(math.asin(4.3 / 28.0)) + 3.0
+    assert "link 6 at its bound of 0.1 mm" in path.held_by
+    assert planner.anywhere(0, 10) == pytest.approx(path.turned, abs=math.radians(1.0))
     wide = SnakeDrive(SnakeModel(6), straight(300.0, 25.0), SETTINGS, tip_s=170.0)
-    assert all(way.turned >= math.radians(45.0) and way.held_by == "" for way in planned(wide)[1])
+    assert all(path.turned >= math.radians(45.0) and path.held_by == "" for path in planned(wide)[1])

@@ -18,8 +18,9 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.lumen.conform.conformance import conform
 from vfix_engine.lumen.conform.waypoints import moved_off
 from vfix_engine.lumen.control.projection import projected_to_limits
-from vfix_engine.lumen.drive.drive import Shot, _why_it_ended, drive_lumen, lumen_between
+from vfix_engine.lumen.drive.drive import Shot, drive_lumen, lumen_between
 from vfix_engine.lumen.drive.drive_report import Tally
+from vfix_engine.lumen.drive.drive_run import why_it_ended
 from vfix_engine.lumen.drive.drive_state import Command, DriveSettings, DriveState
 from vfix_engine.lumen.drive.narrow import WallDepth
 from vfix_engine.lumen.drive.operators import Stop, _come_again, adversarial, scripted
@@ -337,12 +338,12 @@ def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
     assert all(retry.held_by for retry in told)
     assert all(retry.ended_by and retry.ended_mm == pytest.approx(retry.at_mm, abs=0.5) for retry in told)
     assert drive.state.held_by is None  # it has drawn back since
-    stopped = _why_it_ended(drive, 300.0, told)
+    stopped = why_it_ended(drive, 300.0, told)
     assert stopped is not None
     assert re.match(r"held at \d+ mm, near \(-?[\d.]+, -?[\d.]+, 1[34]\d\.\d\) in LPS mm: ", stopped)
     assert told[-1].held_by in stopped
     assert "; 4 more attempts failed there; a larger bound, a thinner robot" in stopped
-    assert _why_it_ended(drive, drive.tip_s, told) is None
+    assert why_it_ended(drive, drive.tip_s, told) is None
 
 
 def test_an_attempt_that_cannot_draw_back_and_creeps_on_is_told_as_that() -> None:
@@ -361,7 +362,7 @@ def test_an_attempt_that_cannot_draw_back_and_creeps_on_is_told_as_that() -> Non
         (False, *["link 3 at its bound"] * 2)
     }
     np.testing.assert_allclose([retry.ended_mm for retry in told], [100.7, 101.4, 102.1, 102.8], atol=0.11)
-    stopped = _why_it_ended(drive, 300.0, told)  # type: ignore[arg-type]
+    stopped = why_it_ended(drive, 300.0, told)  # type: ignore[arg-type]
     assert re.search(
         r"the last one came 2\.\d mm past it and was held again at 103 mm: link 3 .*; 5 mm count as past", stopped or ""
     )

@@ -10,7 +10,7 @@ from lumen_shapes import arc, straight
 
 from vfix_engine.errors import InputError
 from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits
-from vfix_engine.lumen.limits.limits_kernel import _bows, _slopes, _turn_between
+from vfix_engine.lumen.limits.limits_kernel import _bows, _turn_between, lipschitz_to_depth
 from vfix_engine.lumen.limits.limits_vertices import _growth
 from vfix_engine.lumen.pathway.packed import INSCRIBED_RADIUS, PackedPathway
 from vfix_engine.lumen.query.clearance import lipschitz_constant
@@ -119,7 +119,7 @@ def test_the_slope_is_that_of_the_depth_that_is_asked_for() -> None:
     inscribed, tolerance = packed.rows[2:9, INSCRIBED_RADIUS].min(), MOTION_TOLERANCE_MM
     near = (0.5 * inscribed, 0.9 * inscribed - tolerance, 0.9 * inscribed, inscribed, 3.0 * inscribed)
     for limit in (0.0, 1.0, *near, np.inf):
-        level, steep = _slopes(packed.rows, 2, 9, limit, tolerance)
+        level, steep = lipschitz_to_depth(packed.rows, 2, 9, limit, tolerance)
         assert level == pytest.approx(min(limit, 0.9 * inscribed - tolerance), abs=1e-12)
         assert steep == pytest.approx(lipschitz_constant(packed, 2, 9, level + tolerance), rel=1e-9)
     assert steep > 2.0 * lipschitz_constant(packed, 2, 9)

@@ -29,6 +29,9 @@ from .wanted_motion import (
 
 Array = NDArray[np.float64]
 
+_IDENTITY = np.eye(3)
+_IDENTITY.setflags(write=False)
+
 
 @dataclass(frozen=True, eq=False)
 class ApproachTarget:
@@ -81,7 +84,7 @@ def approach_target(
     jacobian = view_jacobian(state.tip, settings.view_distance_mm, tool.direction(state.tip.rotation))
     towards = target - view_point(state, tool, settings.view_distance_mm)
     desired, ramp, wish = guided(jacobian @ state.velocity, force, towards, settings, reach)
-    rows = ReachTarget(desired, settings.view_distance_mm, tool.direction(np.eye(3))).at(state)
+    rows = ReachTarget(desired, settings.view_distance_mm, tool.direction(_IDENTITY)).at(state)
     along, length = share_along(jacobian, desired), step_length(state, desired, wish)
     compliance = progress_compliance(settings, ramp, VIEW_REWARD)
     return StepRequest(rows.objectives, (), length, along, None, compliance, ramp_fraction(desired, wish))
@@ -103,7 +106,7 @@ def inspect_target(
         turn,
         settings.target_tolerance_mm,
         lever,
-        tool.direction(np.eye(3)),
+        tool.direction(_IDENTITY),
         settings.approach_deceleration_mm_per_s2,
     )
     rows = fixture.at(state, settings.dt_s)

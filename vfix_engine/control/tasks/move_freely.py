@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...fixtures import FreeMotion, StepState
+from ...fixtures import StepState, free_motion
 from ..admittance import saturate, slew_limited
 from ..settings import ControlSettings
 from ..step_request import HandCommand, StepRequest
@@ -43,17 +44,25 @@ def move_freely(
     wanted[:3] = saturate(wanted[:3], min(settings.sight_speed_mm_per_s, stoppable_speed(reach, settings)))
     wanted[3:] = saturate(wanted[3:], sight_turn(state, settings))
     # One share for both: an angle counts as much of the change that is allowed as a displacement.
-    size = np.repeat([1.0 / velocity_change(settings), 1.0 / turn_change(settings)], 3)
+    size = _three_each(1.0 / velocity_change(settings), 1.0 / turn_change(settings))
     now = jacobian @ state.velocity
     limited, ramp = slew_limited(size * now, size * wanted, 1.0)
     desired = limited / size * settings.dt_s
-    rows = FreeMotion(desired[:3], desired[3:], lever).at(state)
-    scale = np.repeat([1.0, lever], 3)
+    scale = _three_each(1.0, lever)
+    scaled = scale * desired
     return StepRequest(
-        rows.objectives,
+        (free_motion(state.tip, desired[:3], desired[3:], lever),),
         (),
-        step_length(state, scale * desired, scale * wanted * settings.dt_s),
-        share_along(scale[:, None] * jacobian, scale * desired),
+        step_length(state, scaled, scale * wanted * settings.dt_s),
+        share_along(scale[:, None] * jacobian, scaled),
         compliance=settings.gain_mm_per_s_per_n * settings.dt_s * ramp,
         ramp_fraction=ramp_fraction(size * desired, size * wanted * settings.dt_s),
     )
+
+
+@lru_cache(maxsize=64)
+def _three_each(first: float, second: float) -> Array:
+    """(6,) read-only."""
+    values = np.repeat([first, second], 3)
+    values.setflags(write=False)
+    return values

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,7 @@ from ...errors import ControlError
 from ...fixtures import PathFollowing, StepState, stoppable_step
 from ...fixtures.path_following import PROGRESS_REWARD as PATH_REWARD
 from ...fixtures.rows import progress_weight
+from ...geometry.vectors import length
 from ..admittance import approach_velocity, slew_limited
 from ..context import ControlContext
 from ..settings import ControlSettings
@@ -41,7 +44,7 @@ def guided(
     now: Array, force: Array, towards: Array, settings: ControlSettings, reach: float
 ) -> tuple[Array, float, Array]:
     """Step (3,) towards a goal that stops there, the share of the change that the hand wants, and its whole wish."""
-    remaining = min(float(np.linalg.norm(towards)), reach)
+    remaining = min(length(towards), reach)
     fastest = min(settings.sight_speed_mm_per_s, stoppable_speed(remaining, settings))
     wanted = approach_velocity(force, towards, gain=settings.gain_mm_per_s_per_n, fastest=fastest)
     velocity, ramp = slew_limited(now, wanted, velocity_change(settings))
@@ -50,8 +53,8 @@ def guided(
 
 def ramp_fraction(desired: Array, wish: Array) -> float:
     """How much of the hand's wish a step asks for that gathers speed towards it; 1 where the hand wants nothing."""
-    whole = float(np.linalg.norm(wish))
-    return min(float(np.linalg.norm(desired)) / whole, 1.0) if whole > 0.0 else 1.0
+    whole = length(wish)
+    return min(length(desired) / whole, 1.0) if whole > 0.0 else 1.0
 
 
 def velocity_change(settings: ControlSettings) -> float:
@@ -80,8 +83,12 @@ def stoppable_turn(remaining: float, settings: ControlSettings) -> float:
 
 def sight_turn(state: StepState, settings: ControlSettings) -> float:
     """The angular speed about the tip at which no end of the tool is faster than can be stopped in sight."""
-    ends = np.concatenate([state.segments.start, state.segments.end]) - state.tip.position
-    return settings.sight_speed_mm_per_s / max(float(np.sqrt((ends * ends).sum(axis=1).max())), 1.0)
+    segments, (px, py, pz) = state.segments, state.tip.position.tolist()
+    farthest = 0.0
+    for x, y, z in (*segments.start.tolist(), *segments.end.tolist()):
+        x, y, z = x - px, y - py, z - pz
+        farthest = max(farthest, x * x + y * y + z * z)
+    return settings.sight_speed_mm_per_s / max(math.sqrt(farthest), 1.0)
 
 
 def progress_compliance(settings: ControlSettings, ramp: float, reward: float) -> float:
@@ -95,10 +102,10 @@ def step_length(state: StepState, desired: Array, wish: Array) -> float:
     A tool that moves against its hand, as on its way out of a margin, comes by a wish to stand still on the way to the
     hand's. That is no rest: rows that ask for more must have their say.
     """
-    length = float(np.linalg.norm(desired))
-    if length > _NOTHING_MM:
-        return length
-    return _TURNING_MM if float(np.linalg.norm(wish)) > _NOTHING_MM and state.velocity.any() else 0.0
+    size = length(desired)
+    if size > _NOTHING_MM:
+        return size
+    return _TURNING_MM if length(wish) > _NOTHING_MM and state.velocity.any() else 0.0
 
 
 def share_along(jacobian: Array, desired: Array) -> Array | None:

@@ -57,7 +57,7 @@ def centreline_between(
     """The path through a lumen from one click to another.
 
     Args:
-        mesh: the lumen's surface, closed, in mm; which way its triangles face does not matter.
+        mesh: the lumen's surface, closed, in mm; the orientation of its triangles does not matter.
         start, end: (3,) in the patient frame, in the lumen or at most 8 mm outside of it; each is moved to the place
             farthest from the wall within 8 mm, the nearest of those that are equally far.
         voxel_mm: edge of the voxels that the path is searched in.
@@ -71,9 +71,9 @@ def centreline_between(
     """
     clicks = np.array([_click(start, "start"), _click(end, "end")])
     if not (math.isfinite(power) and 0.0 < power <= 8.0):
-        raise InputError(f"a power of {power} is not in 0 … 8")
+        raise InputError(f"a power of {power} is not in 0 … 8: 3 is the default")
     if not (math.isfinite(smooth_mm) and smooth_mm >= 0.0):
-        raise InputError(f"a smoothing of {smooth_mm} mm is no length")
+        raise InputError(f"a smoothing of {smooth_mm} mm: give a finite length of at least 0")
     lumen = voxels_of(mesh, voxel_mm)
     seed = _nearest_inside(lumen, clicks[0], "start")
     lumen = piece_with(lumen, seed)
@@ -112,6 +112,7 @@ def _nearest_inside(lumen: VoxelLumen, click: Array, name: str) -> Voxel:
         distance = np.linalg.norm(lumen.place(inside) - click, axis=1).min()
         raise PathwayError(
             f"the {name} {click.tolist()} lies {distance:.1f} mm from the lumen; a click is at most {SNAP_MM:g} mm off"
+            ": set it inside, in LPS mm"
         )
     return _as_voxel(voxels[away.argmin()])
 
@@ -124,7 +125,8 @@ def _deepest_near(lumen: VoxelLumen, depth: Array, click: Array, name: str) -> V
     voxels, away = _near(lumen, click)
     if not len(voxels):
         raise PathwayError(
-            f"the {name} {click.tolist()} lies in another piece of the surface than the start: no lumen joins them"
+            f"the {name} {click.tolist()} lies in another piece of the surface than the start: no lumen joins them; "
+            "set both in one piece, or close the gap in the segmentation"
         )
     deep = depth[tuple(voxels.T)]
     as_deep = np.flatnonzero(deep >= deep.max() - _TIE * lumen.voxel_mm)

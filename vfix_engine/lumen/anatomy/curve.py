@@ -138,7 +138,7 @@ class Curve:
         return curvature
 
     def _between(self, places: Array) -> tuple[NDArray[np.intp], Array]:
-        """Number of the sample before each place and the share of the way to the next."""
+        """Number of the sample before each place and the share of the distance to the next."""
         steps = np.clip(places / self.step_mm, 0.0, len(self.points) - 1)
         index = np.minimum(steps.astype(np.intp), len(self.points) - 2)
         return index, steps - index

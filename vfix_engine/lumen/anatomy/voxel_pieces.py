@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Marks = NDArray[np.bool_]
 
-VOXEL_BYTES = 120  # measured from surface to way: 115
+VOXEL_BYTES = 120  # measured from surface to path: 115
 MEMORY_SHARE = 0.5  # of the machine's memory at most
 _UNKNOWN_BYTES = 8 << 30  # where the system does not say how much memory there is
 _MOST_PIECES = 50  # of more the smallest are taken together

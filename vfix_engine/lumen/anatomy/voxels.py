@@ -57,7 +57,7 @@ def voxels_of(mesh: TriangleMesh, voxel_mm: float) -> VoxelLumen:
         PathwayError: a surface that encloses no voxel.
     """
     if not (math.isfinite(voxel_mm) and voxel_mm > 0.0):
-        raise InputError(f"a voxel's edge of {voxel_mm} mm is no length")
+        raise InputError(f"a voxel's edge of {voxel_mm} mm: give a finite, positive length")
     low, high = mesh.bounds
     counts = np.ceil((high - low) / voxel_mm) + 4.0
     check_memory(float(np.prod(counts)), voxel_mm, high - low)

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Wall:
-    """A lumen's surface. Its triangles are wound alike; which way does not matter."""
+    """A lumen's surface. Its triangles are wound alike, inwards or outwards."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
         import trimesh  # imported here: slow to load
@@ -75,5 +75,5 @@ def outward_side(side: NDArray[np.int8]) -> int:
         PathwayError: no ray meets a wall.
     """
     if not side.any():
-        raise PathwayError("no wall is seen from the curve: it does not lie in this surface")
+        raise PathwayError("no wall is seen from the curve: it does not lie in this surface; give one that does")
     return 1 if int(side.sum(dtype=np.int64)) >= 0 else -1

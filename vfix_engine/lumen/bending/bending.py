@@ -79,7 +79,7 @@ class BendProblem:
         bound: (L',) b_i of (17), mm; infinity: not limited.
 
     Raises:
-        InputError: shapes that do not fit, numbers that are not finite, negative bounds, a pathway that is none,
+        InputError: shapes that do not fit, numbers that are not finite, negative bounds, an invalid pathway,
             windows beyond it; a rest beyond the joint limits.
     """
 

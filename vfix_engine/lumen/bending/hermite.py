@@ -19,8 +19,8 @@ class PolarHermite:
     """Q(r, ϑ): joints of the distal links by how far, r, and where to, ϑ in rad, they are bent.
 
     Q(0, ϑ) is the rest and Q(1, ϑ_i) the control configuration i. In ϑ it is a periodic cubic Hermite spline with the
-    slopes (q_{i+1} − q_{i−1})/(ϑ_{i+1} − ϑ_{i−1}), in r a cubic whose slope at 0 is half the way across the diameter
-    and at 1 the way from the rest. Beyond r = 1 it goes straight on, and Q(−r, ϑ) = Q(r, ϑ + π).
+    slopes (q_{i+1} − q_{i−1})/(ϑ_{i+1} − ϑ_{i−1}), in r a cubic whose slope at 0 is half the difference across the
+    diameter and at 1 the difference from the rest. Beyond r = 1 it goes straight on, and Q(−r, ϑ) = Q(r, ϑ + π).
 
     It is continuously differentiable in ϑ and along every line through r = 0, twice within the intervals; not in every
     direction at r = 0, where the slope ½(Θ(ϑ) − Θ(ϑ + π)) need not be linear in (cos ϑ, sin ϑ). Joint limits are for

@@ -83,7 +83,7 @@ class VisualMotor:
         fast they may is for the caller.
 
         Raises:
-            InputError: a wanted motion that is not two finite numbers, or a place that is none.
+            InputError: a wanted motion that is not two finite numbers, or a non-finite steering.
         """
         if not (math.isfinite(state[0]) and math.isfinite(state[1])):
             raise InputError(f"a surface of bends has no place ({state[0]}, {state[1]})")

@@ -77,30 +77,30 @@ def _pull(off: Array, ahead: Array, free: float, centre: float, weights: Array, 
 
 
 @borrowing
-def _gather(x: float, y: float, z: float, force: Array, stiff: Array, load: Array, mass: Array) -> None:
+def _gather(x: float, y: float, z: float, force: Array, stiff: Array, wrench: Array, stiffness: Array) -> None:
     """Add a point's force and stiffness to the wrench (6,) and the matrix (6, 6) of twists about the origin.
 
-    A twist (ω, v) moves the point by v + ω × p, the matrix B = (−[p]×, 1); load += Bᵀ force, mass += Bᵀ stiff B.
+    A twist (ω, v) moves the point by v + ω × p, the matrix B = (−[p]×, 1); wrench += Bᵀ force, stiffness += Bᵀ stiff B.
     """
-    load[0] += y * force[2] - z * force[1]
-    load[1] += z * force[0] - x * force[2]
-    load[2] += x * force[1] - y * force[0]
+    wrench[0] += y * force[2] - z * force[1]
+    wrench[1] += z * force[0] - x * force[2]
+    wrench[2] += x * force[1] - y * force[0]
     for k in range(3):
-        load[3 + k] += force[k]
+        wrench[3 + k] += force[k]
     for i in range(3):  # stiff B, row by row, and then Bᵀ from the left
         a, b, c = stiff[i, 0], stiff[i, 1], stiff[i, 2]
         row = (y * c - z * b, z * a - x * c, x * b - y * a, a, b, c)
         for k in range(6):
-            mass[3 + i, k] += row[k]
+            stiffness[3 + i, k] += row[k]
             if i == 0:
-                mass[1, k] += z * row[k]
-                mass[2, k] -= y * row[k]
+                stiffness[1, k] += z * row[k]
+                stiffness[2, k] -= y * row[k]
             elif i == 1:
-                mass[0, k] -= z * row[k]
-                mass[2, k] += x * row[k]
+                stiffness[0, k] -= z * row[k]
+                stiffness[2, k] += x * row[k]
             else:
-                mass[0, k] += y * row[k]
-                mass[1, k] -= x * row[k]
+                stiffness[0, k] += y * row[k]
+                stiffness[1, k] -= x * row[k]
 
 
 class Line(NamedTuple):
@@ -114,7 +114,7 @@ class Line(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What a chain is judged by: links of ``chord`` mm, the base turned by ``roll`` about the curve, the tip's place.
+    """What a chain is measured by: links of ``chord`` mm, the base turned by ``roll`` about the curve, the tip's place.
 
     weights: (7,) by the columns above; near: (2L + 1,) angles to stay near to.
     """
@@ -127,33 +127,33 @@ class Task(NamedTuple):
 
 
 class Body(NamedTuple):
-    """What judging fills: base (3, 4), frames (L, 3, 4), each link's load (L, 6) and mass (L, 6, 6); work (7, 3)."""
+    """What ``shape_cost`` fills: base (3, 4), frames (L, 3, 4), wrench (L, 6) and stiffness (L, 6, 6); work (7, 3)."""
 
     base: Array
     frames: Array
-    load: Array
-    mass: Array
+    wrench: Array
+    stiffness: Array
     work: Array
 
 
 @borrowing
 def shape_cost(line: Line, task: Task, state: Array, places: Array, body: Body) -> float:
-    """Cost of a state (2L + 1,), angles and feed, with each link's own load and mass in ``body``.
+    """Cost of a state (2L + 1,), angles and feed, with each link's own wrench and stiffness in ``body``.
 
     places: (2L,) arc lengths of the middle and the far end of every link, where they were and where they are found.
     """
     points, tangents, step, slack = line.points, line.tangents, line.step, line.slack
     chord, tip, weights, near = task.chord, task.tip, task.weights, task.near
-    base, frames, load, mass, work = body.base, body.frames, body.load, body.mass, body.work
+    base, frames, wrench, stiffness, work = body.base, body.frames, body.wrench, body.stiffness, body.work
     links = len(frames)
     frame_on_curve(points, tangents, line.across, step, state[2 * links], task.roll, base)
     snake_frames(state, base, chord, frames)
     ahead, off, force, stiff, place = work[0], work[1], work[2], work[3:6], work[6]
     for link in range(links):
         for i in range(6):
-            load[link, i] = 0.0
+            wrench[link, i] = 0.0
             for k in range(6):
-                mass[link, i, k] = 0.0
+                stiffness[link, i, k] = 0.0
     cost = 0.0
     for link in range(links):
         for part in range(2):
@@ -185,7 +185,7 @@ def shape_cost(line: Line, task: Task, state: Array, places: Array, body: Body) 
                     force[i] += weights[TIP] * slip * ahead[i]
                     for k in range(3):
                         stiff[i, k] += weights[TIP] * ahead[i] * ahead[k]
-            _gather(place[0], place[1], place[2], force, stiff, load[link], mass[link])
+            _gather(place[0], place[1], place[2], force, stiff, wrench[link], stiffness[link])
     for i in range(2 * links):
         cost += 0.5 * weights[STAY] * (state[i] - near[i]) ** 2
     return cost
@@ -212,18 +212,18 @@ def _feed_twist(line: Line, base: Array, feed: float, twist: Array) -> None:
 def normal_matrix(
     line: Line, task: Task, body: Body, state: Array, twists: Array, moved: Array, gradient: Array, hessian: Array
 ) -> None:
-    """Gradient (2L + 1,) and Gauss-Newton matrix from the links' loads and masses, which become those of all beyond.
+    """Gradient (2L + 1,) and Gauss-Newton matrix from wrenches and stiffnesses, which become those of all links beyond.
 
     twists: (2L + 1, 6) and moved: (6,) work.
     """
-    base, frames, load, mass = body.base, body.frames, body.load, body.mass
+    base, frames, wrench, stiffness = body.base, body.frames, body.wrench, body.stiffness
     stay, near = task.weights[STAY], task.near
     links, size = len(frames), len(gradient)
     for link in range(links - 2, -1, -1):
         for i in range(6):
-            load[link, i] += load[link + 1, i]
+            wrench[link, i] += wrench[link + 1, i]
             for k in range(6):
-                mass[link, i, k] += mass[link + 1, i, k]
+                stiffness[link, i, k] += stiffness[link + 1, i, k]
     for joint in range(2 * links):
         link = joint // 2
         before = frames[max(link - 1, 0)] if link > 0 else base
@@ -239,10 +239,10 @@ def normal_matrix(
         link = 0 if feed else column // 2
         total = 0.0
         for i in range(6):
-            total += twists[column, i] * load[link, i]
+            total += twists[column, i] * wrench[link, i]
             moved[i] = 0.0
             for k in range(6):
-                moved[i] += mass[link, i, k] * twists[column, k]
+                moved[i] += stiffness[link, i, k] * twists[column, k]
         gradient[column] = total + (0.0 if feed else stay * (state[column] - near[column]))
         for row in range(column + 1):
             total = 0.0
@@ -257,6 +257,6 @@ def normal_matrix(
         for i in range(6):
             part = 0.0
             for k in range(6):
-                part += mass[row // 2, i, k] * twists[row, k]
+                part += stiffness[row // 2, i, k] * twists[row, k]
             total += twists[size - 1, i] * part
         hessian[row, size - 1], hessian[size - 1, row] = total, total

@@ -18,10 +18,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 _TURNS = 30  # of one step's set of joints at a limit
-_SMALL = 1e-9  # [rad, mm] a step that is none
+_SMALL = 1e-9  # [rad, mm] a shorter step counts as zero
 _TOUCHES = 1e-12  # [rad, mm] from a limit: there
 _GAIN = 1e-5  # share of the cost below which a step is the last
-_NOTHING = 1e-18  # [mm²] a cost that is none
+_NOTHING = 1e-18  # [mm²] a lower cost counts as zero
 _FLOOR, _STIFFEST = 1e-6, 1e6  # of the damping
 
 

@@ -28,7 +28,7 @@ Marks = NDArray[np.bool_]
 FASTEST = 0.1  # [rad/mm] change of an angle per millimetre of insertion where the limits bind
 _STEP = 1.0  # [mm] of insertion between two solutions
 _ROLLS = 8  # tried for the base; the limits are the same after a quarter turn
-_ROLL_STEP = 5.0  # [mm] of insertion between the places at which a roll is judged
+_ROLL_STEP = 5.0  # [mm] of insertion between the places at which a roll is measured
 _FEED = 3.0  # [mm/mm] how much faster than its tip the base may go where the limits bind
 _SLIP = 10.0  # [mm] that the tip is asked to make up for in one solution
 _SETTLE = 200  # turns of a solution without one before it
@@ -107,7 +107,7 @@ class _Chain:
         if reach > self.curve.length:
             raise PathwayError(
                 f"{self.snake.links} links of {link:g} mm are {reach:g} mm long, the path has "
-                f"{self.curve.length:.0f} mm: {int(self.curve.length / link)} links fit"
+                f"{self.curve.length:.0f} mm: take {int(self.curve.length / link)} links or a longer path"
             )
 
     def check(self, tip_s: float) -> None:
@@ -121,7 +121,7 @@ class _Chain:
         if tip_s > self.curve.length + 1e-9:
             raise PathwayError(
                 f"the robot would be {tip_s - self.curve.length:.3g} mm beyond the end of the path "
-                f"({self.curve.length:.1f} mm)"
+                f"({self.curve.length:.1f} mm): insert less, or set the end farther in"
             )
 
     def exact(self, tip_s: float, roll: float) -> tuple[Array, Array, Array, Array, float]:

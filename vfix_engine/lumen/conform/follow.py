@@ -52,10 +52,13 @@ def followable(
     """
     line, radius = _checked(centreline)
     if not (math.isfinite(turn) and turn > 0.0):
-        raise PathwayError(f"a turn of {turn} rad is none that a curve could keep")
+        raise PathwayError(f"a turn of {turn} rad: give a finite, positive angle")
     chord = snake.length_mm
     if line.length < 3.0 * chord:
-        raise PathwayError(f"a path of {line.length:.0f} mm is too short for three links of {chord:g} mm")
+        raise PathwayError(
+            f"a path of {line.length:.0f} mm is too short for three links of {chord:g} mm: "
+            "set start and end farther apart, or take shorter links"
+        )
     count = max(math.ceil(line.length / _SAMPLE), 2)
     at = np.linspace(0.0, line.length, count + 1)
     centre = line.position(at)

@@ -36,11 +36,11 @@ def _add(band: Array, gradient: Array, columns: Index, values: Array, count: int
 
 
 @borrowing
-def _chord_end(points: Array, start: int, way: int, chord: float) -> tuple[int, float]:
-    """Where a chord from ``start`` ends: the point before its end along ``way``, and the share; −1 beyond the ends."""
+def _chord_end(points: Array, start: int, direction: int, chord: float) -> tuple[int, float]:
+    """Where a chord from ``start`` ends: the point before its end along ``direction``, and the share; or −1."""
     before, at = 0.0, start
     for _ in range(FARTHEST):
-        after = at + way
+        after = at + direction
         if after < 0 or after >= len(points):
             return -1, 0.0
         away = 0.0
@@ -50,7 +50,7 @@ def _chord_end(points: Array, start: int, way: int, chord: float) -> tuple[int, 
         if away >= chord:
             return at, (chord - before) / (away - before)
         before, at = away, after
-    return at - way, 1.0
+    return at - direction, 1.0
 
 
 @borrowing

@@ -33,7 +33,7 @@ class ParameterisedControl:
     """Steers (u, v) = r (cos ϑ, sin ϑ); q = Q(r, ϑ) about the conforming shape q̃ (Kwok 2013, section III.B.3)."""
 
     def __init__(self, count: Literal[4, 8] = 8, r_max: float = 1.4) -> None:
-        self.steering, self.hurried = (0.0, 0.0), False
+        self.steering, self.speed_limited = (0.0, 0.0), False
         self.bends: tuple[Bend, ...] = ()
         self._count, self._r_max = count, r_max
         self._next = (0.0, 0.0)
@@ -60,14 +60,14 @@ class ParameterisedControl:
     def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:
         """Q at the steering that (28) leads to; the command is shortened until no joint goes farther than ``most``."""
         here = self._at(self.steering)
-        command, target, self.hurried = camera_mm, here, False
+        command, target, self.speed_limited = camera_mm, here, False
         for _ in range(4):
             self._next = self._steered(command)
             target = self._at(self._next)
             ratio = float(np.abs(target - here).max()) / most
             if ratio <= 1.0:
                 break
-            self.hurried = True
+            self.speed_limited = True
             command = command * min(0.98 / ratio, 0.9)
         return target
 

@@ -23,7 +23,7 @@ REGULARISATION = 1e-2  # of a joint's step, as the motion of its link's end, aga
 PULL = 1e-3  # back to the conforming shape
 MARGIN_MM = 0.05  # rows hold the links that much inside of the bound, as they are true for small steps only
 NEAR_MM = 2.0 + MARGIN_MM  # vertices that are so near to their link's bound get a row
-_HURRIED = 1.0 - 1e-6  # of the fastest step: it is the joints' speed that ends it
+_SPEED_LIMITED = 1.0 - 1e-6  # of the fastest step: it is the joints' speed that ends it
 ROUNDS = 3  # the wall is flattened again where a step that is not small meets it: so often at most
 
 
@@ -31,7 +31,7 @@ class QpControl:
     """Steps of all joints at once: camera as commanded, links within b_i, joints within ranges and speeds."""
 
     def __init__(self) -> None:
-        self.steering, self.hurried = (0.0, 0.0), False
+        self.steering, self.speed_limited = (0.0, 0.0), False
         self.unsolved = 0
 
     def prepare(self, context: DistalContext, q: Array) -> None:
@@ -47,7 +47,7 @@ class QpControl:
         context, snake = self._context, self._context.snake
         n = snake.dof
         length = float(np.linalg.norm(camera_mm))
-        self.hurried = False
+        self.speed_limited = False
         if length == 0.0:
             return q
         jacobian, desired = np.zeros((3, n)), np.zeros(3)
@@ -68,7 +68,7 @@ class QpControl:
             step = found
             if self._kept(q + step):
                 break
-        self.hurried = float(np.abs(step).max()) > _HURRIED * most
+        self.speed_limited = float(np.abs(step).max()) > _SPEED_LIMITED * most
         return snake.clamp(q + step)
 
     def lead(self, steering: tuple[float, float]) -> None:

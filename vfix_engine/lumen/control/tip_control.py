@@ -42,7 +42,7 @@ class TipControl(Protocol):
 
     steering: tuple[float, float]
     """(u, v) = r (cos ϑ, sin ϑ); (0, 0) where the control has none."""
-    hurried: bool
+    speed_limited: bool
     """Whether the joints' speed cut what was wanted last."""
 
     def prepare(self, context: DistalContext, q: Array) -> None:

@@ -84,7 +84,7 @@ class DistalSteps:
         target = self.control.wanted(q, command.camera * dt, most)
         if np.array_equal(target, q):
             return Outcome("held", self._no_bend(q), "bends")
-        cut = self.control.hurried or float(np.abs(target - q).max()) > (1.0 + SAME) * most
+        cut = self.control.speed_limited or float(np.abs(target - q).max()) > (1.0 + SAME) * most
         outcome = self._go(q, target, most, False)
         return self._fast() if cut and outcome.name == "moved" else outcome
 

@@ -251,7 +251,7 @@ def _to(drive: SnakeDrive, bend: Array, stop: Stop | None = None) -> Iterator[Or
 
 
 def _back(drive: SnakeDrive, trail: list[Array]) -> Iterator[Order]:
-    """Straight again; where the short way there is held, by the bends that led here."""
+    """Straight again; where the straight path there is held, by the bends that led here."""
     yield from _straighten(drive)
     if not drive.straight:
         for bend in reversed(trail):

@@ -13,9 +13,10 @@ from time import perf_counter
 from typing import Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputError
+from ...geometry.mesh import TriangleMesh
 from ...given import positive
 from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
@@ -29,12 +30,13 @@ from ..haptics.haptics import Forces
 from ..limits.backtracking import largest_share
 from ..limits.limits import Configuration, HardLimits
 from ..pathway.live_pathway import LivePathway
-from ..pathway.pathway import Pathway
+from ..pathway.pathway import Pathway, TissueMotion
 from ..query.query import Deviations, Query
 from .distal_steps import SAME, DistalSteps
 from .drive_start import checked_slack, checked_tip, make_control, refuse_beyond
 from .drive_state import Command, DriveSettings, DriveState, Outcome, both
 from .link_windows import entrance, link_windows
+from .lumen import lumen_between
 from .refusal import Refusal
 from .trail import Trail
 
@@ -65,7 +67,7 @@ class SnakeDrive(DistalSteps):
             another shape; a pathway with closed ends, which has no entrance.
     """
 
-    eases = True  # within a step, where the certificate refuses it
+    projects_within_step = True  # a shape that the certificate refuses, to its limits
     times_queries = True
 
     def __init__(
@@ -114,7 +116,7 @@ class SnakeDrive(DistalSteps):
         self._conformed, self.tip_s = self._waypoints.first, tip_s
         self.q = np.array(self._conformed.q)
         self._began = self.q.copy()
-        self._look(self._conformed.joint_s)
+        self._set_windows(self._conformed.joint_s)
         self._measure()
         if not beyond_allowed:
             refuse_beyond(self._deviation.depth, self.bound)
@@ -122,6 +124,34 @@ class SnakeDrive(DistalSteps):
             self._conformed, Configuration(self._conformed.base, self.q), self.settings.step_s
         )  # loads its kernels
         self.state = self._state("inserting", Outcome("rest"), self.hand.forces, 0.0)
+
+    @classmethod
+    def in_lumen(
+        cls,
+        mesh: TriangleMesh,
+        start: ArrayLike,
+        end: ArrayLike,
+        links: int | None = None,
+        settings: DriveSettings | None = None,
+        *,
+        snake: SnakeModel | None = None,
+        tissue: TissueMotion | None = None,
+        tip_s: float = 0.0,
+    ) -> Self:
+        """A snake before the entrance of a lumen of one's own, with the pathway that is found through it.
+
+        Args:
+            mesh: the lumen's surface, mm; start, end: (3,) clicks in the patient frame.
+            links: of the snake; None: as many as it takes to the end. snake: whose links they are; None: the paper's.
+            tissue: how the pathway moves; None: it is still. tip_s: how far in the tip starts, mm.
+
+        Raises:
+            PathwayError: clicks or a surface that no path can be made of.
+            InputError: as the class. RobotError: a number of links that no snake has.
+        """
+        settings, model = settings or DriveSettings(), snake or SnakeModel(1)
+        lumen = lumen_between(mesh, start, end, model, settings, tissue)
+        return cls(lumen.snake(model, links), lumen.pathway, settings, lumen.curve, lumen.slack, tip_s)
 
     @property
     def length_mm(self) -> float:
@@ -175,7 +205,7 @@ class SnakeDrive(DistalSteps):
         began = perf_counter()
         dt = self.settings.step_s if dt is None else positive("a step's time in s", dt)
         if not isinstance(command, Command):
-            raise InputError(f"{command!r:.60} is no Command")
+            raise InputError(f"{command!r:.60} is no Command: give Command(insert_mm_per_s=…, camera_mm_per_s=…)")
         if command.bend is not None and len(command.bend) != self.distal.dof:
             raise InputError(f"a bend of {len(command.bend)} joints: give {self.distal.dof}")
         if not command.finite:
@@ -277,7 +307,7 @@ class SnakeDrive(DistalSteps):
             self._waypoints.restart(self._conformed)
             raise LookupError("no shape conforms to the path there")
         known = self._windows, self._measured
-        self._look(shape.joint_s)
+        self._set_windows(shape.joint_s)
         better = moved_off(shape, self.snake, self.query, self._packed, self._windows, self._bounds())
         self._windows, self._measured = known
         if better is not None:
@@ -345,11 +375,11 @@ class SnakeDrive(DistalSteps):
             self._refused = None
             return False
         windows, measured = self._windows, self._measured
-        self._look(wanted.joint_s)
+        self._set_windows(wanted.joint_s)
         start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
         known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
-        if self.eases and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
+        if self.projects_within_step and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
             wanted, end = self._projected(wanted, end, dt)
             verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if verdict.taken:
@@ -379,7 +409,7 @@ class SnakeDrive(DistalSteps):
 
     # What is known of the robot
 
-    def _look(self, joint_s: Array) -> None:
+    def _set_windows(self, joint_s: Array) -> None:
         """Windows of the links for joints at these arc lengths, and which links are inside."""
         self._windows = link_windows(self.pathway, joint_s, self._first)
         self._measured = joint_s[:-1] >= self._entrance

@@ -1,4 +1,4 @@
-"""The bends that the hand has come through, to go back by where the straight way from here is not free."""
+"""The bends that the hand has come through, to go back by where the straight path from here is not free."""
 
 from __future__ import annotations
 

@@ -124,10 +124,11 @@ class HardLimits:
         was = np.full(links, np.inf) if known is None else self._checked_known(known)
         found = Deviations(np.full(links, np.inf), np.zeros(links, dtype=np.int64), np.zeros(links, dtype=np.int64))
         if not (before.finite and after.finite):
-            return Verdict(False, 0.0, found, 0, "a joint or the base is not a finite number")
+            return Verdict(False, 0.0, found, 0, "a joint or the base is not finite: give finite numbers")
         if float(np.abs(after.q).max()) > self.snake.q_max:
             joint = int(np.abs(after.q).argmax())
-            return Verdict(False, 0.0, found, 0, f"joint {joint + 1} is beyond its range")
+            most = np.degrees(self.snake.q_max)
+            return Verdict(False, 0.0, found, 0, f"joint {joint + 1} would be beyond its range of ± {most:g}°")
         part, poses = certify_motion(
             packed.rows, packed.polar, windows, before.base, before.q, after.base, after.q, self._shape, limit,
             was, *self.query.blocks, *found,
@@ -180,7 +181,7 @@ class HardLimits:
         beyond = found.depth - bound
         link = int(beyond.argmax())
         if not beyond[link] > 0.0:
-            return "the motion is too wild to be followed in parts"
+            return "the motion is too large to be certified even in parts: ask for a shorter step"
         name, deep, most = self.first + link + 1, found.depth[link], bound[link]
         return f"link {name} would be {told_beyond(deep, most)} mm outside of the pathway; its bound is {most:g} mm"
 

@@ -95,7 +95,9 @@ def certify_motion(
     for link in range(links):
         limit[link] = max(bound[link], min(before[link], known[link]))
         depth[link] = before[link]
-        level[link], steep[link] = _slopes(rows, window[link, 0], window[link, 1], limit[link], shape[TOLERANCE])
+        level[link], steep[link] = lipschitz_to_depth(
+            rows, window[link, 0], window[link, 1], limit[link], shape[TOLERANCE]
+        )
     for link in range(links):
         if not (before[link] <= limit[link] and before[link] < np.inf):
             return 0.0, 1
@@ -109,7 +111,7 @@ def certify_motion(
         for link in range(links):
             if not depth[link] <= limit[link]:
                 return done, poses
-        if not _way_is_kept(
+        if not _motion_is_kept(
             rows, polar, window, here, there, lanes, start, before, depth, bow, steep, level, to - done, limit, shape
         ):
             size *= 0.5
@@ -124,7 +126,7 @@ def certify_motion(
 
 
 @compiled
-def _way_is_kept(
+def _motion_is_kept(
     rows: Array,
     polar: Array,
     window: Index,
@@ -176,7 +178,7 @@ def _way_is_kept(
 
 
 @compiled
-def _slopes(rows: Array, first: int, last: int, limit: float, tolerance: float) -> tuple[float, float]:
+def lipschitz_to_depth(rows: Array, first: int, last: int, limit: float, tolerance: float) -> tuple[float, float]:
     """Of a window: a depth in mm, and the Lipschitz constant Λ up to that depth and the tolerance.
 
     The depth is the limit; where that and the tolerance are more than ``DEEPEST`` of the least inscribed radius c, it

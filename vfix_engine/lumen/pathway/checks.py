@@ -80,7 +80,7 @@ def check_neighbours(centre: Array, tangent: Array, first: Array, radius: Array,
         name: names the pair of contours j and j + 1 in a message.
 
     Raises:
-        PathwayError: M·e of a contour and the way to its neighbour is 0.1 or less; or a point of a contour's rim
+        PathwayError: M·e of a contour and the direction to its neighbour is 0.1 or less; or a point of a contour's rim
             lies on the wrong side of its neighbour's plane.
     """
     along = centre[1:] - centre[:-1]
@@ -95,7 +95,7 @@ def check_neighbours(centre: Array, tangent: Array, first: Array, radius: Array,
         worst = int(facing.argmin())
         angle = np.degrees(np.arccos(np.clip(facing[worst], -1.0, 1.0)))
         raise PathwayError(
-            f"{name(worst)} do not face each other: a tangent and the way between the centres are {angle:.0f}° apart, "
+            f"{name(worst)} do not face each other: a tangent and the line between the centres are {angle:.0f}° apart, "
             f"at most {np.degrees(np.arccos(FACING)):.0f}° are possible"
         )
     margin = clear_of_neighbours(ahead, tangent, first, radius)

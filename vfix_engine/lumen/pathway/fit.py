@@ -28,7 +28,7 @@ _RAYS = 48  # about each of them; as many as a polar contour has radii, if that 
 _SMOOTH = 8.0  # [mm] over which bends and the measured width are smoothed
 _SPREAD = 0.1  # need of contours where the lumen is straight and even, per mm; see _laid
 _SLOPE = 1.0  # ... per slope of the width
-_DAMPED = 0.7  # of the way to the nearest place of the spline, in each of so many rounds
+_DAMPED = 0.7  # of the distance to the nearest place of the spline, in each of so many rounds
 _ROUNDS = 5  # of fitting the spline and finding where on it each place of the curve lies
 _POLAR_CUT = 1.5  # of the median: into the mouth of a haustrum or a branch no further than that
 _BEND_CUT = 0.9  # of the bend's radius on its inner side
@@ -85,7 +85,9 @@ def fit_pathway(
     radius = _radii(seen, parts, angles, quantile)
     if not np.isfinite(radius).all():
         nowhere = int(np.flatnonzero(~np.isfinite(radius).all(axis=1))[0])
-        raise PathwayError(f"no wall is seen around the curve at {at[nowhere]:.1f} mm")
+        raise PathwayError(
+            f"no wall is seen around the curve at {at[nowhere]:.1f} mm: close the surface there, or end the path before"
+        )
     radius = np.maximum(radius - keep_mm, least_mm)
     return uncrossed(Interpolation(at, interpolated), control, radius, first[0], least_mm)
 
@@ -145,7 +147,7 @@ def _width(wall: Wall, curve: Curve) -> tuple[Array, Array, int]:
     width = np.quantile(free_distance(distance, side, outward), 0.3, axis=1, method="lower")
     closed = np.isfinite(width)
     if not closed.any():
-        raise PathwayError("the curve sees no wall around itself: it does not lie in this lumen")
+        raise PathwayError("the curve sees no wall around itself: it does not lie in this lumen; give one that does")
     # Through an opening there is no width: as wide as the lumen is elsewhere.
     return s, np.where(closed, width, np.median(width[closed])), outward
 

@@ -7,8 +7,8 @@ below v2 and v3, and so below the wall, of every such plane where
     height ≤ R_j (cos β_j − |slope| sin β_j),   height ≤ R_{j+1} (cos β_{j+1} − |slope| sin β_{j+1}) − slope · length
 
 with the smallest radii. A point between the contours' planes at (t, h) therefore has δ_j ≤ factor · max(0, h − ℓ(t)):
-above the wall's own stretch of t it is at most the way straight down to ℓ; beside it, above a contour that leans
-outwards, its way to v2 is at most (h − v2) / cos β, and h − v2 ≤ h − ℓ(t) + |slope| (h − v2) tan β.
+above the wall's own stretch of t it is at most the distance straight down to ℓ; beside it, above a contour that
+leans outwards, the distance to v2 is at most (h − v2) / cos β, and h − v2 ≤ h − ℓ(t) + |slope| (h − v2) tan β.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ LIPSCHITZ = (
 INNER_LINE = 36  # height mm, slope, factor and √(1 + slope²) of the line below the wall (inner_line.py)
 START_FACING, END_FACING = 40, 41  # M_j·e, M_{j+1}·e
 START_LEAN, END_LEAN = 42, 43  # M_j·w, M_{j+1}·w; w: first_j made perpendicular to e, the plane of a point on the axis
-START_COSINE, START_SINE, END_COSINE, END_SINE = 44, 47, 50, 53  # ⊥ e; of a way w from the axis, the parts of ρ
+START_COSINE, START_SINE, END_COSINE, END_SINE = 44, 47, 50, 53  # ⊥ e; of the vector w from the axis, the parts of ρ
 BEHIND, BEYOND = 56, 57  # mm; no part of the wall is farther behind the first contour's plane, beyond the last one's
 ROW = 58
 
@@ -52,7 +52,7 @@ def check_packed(packed: PackedPathway) -> None:
     """Whether rows and polar are as ``pack`` makes them: the kernels follow them without a look, and NaN is inside.
 
     Raises:
-        InputError: arrays of other shapes or kinds, or a number that is none.
+        InputError: arrays of other shapes or kinds, or a non-finite value.
     """
     if not isinstance(packed, PackedPathway):
         raise InputError(f"{packed!r:.60} is no packed pathway: take one from Pathway.packed")

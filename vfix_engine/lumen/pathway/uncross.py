@@ -13,7 +13,7 @@ from .pathway import Pathway
 
 Array = NDArray[np.float64]
 
-_SHARE = 0.95  # of the way to the line where two contours' planes meet
+_SHARE = 0.95  # of the distance to the line where two contours' planes meet
 _ROUNDS = 200
 
 

@@ -101,7 +101,7 @@ def lipschitz_constant(packed: PackedPathway, first: int, last: int, deviation_m
 
         K = max over both contours of √((R tan β)² + (R' / cos β)²),   cos β = M·e, R' = dR/dψ.
 
-    Turning takes h dφ of a way that is perpendicular to the section, so Λ = √(1 + (K / h)²). A point whose deviation is
+    Turning takes h dφ, perpendicular to the section, so Λ = √(1 + (K / h)²). A point whose deviation is
     δ has h ≥ c - δ from the axis of the segment that it is measured to, c its inscribed radius, and so has every point
     of the straight line where δ is no more than that.
 
@@ -109,7 +109,7 @@ def lipschitz_constant(packed: PackedPathway, first: int, last: int, deviation_m
         deviation_mm: the largest deviation that is asked for, less than every inscribed radius. None: half of each
             inscribed radius, and any deviation of points between their segment's planes, whose h is no less than that.
 
-    It holds for two points whose straight way stays between the outer planes of the window: there a point inside of a
+    It holds for two points whose connecting line stays between the window's outer planes: there a point inside of a
     segment leaves it through the wall, where δ grows from 0, or into a neighbour, which has the same section there.
     Beyond the window's ends δ has a step.
     """

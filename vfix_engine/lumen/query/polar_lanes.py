@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry.compiled import borrowing, inlined, vectorised
-from .query_blocks import RADIUS, THICKNESS
-from .query_lanes import BOUND, RADII, TURNED, WIDTH, farthest_off
+from .query_lanes import RADII
 from .section import AXIS
 
 Array = NDArray[np.float64]
@@ -47,7 +46,7 @@ def put_angles(rows: Array, j: int, count: float, work: Array) -> None:
     """Polar angles of the 16 places' directions in both contours of segment ``j``, into RADII and 16 behind.
 
     0 to ``count`` for a turn. By eq. 2 ρ lies along -(M·w) e + (M·e) w; its parts along a contour's directions are
-    linear in w, and the same of the whole way from P_j, as they are perpendicular to e: ``packed.START_COSINE``.
+    linear in w, and the same of the whole vector from P_j, as they are perpendicular to e: ``packed.START_COSINE``.
     """
     ax, ay, az, ex, ey, ez = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 19], rows[j, 20], rows[j, 21]
     cx, cy, cz, sx, sy, sz = rows[j, 44], rows[j, 45], rows[j, 46], rows[j, 47], rows[j, 48], rows[j, 49]
@@ -84,84 +83,3 @@ def put_radii(rows: Array, polar: Array, j: int, work: Array) -> None:
     for k in range(16):
         work[RADII + k] = look_up(polar, j, work[RADII + k])
         work[RADII + 16 + k] = look_up(polar, j + 1, work[RADII + 16 + k])
-
-
-@vectorised
-def put_widths(ball: Array, node: int, rows: Array, j: int, count: float, work: Array) -> None:
-    """Half the polar angle, 0 to ``count`` for a turn, that each of 16 plates can take in either contour.
-
-    Seen along the axis a plate takes asin(radius / h) ≤ u + (π/2 - 1) u³ to either side, u = radius / h. In a contour
-    that leans by β an angle is at most 1 / cos β of that about the axis.
-    """
-    ax, ay, az, ex, ey, ez = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 19], rows[j, 20], rows[j, 21]
-    scale = count / (_TURN * min(rows[j, 40], rows[j, 41])) * (1.0 + 1e-9)
-    for k in range(16):
-        px, py, pz = work[k] - ax, work[16 + k] - ay, work[32 + k] - az
-        t = px * ex + py * ey + pz * ez
-        wx, wy, wz = px - t * ex, py - t * ey, pz - t * ez
-        ww = wx * wx + wy * wy + wz * wz
-        radius = ball[node, RADIUS + k]
-        u = radius / np.sqrt(ww)
-        work[WIDTH + k] = scale * (u + 0.5708 * u * u * u) if radius * radius < ww else count
-
-
-@borrowing
-def least_radius(polar: Array, contour: int, at: float, width: float) -> float:
-    """The least radius at angles from ``at`` - ``width`` to ``at`` + ``width``, 0 to A for a turn."""
-    count = polar.shape[1]
-    if not (2.0 * width < count and 0.0 <= at <= count):
-        at, width = 0.0, 0.5 * count
-    low, high = at - width, at + width
-    low += count if low < 0.0 else 0.0
-    high -= count if high >= count else 0.0
-    least = min(look_up(polar, contour, low), look_up(polar, contour, high))
-    k = int(low) + 1
-    for _ in range(int(2.0 * width) + 1):
-        k -= count if k >= count else 0
-        least = min(least, polar[contour, k])
-        k += 1
-    return least
-
-
-@borrowing
-def put_least_radii(ball: Array, node: int, rows: Array, polar: Array, j: int, least: float, work: Array) -> None:
-    """The least radii of both contours in all sections that a plate reaches into, of plates bounded over ``least``."""
-    count = float(polar.shape[1])
-    put_widths(ball, node, rows, j, count, work)
-    put_angles(rows, j, count, work)
-    for k in range(16):
-        if work[BOUND + k] > least:
-            width = work[WIDTH + k]
-            work[RADII + k] = least_radius(polar, j, work[RADII + k], width)
-            work[RADII + 16 + k] = least_radius(polar, j + 1, work[RADII + 16 + k], width)
-
-
-@vectorised
-def lower_bounds(ball: Array, node: int, rows: Array, j: int, work: Array) -> None:
-    """Lower what ``query_lanes.raise_bounds`` gave for segment ``j``: a line below the wall for each plate's own radii.
-
-    The line is that of ``inner_line.py`` for the least radii that the plate reaches into.
-    """
-    ax, ay, az = rows[j, 0], rows[j, 1], rows[j, 2]
-    ex, ey, ez, length = rows[j, 19], rows[j, 20], rows[j, 21], rows[j, 22]
-    cosine2, cosine3 = min(rows[j, 40], 1.0), min(rows[j, 41], 1.0)
-    sine2, sine3 = np.sqrt(1.0 - cosine2 * cosine2), np.sqrt(1.0 - cosine3 * cosine3)
-    tangent = max(sine2 / cosine2, sine3 / cosine3)
-    steepest, cosine = 0.25 / max(tangent, 1e-3), min(cosine2, cosine3)
-    per_mm = 1.0 / length
-    for k in range(16):
-        radius, thickness = ball[node, RADIUS + k], ball[node, THICKNESS + k]
-        radius2, radius3 = work[RADII + k], work[RADII + 16 + k]
-        slope = (radius3 * cosine3 - radius2 * cosine2) * per_mm
-        slope = slope if slope < steepest else steepest
-        slope = slope if slope > -steepest else -steepest
-        steep = abs(slope)
-        height2, height3 = radius2 * (cosine2 - steep * sine2), radius3 * (cosine3 - steep * sine3) - slope * length
-        height = height2 if height2 < height3 else height3
-        px, py, pz = work[k] - ax, work[16 + k] - ay, work[32 + k] - az
-        t = px * ex + py * ey + pz * ez
-        wx, wy, wz = px - t * ex, py - t * ey, pz - t * ez
-        out = wx * work[TURNED + k] + wy * work[TURNED + 16 + k] + wz * work[TURNED + 32 + k]
-        far = farthest_off(wx * wx + wy * wy + wz * wz, out, radius, thickness)
-        bound = (far - (height + slope * t) + radius * steep) / (cosine * (1.0 - steep * tangent))
-        work[BOUND + k] = bound if bound < work[BOUND + k] else work[BOUND + k]

@@ -61,7 +61,7 @@ class Query:
             found.depth, found.vertex, found.segment, self._work,
         )  # fmt: skip
         if wrong < 0:
-            raise InputError("frames are not finite")
+            raise InputError("frames are not finite: give finite transforms")
         if wrong > 0:
             _check_windows(window, len(packed.rows))
         if np.ndim(frames) == 4:
@@ -93,7 +93,7 @@ class Query:
         with np.errstate(over="ignore"):
             far = not (np.abs(taken).sum(axis=(2, 3)) < FARTHEST).all()  # or not a number
         if far:
-            raise InputError("frames are not finite")
+            raise InputError("frames are not finite: give finite transforms")
         _check_windows(window, len(packed.rows))
         return taken, window
 
@@ -140,7 +140,7 @@ def deviation_of_points(points: ArrayLike, packed: PackedPathway, first: int, la
     Kwok 2013, eq. 1-8, segment by segment: nothing is left out. It is what the fast query is held against.
 
     Raises:
-        InputError: points of another shape or not finite; an empty window; a pathway that is none.
+        InputError: points of another shape or not finite; an empty window; an invalid pathway.
     """
     check_packed(packed)
     places = np.array(points, dtype=np.float64)

@@ -74,8 +74,8 @@ def checked_deviations(
 ) -> int:  # fmt: skip
     """The same of K poses for Python: frames (K, L or with the base L + 1, 3 or 4, 4), results (K · L,).
 
-    Returns 0, or 1 + the link whose window is none, or -1 where a frame is not of numbers. The arrays are handed in
-    one by one, as Python takes 1.5 µs more for tuples of them.
+    Returns 0, or 1 + the link whose window is empty or beyond the pathway, or -1 where a frame is not finite. The
+    arrays are handed in one by one, as Python takes 1.5 µs more for tuples of them.
     """
     packed, blocks = PackedPathway(rows, polar), VertexBlocks(lanes, ball, start, index)
     found = Deviations(depth, vertex, segment)

@@ -21,12 +21,9 @@ AT = 64  # and the segment that has it
 TURNED = 48  # in a node: the normals x, y, z of the 16
 FRAME = 96  # [R | p] row by row
 RADII = 112  # both contours' radii in the sections of the 16
-WIDTH = 144  # half the polar angles that 16 plates take
-BOUND = 160  # what 16 plates may deviate from one segment,
-SHARP = 176  # and from all
-LEVEL = 192  # of each level of the tree: the children's bounds, then what is named here
+LEVEL = 144  # of each level of the tree: the children's bounds, then what is named here
 STEP = 24
-NODE, HERE, LOW, HIGH, STATE = 16, 17, 18, 19, 20  # the node, segments at and about it, how its bounds were had
+NODE, HERE, LOW, HIGH = 16, 17, 18, 19  # the node, segments at and about it
 
 
 @inlined

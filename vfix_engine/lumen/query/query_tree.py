@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from ...geometry.compiled import borrowing
 from ..pathway.packed import PackedPathway
-from .polar_lanes import lower_bounds, put_least_radii, put_radii
+from .polar_lanes import put_radii
 from .query_blocks import CHILD, WHOLE, VertexBlocks
 from .query_lanes import (
     AT,
-    BOUND,
     FRAME,
     GAP,
     HERE,
@@ -24,8 +23,6 @@ from .query_lanes import (
     LEVEL,
     LOW,
     NODE,
-    SHARP,
-    STATE,
     STEP,
     lower_gaps,
     most,
@@ -40,9 +37,6 @@ from .section import section_distance
 Array = NDArray[np.float64]
 
 FARTHEST = 1e100  # [mm] beyond it squares overflow; such a place is no place
-_SHARP = -1.0  # of a node's bounds; where they are not, so many of its blocks were measured
-_PATIENCE = 8.0  # blocks of a root that are measured before its bounds are sharpened: that takes as long
-_LESS = 2.0  # of another node, whose plates are smaller and have sharper bounds
 
 
 @borrowing
@@ -108,35 +102,6 @@ def enter(
     if high + 1 == last and ahead(rows, last - 1, 1, x, y, z) > -radius:
         raise_ends(ball, node, rows, last - 1, 1, work, at)
     work[at + NODE], work[at + HERE], work[at + LOW], work[at + HIGH] = float(node), float(j), float(low), float(high)
-    work[at + STATE] = 0.0 if packed.polar.shape[1] > 1 else _SHARP
-
-
-@borrowing
-def sharpen(packed: PackedPathway, ball: Array, first: int, last: int, least: float, work: Array, at: int) -> None:
-    """Lower the bounds over ``least`` of polar contours, by a line below the wall where a plate is, not everywhere."""
-    node, low, high = int(work[at + NODE]), int(work[at + LOW]), int(work[at + HIGH])
-    put_places(ball, node, work)
-    put_normals(ball, node, work)
-    for k in range(SHARP, SHARP + 16):
-        work[k] = 0.0
-    for i in range(low, high + 1):
-        for k in range(BOUND, BOUND + 16):
-            work[k] = 0.0
-        raise_bounds(ball, node, packed.rows, i, work, BOUND)
-        for k in range(16):
-            work[BOUND + k] = min(work[BOUND + k], work[at + k])  # of a child that has been entered 0
-        if most(work, BOUND) > least:
-            put_least_radii(ball, node, packed.rows, packed.polar, i, least, work)
-            lower_bounds(ball, node, packed.rows, i, work)
-        for k in range(16):
-            work[SHARP + k] = max(work[SHARP + k], work[BOUND + k])
-    if low == first:
-        raise_ends(ball, node, packed.rows, first, 0, work, SHARP)
-    if high + 1 == last:
-        raise_ends(ball, node, packed.rows, last - 1, 1, work, SHARP)
-    for k in range(16):
-        work[at + k] = min(work[at + k], work[SHARP + k])
-    work[at + STATE] = _SHARP
 
 
 @borrowing
@@ -248,10 +213,6 @@ def deepest(
         while work[at + k] < bound:
             k += 1
         child, j = int(blocks.ball[int(work[at + NODE]), CHILD + k]), int(work[at + HERE])
-        if work[at + STATE] >= (0.0 if child >= 0 else _PATIENCE if level == 0 else _LESS):
-            sharpen(packed, blocks.ball, first, last, least, work, at)
-            continue
-        work[at + STATE] += 0.0 if work[at + STATE] == _SHARP else 1.0
         work[at + k] = 0.0
         if child >= 0:
             level += 1

@@ -18,7 +18,7 @@ from ..control.tip_control import DistalContext
 from ..drive.drive_state import Command, DriveSettings, DriveState, Outcome
 from ..drive.snake_drive import TISSUE_SHARE, SnakeDrive
 from ..limits.limits import told_beyond
-from ..pathway.packed import PackedPathway
+from ..pathway.packed import pack
 from ..pathway.pathway import Pathway
 from .planning import BendsWanted, Plan, PlanInputs, Seen, Shape
 
@@ -49,11 +49,11 @@ class AdoptedLook:
 class PlannedWay:
     """Stands in the place of ``Waypoints``: shapes ahead are planned elsewhere.
 
-    curve: what they conform to; first: the shape at the start.
+    curve: what they conform to, as it was at the start; length_mm: of what it has become.
     """
 
     def __init__(self, first: ShapeSolution, curve: Curve, spacing_mm: float) -> None:
-        self.curve, self.first, self.spacing_mm = curve, first, spacing_mm
+        self.curve, self.length_mm, self.spacing_mm = curve, curve.length, spacing_mm
         self._last, self._sign, self._ahead = first, 0, tuple[ShapeSolution, ...]()
 
     @property
@@ -68,7 +68,7 @@ class PlannedWay:
     def at_end(self, tip_s: float, sign: float) -> str | None:
         """In words, why there is nowhere to go in that direction; None where there is."""
         if sign > 0.0:
-            return "the end of the path" if tip_s >= self.curve.length else None
+            return "the end of the path" if tip_s >= self.length_mm else None
         return "the robot is out" if tip_s <= 0.0 else None
 
     def next(self) -> ShapeSolution:
@@ -103,7 +103,7 @@ class PlannedDrive(SnakeDrive):
     ago, nothing moves ('tissue').
     """
 
-    eases = False
+    projects_within_step = False
     times_queries = False
 
     def __init__(
@@ -131,6 +131,11 @@ class PlannedDrive(SnakeDrive):
     def moves(self) -> bool:
         """Whether the tissue does."""
         return self.pathway.motion is not None
+
+    @property
+    def length_mm(self) -> float:
+        """Of the curve that the robot conforms to, as it was seen last."""
+        return self._waypoints.length_mm
 
     @property
     def tissue_age_s(self) -> float:
@@ -277,12 +282,13 @@ class PlannedDrive(SnakeDrive):
     def _adopt_look(self, plan: Plan, seen: Seen, age_s: float) -> None:
         if seen.t <= self.seen_t:
             return
-        packed = PackedPathway(_fixed(seen.packed.rows), _fixed(seen.packed.polar))
-        self.seen_t, self._packed, self._waypoints.curve = seen.t, packed, seen.curve
+        self.seen_t, self._waypoints.length_mm = seen.t, seen.length_mm
+        self._packed = pack(seen.centre, seen.tangent, seen.first, seen.radius)
         self._rim = np.append(seen.rim_mm_per_s, 0.0)
         self._live.due = self.t + max(self.settings.tissue_s, age_s)
-        self.tip_s = min(self.tip_s, seen.curve.length)
-        found = _from_here([seen.goal.on(seen.curve), *(shape.on(seen.curve) for shape in plan.ahead)], self.tip_s)
+        self.tip_s = min(self.tip_s, seen.length_mm)
+        curve = self._waypoints.curve
+        found = _from_here([seen.goal.on(curve), *(shape.on(curve) for shape in plan.ahead)], self.tip_s)
         if found:
             self._goal = found[0]
             self._waypoints.restart(self._goal, plan.sign, tuple(found[1:]))
@@ -314,9 +320,3 @@ def _from_here(shapes: list[ShapeSolution], tip_s: float) -> list[ShapeSolution]
         if 0.0 <= share < 1.0:
             return [blended(shapes[k], shapes[k + 1], share), *shapes[k + 1 :]]
     return []
-
-
-def _fixed(array: Array) -> Array:
-    """Read-only, so that queries look at it once."""
-    array.setflags(write=False)
-    return array

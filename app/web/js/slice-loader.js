@@ -1,0 +1,88 @@
+// The pictures of a CT slice on their way.
+import { svg } from "./dom.js";
+/** @import { Connection } from "./connection.js" */
+/** @import { SlicePlane } from "./types.js" */
+
+/** @typedef {{ plane: SlicePlane, addresses: string[], key: string }} Job pictures of one plane; key: their addresses */
+
+const TRY_AGAIN_MS = 3000;
+
+/** Fetches the pictures of the newest wanted plane; at most one plane is on its way, and a failure shows none. */
+export class Loader {
+  /**
+   * @param {SVGGElement} coming holds pictures while they load
+   * @param {Connection} connection
+   * @param {(plane: SlicePlane, images: SVGImageElement[] | null) => void} shown images: null where they could not be loaded
+   */
+  constructor(coming, connection, shown) {
+    this.coming = coming;
+    this.connection = connection;
+    this.shown = shown;
+    /** @type {Job | null} */
+    this.wanted = null;
+    /** @type {Job | null} */
+    this.loading = null;
+    /** @type {string | null} key of the newest job that has ended */
+    this.done = null;
+    this.missing = false; // what that job could not load
+    /** @type {number | undefined} */
+    this.timer = undefined;
+  }
+
+  /**
+   * @param {SlicePlane} plane
+   * @param {string[]} addresses
+   */
+  want(plane, addresses) {
+    this.wanted = { plane, addresses, key: addresses.join(" ") };
+    if (!this.loading && this.wanted.key !== this.done) this.load(this.wanted);
+  }
+
+  /** Ask once more for what could not be loaded; without a line that waits for the next one. */
+  again() {
+    if (!this.missing || this.loading || !this.wanted || !this.connection.connected) return;
+    this.load(this.wanted);
+  }
+
+  clear() {
+    clearTimeout(this.timer);
+    this.wanted = this.loading = this.done = null;
+    this.missing = false;
+    this.coming.replaceChildren();
+  }
+
+  /** @param {Job} job */
+  async load(job) {
+    clearTimeout(this.timer);
+    this.loading = job;
+    let images = null;
+    try {
+      images = await Promise.all(job.addresses.map((address) => picture(address, this.coming)));
+    } catch {
+      this.timer = setTimeout(() => this.again(), TRY_AGAIN_MS);
+    }
+    if (this.loading !== job) return; // another head was opened
+    this.loading = null;
+    this.missing = images === null;
+    this.done = job.key;
+    this.shown(job.plane, images);
+    this.coming.replaceChildren();
+    if (this.wanted && this.wanted.key !== job.key) this.load(this.wanted);
+  }
+}
+
+/**
+ * The element of a picture, once it is loaded.
+ * @param {string} address
+ * @param {SVGGElement} coming
+ * @returns {Promise<SVGImageElement>}
+ */
+function picture(address, coming) {
+  return new Promise((resolve, reject) => {
+    const element = svg("image", { preserveAspectRatio: "none" });
+    element.addEventListener("load", () => resolve(element));
+    element.addEventListener("error", () => reject(new Error("The picture could not be loaded.")));
+    element.setAttribute("href", address);
+    coming.append(element);
+  });
+}

@@ -1,0 +1,144 @@
+"""What a tick of the rigid tool costs besides its clock: the whole step of the system with its recorder's row.
+
+Three drives, each from the inner end of the corridor: moving freely, pushed against the nearest bone, and swinging
+about an inspected target. The snapshot is apart: it is made at display rate.
+The stack's whole step is the same system with the stack in the controller's place: it is timed at some of the free
+drive's states, where the report that the controller made is handed back for nothing.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import report
+from benchmarks.stack import Stack
+from vfix_engine.control import ControlSettings, StepReport
+from vfix_engine.control.tasks import view_point
+from vfix_engine.runtime import Command, SetTask
+from vfix_engine.simulation.rigid import RehearsalState, RigidSystem
+from vfix_engine.simulation.scene import Scene
+
+STEPS = 1500  # of each drive
+SWING_STEPS = 700  # of one swing about the target, and of one way there and back in the free drive
+WARM = 50  # steps of each drive that are not counted
+STACK_EVERY = 15  # free steps between two that the stack takes as well
+MOST_STEPS = 60_000  # to the inner end
+
+Array = NDArray[np.float64]
+
+
+class WholeStep:
+    """One case's scene, driven three ways."""
+
+    def __init__(self, scene: Scene, settings: ControlSettings, stack: Stack):
+        self._settings, self._stack = settings, stack
+        inner = self._inner_end(RigidSystem(scene, settings))
+        target = view_point(inner.tool, scene.tool, settings.view_distance_mm)
+        self._system = RigidSystem(replace(scene, targets=target[None], target_names=("inner end",)), settings)
+        self._inner, self._row = inner, np.empty(len(self._system.row_layout))
+        self._snapshots: list[float] = []
+
+    def measure(self, step_us: float) -> dict[str, Any]:
+        """Figures of all three drives; ``step_us``: of the compiled step, measured in this run."""
+        stack: list[float] = []
+        by = {
+            "free": self._drive("free", _to_and_fro, stack),
+            "held": self._drive("free", self._pushed),
+            "inspecting": self._drive("inspect", _swinging),
+        }
+        worst = max(one["whole_us"] for one in by.values())
+        for one in by.values():
+            one["over_step"] = one["whole_us"] / step_us
+        whole_stack = report.spread_us(stack)["median_us"]
+        return {
+            "whole_us": worst,
+            "whole_over_step": worst / step_us,
+            "whole_by": by,
+            "snapshot_us": report.spread_us(self._snapshots)["median_us"],
+            "whole_stack_us": whole_stack,
+            "whole_ratio_vs_stack": whole_stack / by["free"]["whole_us"],
+        }
+
+    def _inner_end(self, system: RigidSystem) -> RehearsalState:
+        state = system.start("path")
+        forwards = Command(np.zeros(3), drive=1)
+        for _ in range(MOST_STEPS):
+            state = system.step(state, forwards)
+            if state.phase == "done" or (state.last is not None and state.last.report.held):
+                break
+        return state
+
+    def _drive(self, task: str, hand: Any, stack: list[float] | None = None) -> dict[str, Any]:
+        system, row = self._system, self._row
+        state = system.apply(self._inner, SetTask(task))
+        taken: list[float] = []
+        outcomes: Counter[str] = Counter()
+        for count in range(WARM + STEPS):
+            command = hand(state, count, self._settings.force_cap_n)
+            begin = time.perf_counter()
+            after = system.step(state, command)
+            system.row(after, row)
+            spent = time.perf_counter() - begin
+            if count >= WARM:
+                taken.append(spent)
+                outcomes[after.last.report.outcome if after.last else ""] += 1
+                if stack is not None and count % STACK_EVERY == 0:
+                    stack.append(self._with_stack(state, command, after))
+                    system.step(state, command)  # not counted: the stack has just had the caches for itself
+                begin = time.perf_counter()
+                system.snapshot(after)
+                self._snapshots.append(time.perf_counter() - begin)
+                system.step(state, command)
+            state = after
+        spread = report.spread_us(taken)
+        return {
+            "whole_us": spread["median_us"],
+            "whole_p99_us": spread["p99_us"],
+            "steps": len(taken),
+            "outcomes": dict(outcomes),
+        }
+
+    def _with_stack(self, state: RehearsalState, command: Command, after: RehearsalState) -> float:
+        """Seconds of the same whole step with the stack in the controller's place."""
+        system, stack = self._system, self._stack
+        assert after.last is not None
+        done, own = after.last.report, system.controller.step
+
+        def stacked(tool: Any, task: Any, hand: Any) -> StepReport:
+            stack.step(tool, task.request(tool, hand))
+            return done
+
+        system.controller.step = stacked  # type: ignore[method-assign, assignment]
+        try:
+            begin = time.perf_counter()
+            system.row(system.step(state, command), self._row)
+            return time.perf_counter() - begin
+        finally:
+            system.controller.step = own  # type: ignore[method-assign]
+
+    def _pushed(self, state: RehearsalState, count: int, cap: float) -> Command:
+        """Full force against the bone that was nearest at the beginning of each stretch."""
+        if count % 250 == 0:
+            self._push = -cap * self._system.scene.tree.closest(state.tool.segments).normal
+        return Command(self._push)
+
+
+def _to_and_fro(state: RehearsalState, count: int, cap: float) -> Command:
+    """Out of the corridor and in again, along it, at half the force."""
+    along = state.tool.tip.rotation[:, 1] if state.nearest is None else state.nearest.tangent
+    outwards = -1.0 if count % SWING_STEPS < SWING_STEPS // 2 else 1.0
+    return Command(0.5 * cap * outwards * along)
+
+
+def _swinging(state: RehearsalState, count: int, cap: float) -> Command:
+    """About the target, round and round, with a twist."""
+    angle = 2.0 * np.pi * count / SWING_STEPS
+    across, upwards = state.tool.tip.rotation[:, 0], state.tool.tip.rotation[:, 2]
+    force = 0.5 * cap * (np.cos(angle) * across + np.sin(angle) * upwards)
+    return Command(force, twist=float(np.sign(np.sin(2.0 * angle))))
