@@ -84,22 +84,22 @@ AGES = """
 """
 
 
-@pytest.mark.parametrize("scene", ["drawn", "hidden"])
+@pytest.mark.parametrize("scene", ["drawn", "closed"])
 def test_the_figures_on_the_page_are_young(open_page: Open, rest: Rest, scene: str, record_property: Any) -> None:
-    """From the control process to what is drawn. Where the scene is drawn in software, a frame of it takes longer."""
+    """While the robot moves, from the control process to what is drawn; a scene drawn in software holds frames up."""
     station = open_page().ready()
     station.open_plan(rest.copy_of_sample("Young figures"))
     station.start()
-    if scene == "hidden":
-        station.page.evaluate("document.getElementById('scene').style.display = 'none'")
-    ages = station.page.evaluate(AGES, 6.0)
+    if scene == "closed":
+        station.page.evaluate("document.getElementById('scene').src = 'about:blank'")
+    station.drive_until("ArrowUp", "motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
+    ages = station.page.evaluate(AGES, 5.0)
+    station.page.keyboard.up("ArrowUp")
     median, late = ages[len(ages) // 2], ages[int(0.95 * len(ages))]
     record_property(f"age_ms_{scene}", {"median": median, "p95": late, "max": ages[-1], "figures": len(ages)})
-    print(
-        f"age of the figures, scene {scene}: median {median} ms, p95 {late} ms, max {ages[-1]} ms, {len(ages)} figures"
-    )
-    assert len(ages) > 20
-    if scene == "hidden":
+    print(f"scene {scene}: median {median}, p95 {late}, max {ages[-1]} ms, {len(ages)} figures")
+    assert len(ages) > 10
+    if scene == "closed":
         assert median <= 60
 
 
