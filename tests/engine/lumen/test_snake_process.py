@@ -11,10 +11,10 @@ from snake_runs import SAME_MM, TIGHT, judged, made_spec
 
 from vfix_engine.lumen.pathway.tissue_motion import peristalsis
 from vfix_engine.lumen.system import SnakeSnapshot
-from vfix_engine.runtime.handle import GONE_S
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run
+from vfix_engine.runtime.virtual_coupling import GONE_S
 
 Process = ControlProcess[SnakeSnapshot]
 LATE_STEPS = 40  # the last snapshot before the hand was lost may be that old

@@ -78,6 +78,7 @@ def test_zone_remote_centre_and_own_robot_hold_in_the_process(own_scene: Scene, 
     (centre,) = own_scene.fixtures
     assert isinstance(centre, RemoteCentre)
     spec = RigidSpec(SceneSpec.of(own_scene), SETTINGS)
+    spec.build().prepare()  # what is not compiled yet is compiled here, not while the process is waited for
     process: ControlProcess[Snapshot] = ControlProcess(spec, real_time=False, record=tmp_path / "drive.run")
     process.start()
     try:
