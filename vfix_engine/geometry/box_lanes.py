@@ -48,7 +48,7 @@ def describe_single(p: Array, d: Array, frame: Array, probe: Single) -> None:
         probe[3 + k] = d[k]
         probe[6 + k] = d[k] * share
         far += abs(p[k] - frame[k]) + abs(d[k])
-    # Beyond the range in which float32 can square a coordinate nothing is told apart and nothing left out.
+    # Beyond the range in which float32 can square a coordinate values cannot be distinguished and nothing is left out.
     probe[9] = _ROUNDING * far if far < FARTHEST else np.inf
 
 

@@ -19,7 +19,7 @@ Index = NDArray[np.int32]
 class CandidateList:
     """Triangles within ``reach`` mm of each segment's surface in one pose of the tool.
 
-    Answers are exact among these triangles; ``valid_for`` tells whether they are exact for the whole mesh.
+    Answers are exact among these triangles; ``valid_for`` says whether they are exact for the whole mesh.
 
     Args:
         segments: the pose.

@@ -1,4 +1,4 @@
-"""The one way kernels are compiled."""
+"""How every kernel is compiled."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def nearest_place(
     """The place (3,) nearest to ``point`` (3,) where a ball of radius ``clearance`` (mm) touches no bone.
 
     Args:
-        inside_bone: tells for points (n, 3) whether they lie in bone, from an image or by `side`; without it only
+        inside_bone: for points (n, 3), whether they lie in bone, from an image or by `side`; without it only
             the surface's distance counts.
         max_move: how far from the point the place may be, in mm.
 

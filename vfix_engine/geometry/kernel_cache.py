@@ -82,7 +82,7 @@ def remove_unused(kernels: Path) -> None:
 
 
 class _Locator(caching._CacheLocator):
-    """Tells numba where a kernel is kept; the folder's name stands for the sources."""
+    """Where numba finds a compiled kernel; the folder's name stands for the sources."""
 
     def __init__(self, function: Any, file: str) -> None:
         self._py_file = file

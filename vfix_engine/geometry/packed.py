@@ -1,6 +1,6 @@
 """Records packed into one array of numbers, with named views that Python and compiled code share.
 
-A record is a ``NamedTuple`` whose fields tell their shapes: ``q: Annotated[Array, "n"]``.
+A record is a ``NamedTuple`` whose annotations give their shapes: ``q: Annotated[Array, "n"]``.
 That one table gives the offsets, the total size and the views; nobody writes an offset down.
 """
 

@@ -111,7 +111,7 @@ def parameter_at(breaks: Array, coefficients: Array, u: Array, s: Array, wanted:
 
 @compiled
 def _unit_tangent(coefficients: Array, x: float, width: float, out: Array, tangent: Array) -> None:
-    """Unit tangent of a piece; where the curve stands still for an instant, the direction just beside it."""
+    """Unit tangent of a piece; where the derivative vanishes, the direction just beside it."""
     _evaluate(coefficients, x, out)
     size = np.sqrt(out[1, 0] ** 2 + out[1, 1] ** 2 + out[1, 2] ** 2)
     if size < 1e-9:

@@ -16,7 +16,7 @@ ORTHONORMAL = 1e-6  # of RᵀR − I and of the last row, absolute: a tool of 30
 
 
 def too_far(points: Array) -> tuple[int, str] | None:
-    """Index of the first of finite points (n, 3) that no patient or tool can be at, and in words why."""
+    """Index of the first of finite points (n, 3) that no patient or tool can be at, and the reason as a sentence."""
     far = np.flatnonzero((np.abs(points) > FARTHEST_MM).any(axis=1))
     if not len(far):
         return None

@@ -1,4 +1,4 @@
-"""Which side of the bone's surface a point lies on, where no image tells it.
+"""Which side of the bone's surface a point lies on, where there is no image.
 
 The sign of Bærentzen & Aanæs 2005, "Signed distance computation using the angle weighted pseudonormal", IEEE
 Transactions on Visualization and Computer Graphics 11(3), section 3: of the vector from the surface's closest point

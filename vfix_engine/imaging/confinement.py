@@ -4,7 +4,7 @@ Linux offers two ways that need no rights of an administrator. Landlock leaves a
 seccomp filter refuses it connections, other programs, children of its own, and what Landlock leaves open: rights,
 owners, times and attributes of files, and signals and limits to other processes. Either holds for the rest of the
 process and cannot be taken back. Where the kernel lacks one of them, and on other systems, the worker runs without it:
-`probe` tells what holds, by trying.
+`probe` says what is in force, by trying.
 """
 
 from __future__ import annotations

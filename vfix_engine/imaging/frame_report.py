@@ -1,4 +1,4 @@
-"""Frame and unit of a file at the door: named, told by the user, or taken as LPS mm and said so."""
+"""Frame and unit of a file at the door: named by it, given by the user, or taken as LPS mm and said so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one door for a head from a file: read, checked that it can be one, and what is doubtful about it in words.
+"""The one door for a head from a file: read, checked that it can be one, and what is doubtful about it as sentences.
 
 `read_mesh` and `read_volume` take any surface and any volume; a head has a size, air around it and bone in it.
 """

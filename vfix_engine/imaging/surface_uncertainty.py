@@ -1,4 +1,4 @@
-"""How far a bone surface may lie from bone, in words, and whether a margin covers that."""
+"""How far a bone surface may lie from bone, as sentences, and whether a margin covers that."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ class RobotModel:
     joint_weights (n,): what a mm or rad of each joint's motion costs against that of the others.
     home: the configuration from which a placing starts.
     stands: the base stands upright; else it is held as the tool's pose asks.
-    notes: what was assumed or left out when the description was read, in words.
+    notes: what was assumed or left out when the description was read, as sentences.
 
     Raises:
         RobotError: no joint, more than 32 of them (HAZ-23), or a home outside the joints' ranges.
@@ -195,11 +195,11 @@ class RobotModel:
             tip_frame: frame that holds the tool; the tool's shaft runs along its z axis.
             weights: of joints by name, see ``Joint``; hold: see ``Mount``.
 
-        What a Pinocchio model does not say is assumed as for a plain URDF and told in ``notes``: accelerations, and
+        What a Pinocchio model does not say is assumed as for a plain URDF and noted in ``notes``: accelerations, and
         speeds and ranges where they are infinite.
 
         Raises:
-            RobotError: no such frame, a joint on the way that is neither revolute nor prismatic, or one without limits
+            RobotError: no such frame, a joint on the chain that is no revolute or prismatic one, or one without limits
                 that needs them.
         """
         from .from_pinocchio import robot_from_pinocchio  # makes RobotModels

@@ -31,7 +31,7 @@ class TipState:
 
 
 class PlacedRobot:
-    """Forward kinematics and Jacobian of a robot whose base stands in the patient frame.
+    """Forward kinematics and Jacobian of a robot whose base is placed in the patient frame.
 
     base: transform_base_to_patient (4, 4); tip_in_link: transform (4, 4) of the tip in the last joint's moving frame.
     chain: the same kinematics as arrays, for compiled code (see ``chain_kernel.forward``).

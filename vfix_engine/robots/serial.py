@@ -1,4 +1,4 @@
-"""From a URDF's tree to the one chain of joints that moves the tool; everything else stands still and is only drawn."""
+"""From a URDF's tree to the one chain of joints that moves the tool; everything else is fixed and only drawn."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def serial_robot(urdf: Urdf, base: str, tool: str, words: Mapping[str, JointWord
         complete: refuse what neither the URDF nor ``words`` say; else it is assumed and noted.
 
     Raises:
-        RobotError: no way from base to tool, no joint on it, a mimicking joint, a missing number.
+        RobotError: no chain from base to tool, no joint on it, a mimicking joint, a missing number.
     """
     edges = [(joint.name, joint.parent, joint.child) for joint in urdf.joints]
     names, joints, notes = [], [], []
@@ -105,7 +105,7 @@ def _joint(given: UrdfJoint, words: JointWords | None, placement: Array, complet
 
 
 def _drawn(urdf: Urdf, frames: dict[str, tuple[int, Array]]) -> tuple[tuple[Visual, ...], tuple[str, ...]]:
-    """The shapes of every link at or below the base; joints off the chain stand at 0."""
+    """The shapes of every link at or below the base; joints off the chain are at 0."""
     frames = dict(frames)
     below: dict[str, list[UrdfJoint]] = {}
     for joint in urdf.joints:

@@ -100,7 +100,7 @@ class SnakeModel:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """In words, what stands at a value that the paper does not print."""
+        """Each value that the paper does not print and that is at its default, as a phrase with its unit."""
         defaults = {name: type(self).__dataclass_fields__[name].default for name in _SHEET}
         left = [name for name, value in defaults.items() if getattr(self, name) == value]
         return tuple(f"{_SHEET[name]}: {getattr(self, name):g} {_UNITS[name]}" for name in left)
@@ -141,7 +141,7 @@ class SnakeModel:
         """How a point (3,) of link 0 … L − 1, given in that link's frame, moves in the patient frame (3, 2L), mm/rad.
 
         Raises:
-            RobotError: as for ``frames``, no such link, or a point that is none.
+            RobotError: as for ``frames``, no such link, or a point with non-finite coordinates.
         """
         joints, base = self._joints(q), _base(transform_base_to_patient)
         if not 0 <= link < self.links:

@@ -59,7 +59,7 @@ class Camera:
             position: (3,) in the tip frame, mm; up: (3,) what is up in the picture, made perpendicular to the view.
 
         Raises:
-            RobotError: an angle that is none, or an up that is along the view.
+            RobotError: a non-finite angle, or an up that is along the view.
         """
         if not 0.0 <= tilt <= math.radians(120.0):
             raise RobotError(f"a view tilted by {math.degrees(tilt):g}° is not between 0 and 120°")

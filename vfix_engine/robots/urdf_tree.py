@@ -1,4 +1,4 @@
-"""Links and joints as a tree: one root, one parent each, no way round; and the way from a base to a tool frame."""
+"""Links and joints as a tree: one root, one parent each, no loop; and the chain from a base to a tool frame."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ def _place(centres: Array, radii: Array, members: Index, frame: Array, box: Arra
 def _split(members: Index, along: Array, spare: Index, halve: bool) -> int:
     """Order the members by the side of x = 0 of the centroid's frame; returns how many lie on the first side.
 
-    Coinciding centres cannot be told apart: these are halved by their order, so that the tree always ends.
+    Coinciding centres cannot be separated: these are halved by their order, so that the tree always ends.
     """
     count = len(members)
     low, high = 0, 0

@@ -1,7 +1,7 @@
 """The covariance tree of Li 2007, section III.D: the papers' structure, kept as they describe it.
 
 Distances are from the surface of the tool's capsules to the triangles, in mm; they are exact.
-Only grouped pairs lie on the inflated boxes of flat nodes: nearer than the bone, they may add rows but never judge.
+Only grouped pairs lie on the inflated boxes of flat nodes: nearer than the bone, they may add rows but never decide.
 """
 
 from __future__ import annotations

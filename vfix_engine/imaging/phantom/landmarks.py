@@ -1,4 +1,4 @@
-"""What is known about the phantom without looking at it: beads, a checked way through the nose, targets [mm, LPS]."""
+"""What is known about the phantom without looking at it: beads, a checked path through the nose, targets [mm, LPS]."""
 
 from __future__ import annotations
 

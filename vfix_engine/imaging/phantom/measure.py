@@ -60,7 +60,7 @@ def thickness_mm(ct: Volume, start: npt.ArrayLike, direction: npt.ArrayLike, rea
 def bottleneck_mm(ct: Volume, a: npt.ArrayLike, b: npt.ArrayLike, around: float = 4.0, step: float = 0.125) -> float:
     """Diameter [mm] of the largest ball that passes through air from one LPS point to another near it; 0 if none can.
 
-    around: how far [mm] the way may leave the box of both points; step: grid [mm] that the CT is interpolated to.
+    around: how far [mm] the path may leave the box of both points; step: grid [mm] that the CT is interpolated to.
     """
     ends = np.array([a, b], dtype=np.float64)
     low = ends.min(axis=0) - around

@@ -128,7 +128,7 @@ class Halfspaces:
 
 @dataclass(frozen=True)
 class Plate:
-    """Flat bone: an outline in the y-z plane, as thick as told about the plane x = at + lean . (y - y0, z - z0)."""
+    """Flat bone: an outline in the y-z plane, of a given thickness about x = at + lean . (y - y0, z - z0)."""
 
     outline: Sequence[Pair]
     at: float

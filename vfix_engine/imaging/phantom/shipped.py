@@ -85,7 +85,7 @@ def load_display_surfaces() -> dict[str, TriangleMesh]:
 
 
 def load_landmarks() -> Landmarks:
-    """Beads, landmarks, the checked way through the nose, targets and sizes. Raises InputError for another schema."""
+    """Beads, landmarks, the checked path through the nose, targets and sizes. Raises InputError for another schema."""
     data: dict[str, Any] = json.loads((phantom_dir() / DESCRIPTION).read_text(encoding="utf-8"))
     if data["schema"] != SCHEMA or (data["frame"], data["unit"]) != ("LPS", "mm"):
         raise InputError(f"{DESCRIPTION} is of the schema {data['schema']!r}, expected {SCHEMA!r} in LPS mm.")
