@@ -297,7 +297,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "dry_run";
+  kind: "import" | "dry_run" | "run";
   case_id: string | null;
   subject: string;
   created: string;
