@@ -87,9 +87,10 @@ def request_of(tasks: Task | Sequence[Task], state: StepState, command: Any) -> 
         if len(tasks) > 1:
             return joined([completed(task.request(state, command)) for task in tasks])
         tasks = tasks[0]
-    if not hasattr(tasks, "request"):
-        raise InputError(f"a {type(tasks).__name__} is no task: it has no request(state, command)")
-    return completed(tasks.request(state, command))
+    alone: Any = tasks
+    if not hasattr(alone, "request"):
+        raise InputError(f"a {type(alone).__name__} is no task: it has no request(state, command)")
+    return completed(alone.request(state, command))
 
 
 def completed(request: StepRequest) -> StepRequest:

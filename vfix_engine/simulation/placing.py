@@ -14,9 +14,9 @@ from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
 from ..geometry.proximity import Proximity
 from ..robots import RobotModel, Tool
+from .base_placement import BasePlacement, tip_freedom
 from .dry_run import DryRun, dry_run
 from .scene import Scene
-from .standing import Stand, tip_freedom
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def place_robot(
     Raises:
         StartRefused: the tool does not fit at the entry in any of these directions.
     """
-    stand, names = Stand(robot, tool), structure_names or {}
+    stand, names = BasePlacement(robot, tool), structure_names or {}
 
     def room(orientation: _Orientation) -> float:
         go_on()

@@ -11,10 +11,10 @@ from snake_runs import SAME_MM, TIGHT, judged, made_spec
 
 from vfix_engine.lumen.pathway.tissue_motion import peristalsis
 from vfix_engine.lumen.system import SnakeSnapshot
-from vfix_engine.runtime.handle import GONE_S
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run
+from vfix_engine.runtime.virtual_coupling import GONE_S
 
 Process = ControlProcess[SnakeSnapshot]
 LATE_STEPS = 40  # the last snapshot before the hand was lost may be that old
@@ -65,7 +65,13 @@ def test_driven_by_heartbeats_in_a_lumen_that_moves(tmp_path: Path) -> None:
     assert len(steering) > pushed + 100  # the tissue moves on, and the clock with it
     assert (steering[pushed:] == steering[-1]).all()
     again = replay(run, spec)
-    assert again.same
+    assert again.same, (again.first_difference, again.largest_difference, _columns(run, again.rows))
     found = judged(again.states[0], again.states[1:])
     assert (found.violations, found.disagreements) == (0, 0)
     assert found.deepest_mm < SAME_MM
+
+
+def _columns(run: Run, rows: np.ndarray) -> list[str]:
+    """Names of the columns that differ."""
+    different = (rows != run.ticks).any(axis=0)[-len(run.columns) :]
+    return [column.name for column, one in zip(run.columns, different, strict=True) if one]

@@ -272,3 +272,12 @@ def test_a_spec_goes_through_its_parts(made_up_colon, made_up_course) -> None:
     surface = LumenSurface(made_up_colon.vertices, made_up_colon.faces, marks["anus"], marks["caecum"])
     lumen = SnakeSystemSpec.from_parts(*SnakeSystemSpec(surface, SnakeModel(4)).to_parts()).build()
     assert lumen.snapshot(lumen.start()).length_mm > 500.0
+
+
+def test_wild_hands_and_late_plans_raise_nothing(moving: SnakeSystem) -> None:
+    """Turning back at every place, with plans of any age; a shape that is where the robot is already is passed."""
+    random = np.random.default_rng(4)
+    commands = [hand(insert=float(random.choice([-9.0, -1.0, 1.0]))) for _ in range(40)]
+    wild = [one for one in commands for _ in range(int(random.integers(5, 120)))]
+    found = judged(moving.start(), run(moving, moving.start(), wild, age=45))
+    assert (found.violations, found.disagreements) == (0, 0)

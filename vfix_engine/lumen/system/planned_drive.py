@@ -28,6 +28,7 @@ Index = NDArray[np.int64]
 OLDEST_S = 0.06  # [s] a pathway that was seen longer ago moves nothing any more
 RIM_SHARE = 1.25  # of the wall's speed at the last look: how fast it may have become since
 RIM_LEAST_MM_PER_S = 2.0  # where the tissue stood at the last look, as at the end of a breath
+SAME_MM = 1e-9  # [mm] of insertion that is none: a shape that near is where the robot is
 BENDS_MM = 1e-6  # [mm] of insertion since bends were asked for: with more they are for another place
 
 
@@ -76,11 +77,11 @@ class PlannedWay:
         return self._ahead[0]
 
     def extend(self, near: Shape, sign: int, ahead: tuple[Shape, ...], here: ShapeSolution) -> None:
-        """Take planned shapes that begin at one of those known; in another direction only from where the robot is."""
+        """Take planned shapes that begin at the last one known, or, where none is left, where the robot is."""
         new = tuple(shape.on(self.curve) for shape in ahead)
-        if self._sign == sign and near.same(self.end):
-            self._ahead += new
-        elif self._sign != sign and near.same(here):
+        if self.left(sign):
+            self._ahead += new if near.same(self.end) else ()
+        elif near.same(here):
             self._last, self._sign, self._ahead = here, sign, new
 
     def passed(self) -> None:
@@ -195,6 +196,8 @@ class PlannedDrive(SnakeDrive):
         end = self._waypoints.at_end(self.tip_s, sign)
         if end is not None:
             return Outcome("held", end, "end")
+        while self._waypoints.left(sign) and (self._waypoints.next().tip_s - self.tip_s) * sign <= SAME_MM:
+            self._waypoints.passed()
         if not self._waypoints.left(sign):
             return Outcome("held", "the shapes ahead are being planned", "planning")
         return super()._insert(wanted_mm, dt)
@@ -312,7 +315,7 @@ class PlannedDrive(SnakeDrive):
 
 def _from_here(shapes: list[ShapeSolution], tip_s: float) -> list[ShapeSolution]:
     """Planned shapes, one after the other, with the first where the tip is by now; none where it is at none of them."""
-    if math.isclose(shapes[0].tip_s, tip_s, rel_tol=0.0, abs_tol=1e-9):
+    if math.isclose(shapes[0].tip_s, tip_s, rel_tol=0.0, abs_tol=SAME_MM):
         return shapes
     for k in range(len(shapes) - 1):
         way = shapes[k + 1].tip_s - shapes[k].tip_s
