@@ -76,6 +76,7 @@ def prepare(services: Services, plan: Plan) -> Prepared:
         path_points=points,
         targets=targets,
         target_names=tuple(target.label for target in plan.targets),
+        structure_names=services.cases.get(plan.case_id).structure_names(),
     )
     curve = curve_points(SplinePath(points))
     return Prepared(spec, settings, tuple(plan_items(plan)), curve, services.recordings.new(plan))
