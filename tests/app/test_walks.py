@@ -32,7 +32,7 @@ from vfix_engine.runtime.priority import RealTimePriority
 from vfix_engine.simulation.realtime import RehearsalProcess
 from vfix_engine.simulation.rigid import RigidSystem
 
-TOLERANCE = 0.1  # of the documented numbers
+TOLERANCE = 0.15  # of the documented numbers
 
 
 class Browser:
