@@ -2,10 +2,10 @@
 
 from fastapi import APIRouter
 
-from app.api import cases, jobs, pictures, plan_files, plans, runs
+from app.api import cases, jobs, pictures, plan_files, plans, robots, runs
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/api")
-for part in (cases, pictures, plans, plan_files, jobs, runs):
+for part in (cases, pictures, plans, plan_files, robots, jobs, runs):
     router.include_router(part.router)

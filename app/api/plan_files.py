@@ -65,8 +65,9 @@ def export_plan(
     # Headers are Latin-1: the name goes in percent-encoded, with a plain one for clients that cannot read that.
     plain, full = safe_name(plan.name), quote(plan.name, safe="")
     disposition = f"attachment; filename=\"{plain}.{form}\"; filename*=UTF-8''{full}.{form}"
+    urdf = services.instruments.carried(plan, form)
     return Response(
-        export_text(plan, form, curve, remark),
+        export_text(plan, form, curve, remark, urdf),
         media_type=MEDIA_TYPES[form],
         headers={"Content-Disposition": disposition, "X-Notice": NOTICE, "Cache-Control": "no-store"},
     )

@@ -35,11 +35,16 @@ class EditedPoint(PointPublic):
 
 
 class RobotPublic(BaseModel):
-    """Base: transform_base_to_patient, 16 numbers row by row, mm."""
+    """Base: transform_base_to_patient, 16 numbers row by row, mm.
+
+    urdf: SHA-256 of a URDF of one's own; tool_frame: its link that holds the tool. Both null of a shipped robot.
+    """
 
     name: str
     base: list[float] | None
     q_start: list[float] | None
+    urdf: str | None = None
+    tool_frame: str | None = None
 
 
 class PlanPublic(BaseModel):
@@ -55,6 +60,7 @@ class PlanPublic(BaseModel):
     points: list[PointPublic]
     targets: list[PointPublic]
     tool: str
+    tool_shape: Annotated[dict[str, float], Field(description="bend_deg, shaft_radius_mm where not the shipped ones")]
     robot: RobotPublic
     settings: dict[str, float]
     created: str
@@ -79,6 +85,40 @@ class PlanCreate(Wish):
     copy_of: Annotated[str | None, Field(max_length=64)] = None
 
 
+class RobotWish(Wish):
+    """A shipped robot by its name, or a URDF that was uploaded."""
+
+    name: Name
+    urdf: Annotated[str | None, Field(min_length=64, max_length=64)] = None
+    tool_frame: Name | None = None
+
+
+class ToolWish(Wish):
+    """A shipped tool by its name; bend and radius of its shaft stay the shipped ones where they are left out."""
+
+    name: Name
+    bend_deg: Annotated[float | None, Field(allow_inf_nan=False, strict=True)] = None
+    shaft_radius_mm: Annotated[float | None, Field(allow_inf_nan=False, strict=True)] = None
+
+    def shape(self) -> dict[str, float]:
+        shape = {"bend_deg": self.bend_deg, "shaft_radius_mm": self.shaft_radius_mm}
+        return {name: value for name, value in shape.items() if value is not None}
+
+
+class OwnRobotPublic(BaseModel):
+    """A URDF that was stored; name, urdf and tool_frame are what a plan's robot is set to.
+
+    links: that may hold the tool; ends: those without a child. notes: what was assumed because the file does not say.
+    """
+
+    name: str
+    urdf: str
+    tool_frame: str
+    links: list[str]
+    ends: list[str]
+    notes: list[str]
+
+
 class PlanUpdate(Wish):
     """Changes of a plan; what is left out stays."""
 
@@ -86,6 +126,8 @@ class PlanUpdate(Wish):
     deleted: bool | None = None
     locked: bool | None = None
     settings: SettingsWish | None = None
+    robot: RobotWish | None = None
+    tool: ToolWish | None = None
     revision: Revision = None
 
 

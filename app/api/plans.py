@@ -22,6 +22,7 @@ from app.api.plan_models import (
     TargetCreate,
 )
 from app.services.errors import NotFound
+from app.services.plan_model import check_robot
 from app.services.plans import Plan
 from vfix_engine.errors import InputError, PlanError
 
@@ -69,7 +70,7 @@ def show_plan(plan_id: Identifier, services: ServicesDep, condition: ConditionDe
 
 @router.patch("/plans/{plan_id}")
 def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """One of these at a time: rename, lock or unlock, set settings, take off the lists or bring back."""
+    """One of these at a time: rename, lock or unlock, set settings, robot or tool, take off the lists or bring back."""
     wanted = change.model_dump(exclude={"revision"}, exclude_none=True)
     if len(wanted) != 1:
         raise PlanError(f"change one thing of a plan at a time, not {len(wanted)}.")
@@ -81,6 +82,13 @@ def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep, 
         plan = act(plan_id, expected_revision=expected)
     elif change.locked is not None:
         plan = services.plans.editor(plan_id).set_locked(change.locked, expected_revision=expected)
+    elif change.robot is not None:
+        robot = change.robot.model_dump(exclude_none=True)
+        services.instruments.robot(check_robot(robot))
+        plan = services.plans.editor(plan_id).choose_robot(robot, expected_revision=expected)
+    elif change.tool is not None:
+        choose = services.plans.editor(plan_id).choose_tool
+        plan = choose(change.tool.name, change.tool.shape(), expected_revision=expected)
     else:
         plan = services.plans.editor(plan_id).set_settings(change.settings or {}, expected_revision=expected)
     return _told(condition, plan)

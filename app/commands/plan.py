@@ -78,7 +78,8 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
     if args.action == "export":
         plan, form = services.plans.get(plan_id), args.format or format_of(args.file.name)
         curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
-        write_export(args.file, export_text(plan, form, curve, remark))
+        urdf = services.instruments.carried(plan, form)
+        write_export(args.file, export_text(plan, form, curve, remark, urdf))
         answer = {**summary(plan), "file": str(args.file), "format": form}
         _say(args, answer, [f"{args.file} written. Not for clinical use."])
         return

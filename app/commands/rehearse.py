@@ -17,6 +17,7 @@ import numpy as np
 from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.extras import has_app
 from app.services import Services, build_services
+from app.services.instruments import Instruments, plan_robot, plan_tool
 from app.services.placing import stored_placing
 from app.services.plan_model import Plan
 from app.services.resolve import (
@@ -99,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     plan = resolve_plan(services, case, args.plan)
     notes = (*case.notes, *outside_notes(plan.points, case.mesh.bounds))
     say_notes(notes)
-    scene, settings, obstacle = build_scene(case, plan, args)
+    scene, settings, obstacle = build_scene(case, plan, args, None if services is None else services.instruments)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if scene.robot.notes:
@@ -150,7 +151,9 @@ def prepare_engine() -> None:
             preparation.prepare()
 
 
-def build_scene(case: ResolvedCase, plan: Plan, args: argparse.Namespace) -> tuple[Scene, ControlSettings, str]:
+def build_scene(
+    case: ResolvedCase, plan: Plan, args: argparse.Namespace, instruments: Instruments | None = None
+) -> tuple[Scene, ControlSettings, str]:
     """Scene and settings of a plan; a plan without a robot placing gets one, and in words why it does not arrive."""
     settings = ControlSettings.from_dict(dict(plan.settings))
     if args.margin is not None:
@@ -159,8 +162,7 @@ def build_scene(case: ResolvedCase, plan: Plan, args: argparse.Namespace) -> tup
         settings = replace(settings, view_distance_mm=args.view_distance)
     if args.free:
         settings = replace(settings, k_tau=1.0)
-    robot = RobotModel.load(args.robot or plan.robot["name"], args.tool_frame)
-    tool = Tool.load(args.tool or plan.tool)
+    robot, tool = _robot(plan, args, instruments), Tool.load(args.tool) if args.tool else plan_tool(plan)
     path = SplinePath(np.array([p.position for p in plan.points]))
     if args.task == "inspect":
         targets, names = _targets(plan, args.targets)
@@ -183,6 +185,15 @@ def build_scene(case: ResolvedCase, plan: Plan, args: argparse.Namespace) -> tup
         case.tree, robot, tool, base, q_start, path, targets, names, zones.zones, zones.soft_zones, case.structure_names
     )
     return scene, settings, obstacle
+
+
+def _robot(plan: Plan, args: argparse.Namespace, instruments: Instruments | None) -> RobotModel:
+    """The robot that is asked for, else the plan's."""
+    if args.robot is None and args.tool_frame is None:
+        return plan_robot(plan, instruments)
+    if args.robot is None and plan.robot.get("urdf") is not None:
+        return plan_robot(replace(plan, robot={**plan.robot, "tool_frame": args.tool_frame}), instruments)
+    return RobotModel.load(args.robot or plan.robot["name"], args.tool_frame)
 
 
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:

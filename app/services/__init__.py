@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from app.services.dry_runs import DryRuns
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
+    from app.services.instruments import Instruments
     from app.services.jobs import Jobs
     from app.services.planning import Planning
     from app.services.plans import PlanService
@@ -34,6 +35,7 @@ class Services:
     store: Store
     cases: CaseService
     plans: PlanService
+    instruments: Instruments
     registrations: Documents[RegistrationContent]
     planning: Planning
     importing: ImportService
@@ -68,6 +70,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.embedded import ensure_head_phantom
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
+    from app.services.instruments import Instruments
     from app.services.jobs import Jobs
     from app.services.planning import Planning
     from app.services.plans import PlanService
@@ -79,7 +82,8 @@ def build_services(settings: Settings) -> Services:
     store = Store(settings)
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
-    planning, importing, jobs = Planning(cases, plans), ImportService(cases), Jobs()
+    instruments = Instruments(store.files)
+    planning, importing, jobs = Planning(cases, plans, instruments), ImportService(cases), Jobs()
     runs = RunService(store)
     registrations, import_jobs = Documents(store, REGISTRATION), ImportJobs(jobs, importing)
     return Services(
@@ -87,6 +91,7 @@ def build_services(settings: Settings) -> Services:
         store=store,
         cases=cases,
         plans=plans,
+        instruments=instruments,
         registrations=registrations,
         planning=planning,
         importing=importing,

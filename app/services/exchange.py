@@ -5,9 +5,10 @@ Every export says that it is not for clinical use (HAZ-35), and replaces an olde
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from app.services.exchange_csv import from_csv, to_csv
 from app.services.exchange_markups import PointsAs, from_fcsv, from_markups, markups_points, to_markups
@@ -49,8 +50,9 @@ FORMATS: tuple[Format, ...] = get_args(Format)
 MEDIA_TYPES: dict[Format, str] = {"json": "application/json", "mrk.json": "application/json", "csv": "text/csv"}
 
 
-def to_native_json(plan: Plan) -> str:
-    """Everything of a plan, as versioned JSON."""
+def to_native_json(plan: Plan, urdf: bytes | None = None) -> str:
+    """Everything of a plan, as versioned JSON. urdf: that of its robot, where that is one of one's own."""
+    carried = {} if urdf is None else {"urdf": urdf.decode("utf-8")}
     return to_json_text(
         {
             "schema": plan.schema,
@@ -65,6 +67,7 @@ def to_native_json(plan: Plan) -> str:
             "locked": plan.locked,
             "created": plan.created,
             "modified": plan.modified,
+            **carried,
         }
     )
 
@@ -83,14 +86,28 @@ def from_native_json(text: str, default_name: str = "Imported plan") -> PlanFile
     content = check_content(content_from_json(data))
     for point in (*content.points, *content.targets):
         check_label(point.label, "label")
-    return PlanFile(name, content, case_hash or None)
+    return PlanFile(name, content, case_hash or None, _carried_urdf(data.get("urdf"), content.robot.get("urdf")))
 
 
-def export_text(plan: Plan, form: Format, curve: Sequence[CurveSample] = (), remark: str = "") -> str:
-    """A plan in one of the formats; the curve and the remark are for Markups."""
+def _carried_urdf(text: Any, key: str | None) -> bytes | None:
+    """The URDF that a file carries for the robot which names this hash. Raises PlanError where it is another one."""
+    if text is None:
+        return None
+    if not isinstance(text, str) or key is None:
+        raise PlanError("a plan's urdf is the text of the URDF that its robot names by its hash.")
+    data = text.encode("utf-8", "replace")
+    if hashlib.sha256(data).hexdigest() != key:
+        raise PlanError("the URDF in the plan's file is not the one that its robot names; export the plan again.")
+    return data
+
+
+def export_text(
+    plan: Plan, form: Format, curve: Sequence[CurveSample] = (), remark: str = "", urdf: bytes | None = None
+) -> str:
+    """A plan in one of the formats; the curve and the remark are for Markups, the robot's URDF is for JSON."""
     if form == "mrk.json":
         return to_markups(plan, curve, remark)
-    return to_csv(plan) if form == "csv" else to_native_json(plan)
+    return to_csv(plan) if form == "csv" else to_native_json(plan, urdf)
 
 
 def write_export(path: Path, text: str) -> None:

@@ -8,9 +8,17 @@ from typing import Any
 
 from app.services.documents import DocumentEditor
 from app.services.errors import NotFound
+from app.services.instruments import shaped_tool
 from app.services.names import check_label
 from app.services.plan_kind import plan_of
-from app.services.plan_model import Plan, PlanContent, PlanPoint, check_position, new_point_id
+from app.services.plan_model import (
+    Plan,
+    PlanContent,
+    PlanPoint,
+    check_position,
+    new_point_id,
+    without_placing,
+)
 from vfix_engine.errors import PlanError
 
 
@@ -163,6 +171,24 @@ class PlanEditor:
     def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
         """Keep a placing of the robot with the plan."""
         return self._edit(lambda c: replace(c, robot=robot), expected_revision)
+
+    def choose_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
+        """Another robot, without a placing: a shipped one's name, or name, urdf and tool_frame of one's own."""
+        return self._edit(lambda c: replace(c, robot=without_placing(robot)), expected_revision)
+
+    def choose_tool(
+        self, name: str, shape: Mapping[str, float] | None = None, *, expected_revision: int | None = None
+    ) -> Plan:
+        """Another tool, or another shape of it; the robot's placing, made for the old one, is dropped.
+
+        Raises RobotError for a tool that there is not, or a shape that it cannot have.
+        """
+        shaped_tool(name, shape or {})
+
+        def change(content: PlanContent) -> PlanContent:
+            return replace(content, tool=name, tool_shape=shape or {}, robot=without_placing(content.robot))
+
+        return self._edit(change, expected_revision)
 
     def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> Plan:
         """Lock the plan against edits, or unlock it; not a step of the history."""

@@ -43,6 +43,7 @@ def plan_of(document: Document[PlanContent]) -> Plan:
         points=content.points,
         targets=content.targets,
         tool=content.tool,
+        tool_shape=content.tool_shape,
         robot=content.robot,
         settings=content.settings,
         created=document.created,

@@ -18,6 +18,8 @@ SCHEMA = "vfix-plan/1"
 NOTICE = "Not for clinical use"
 DEFAULT_TOOL = "bent_30"
 DEFAULT_ROBOT = "steady_hand"
+OWN_ROBOT = ("urdf", "tool_frame")
+TOOL_SHAPE = ("bend_deg", "shaft_radius_mm")
 MAX_COORDINATE = 1e4  # [mm]
 MAX_POINTS = 300  # of path points, and of targets
 
@@ -38,24 +40,32 @@ def unplaced_robot(name: str = DEFAULT_ROBOT) -> dict[str, Any]:
     return {"name": name, "base": None, "q_start": None}
 
 
+def without_placing(robot: Mapping[str, Any]) -> dict[str, Any]:
+    """The same robot, which gets a placing when the plan is driven."""
+    return {**robot, "base": None, "q_start": None}
+
+
 @dataclass(frozen=True)
 class PlanContent:
     """What undo and redo go back and forth over, and what a file of a plan carries.
 
+    tool: name of a shipped tool; tool_shape: its 'bend_deg' and 'shaft_radius_mm' where they are not the shipped ones.
     robot: name, base (16 numbers, row by row, transform_base_to_patient [mm]) or None, and q_start ([mm], [rad]) or
-    None. settings: those of the controller that differ from its defaults, by field name.
+    None; of a URDF of one's own also its SHA-256 as 'urdf' and the link that holds the tool as 'tool_frame'.
+    settings: those of the controller that differ from its defaults, by field name.
     """
 
     points: tuple[PlanPoint, ...] = ()
     targets: tuple[PlanPoint, ...] = ()
     tool: str = DEFAULT_TOOL
+    tool_shape: Mapping[str, float] = field(default_factory=dict)
     robot: Mapping[str, Any] = field(default_factory=unplaced_robot)
     settings: Mapping[str, float] = field(default_factory=dict)
 
     def with_points(self, points: Sequence[PlanPoint]) -> PlanContent:
         """The content with another path; a placing that belonged to the old one is dropped."""
         moved = [p.position for p in points] != [p.position for p in self.points]
-        robot = unplaced_robot(self.robot["name"]) if moved else self.robot
+        robot = without_placing(self.robot) if moved else self.robot
         return replace(self, points=tuple(points), robot=robot)
 
 
@@ -63,6 +73,7 @@ class PlanContent:
 class Plan:
     """A stored plan. `revision` grows with every change; a deleted plan carries the time it was deleted at.
 
+    urdf: the URDF of a robot of one's own, where the plan came out of a file; else the store has it by its hash.
     unreadable: in a list, why the plan's content cannot be read; it has no points there then.
     """
 
@@ -80,6 +91,8 @@ class Plan:
     revision: int = 0
     locked: bool = False
     deleted_at: str | None = None
+    tool_shape: Mapping[str, float] = field(default_factory=dict)
+    urdf: bytes | None = None
     unreadable: str = ""
     schema: str = SCHEMA
     frame: str = "LPS"
@@ -89,16 +102,20 @@ class Plan:
     @property
     def content(self) -> PlanContent:
         """The part that edits change."""
-        return PlanContent(self.points, self.targets, self.tool, self.robot, self.settings)
+        return PlanContent(self.points, self.targets, self.tool, self.tool_shape, self.robot, self.settings)
 
 
 @dataclass(frozen=True)
 class PlanFile:
-    """A plan as it comes out of a file: no place in a store yet. case_hash is None where the format carries none."""
+    """A plan as it comes out of a file: no place in a store yet. case_hash is None where the format carries none.
+
+    urdf: that of a robot of one's own, where the file carries it.
+    """
 
     name: str
     content: PlanContent
     case_hash: str | None = None
+    urdf: bytes | None = None
 
 
 def new_point_id() -> str:
@@ -152,17 +169,26 @@ def check_stored(content: PlanContent) -> PlanContent:
     _check_word(content.tool, "tool")
     ControlSettings.from_dict(dict(content.settings))
     settings = {name: value for name, value in content.settings.items() if name not in RETIRED}
-    return replace(content, robot=check_robot(content.robot), settings=settings)
+    shape = check_tool_shape(content.tool_shape)
+    return replace(content, tool_shape=shape, robot=check_robot(content.robot), settings=settings)
+
+
+def check_tool_shape(shape: Any) -> dict[str, float]:
+    """A tool's changed bend and radius, by name. Raises PlanError."""
+    if not isinstance(shape, Mapping) or set(shape) - set(TOOL_SHAPE):
+        raise PlanError(f"a tool's shape has {' and '.join(TOOL_SHAPE)}.")
+    return {name: number(shape[name], f"the tool's {name}") for name in TOOL_SHAPE if name in shape}
 
 
 def check_robot(robot: Mapping[str, Any]) -> dict[str, Any]:
     """A robot's name and placing; base and q_start come together or not at all. Raises PlanError."""
-    if not isinstance(robot, Mapping) or set(robot) - {"name", "base", "q_start"}:
-        raise PlanError("a plan's robot has a name, a base and a q_start.")
+    if not isinstance(robot, Mapping) or set(robot) - {"name", "base", "q_start", *OWN_ROBOT}:
+        raise PlanError("a plan's robot has a name, a base and a q_start; one of a URDF its hash and tool frame.")
+    own = _check_own_robot(robot)
     name, base, q_start = robot.get("name", DEFAULT_ROBOT), robot.get("base"), robot.get("q_start")
     _check_word(name, "robot")
     if base is None and q_start is None:
-        return unplaced_robot(name)
+        return unplaced_robot(name) | own
     if not _is_list(base, 16) or not _is_list(q_start):
         raise PlanError("a robot's placing needs a base of 16 numbers together with a q_start.")
     assert base is not None
@@ -171,7 +197,17 @@ def check_robot(robot: Mapping[str, Any]) -> dict[str, Any]:
         "name": name,
         "base": [number(value, "the robot's base") for value in base],
         "q_start": [number(value, "the robot's start") for value in q_start],
-    }
+    } | own
+
+
+def _check_own_robot(robot: Mapping[str, Any]) -> dict[str, str]:
+    """Hash and tool frame of a URDF of one's own; empty for a shipped robot."""
+    urdf, frame = (robot.get(key) for key in OWN_ROBOT)
+    if urdf is None and frame is None:
+        return {}
+    if not isinstance(urdf, str) or len(urdf) != 64 or set(urdf) - set("0123456789abcdef"):
+        raise PlanError("a robot of one's own names its URDF by a SHA-256 of 64 hexadecimal digits.")
+    return {"urdf": urdf, "tool_frame": check_name(frame, "tool frame's name")}
 
 
 def _is_list(value: Any, length: int | None = None) -> bool:
@@ -191,6 +227,7 @@ def content_to_json(content: PlanContent) -> dict[str, Any]:
         "points": [_point_to_json(point) for point in content.points],
         "targets": [_point_to_json(point) for point in content.targets],
         "tool": content.tool,
+        "tool_shape": dict(content.tool_shape),
         "robot": dict(content.robot),
         "settings": dict(content.settings),
     }
@@ -206,6 +243,7 @@ def content_from_json(data: Mapping[str, Any]) -> PlanContent:
             _points_from_json(data.get("points", []), "points"),
             _points_from_json(data.get("targets", []), "targets"),
             data.get("tool", DEFAULT_TOOL),
+            check_tool_shape(data.get("tool_shape", {})),
             check_robot(data.get("robot", unplaced_robot())),
             {str(name): number(value, f"the setting {name!s:.40}") for name, value in settings.items()},
         )

@@ -14,6 +14,7 @@ from app.services.cache import Cache
 from app.services.cases import CaseService
 from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
+from app.services.instruments import Instruments, plan_tool
 from app.services.placing import stored_placing
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position
 from app.services.plans import PlanService
@@ -25,7 +26,7 @@ from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.side import SurfaceSide
 from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
 from vfix_engine.imaging.surface import BONE_HU
-from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.robots import Tool
 from vfix_engine.simulation import preparation
 from vfix_engine.simulation.dry_run import DryRun, dry_run
 from vfix_engine.simulation.placing import place_robot
@@ -98,9 +99,8 @@ class PlanEvaluation:
 class Planning:
     """Runs the engine for plans in the caller's thread; answers are kept per content of the plan and head."""
 
-    def __init__(self, cases: CaseService, plans: PlanService) -> None:
-        self._cases = cases
-        self._plans = plans
+    def __init__(self, cases: CaseService, plans: PlanService, instruments: Instruments) -> None:
+        self._cases, self._plans, self._instruments = cases, plans, instruments
         self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
         self._sides: Cache[str, SurfaceSide] = Cache(4)
         self._ended = threading.Event()
@@ -114,7 +114,7 @@ class Planning:
             raise PlannerEnds
 
     def snap(
-        self, case_id: str, point: Sequence[float], *, tool: str = DEFAULT_TOOL, margin_mm: float | None = None
+        self, case_id: str, point: Sequence[float], *, tool: Tool | None = None, margin_mm: float | None = None
     ) -> SnapResult:
         """The nearest place clear of bone: outside of it, with room for the shaft and the margin all around.
 
@@ -124,7 +124,7 @@ class Planning:
         wanted = check_position(point)
         preparation.wait(self._go_on)
         margin = ControlSettings().margin_mm if margin_mm is None else margin_mm
-        room = float(Tool.load(tool).radius.max()) + margin
+        room = float((tool or Tool.load(DEFAULT_TOOL)).radius.max()) + margin
         tree = self._cases.tree(case_id)
         place = check_position(nearest_place(tree, wanted, room, inside_bone=self._inside_bone(case_id, tree)).tolist())
         moved = float(np.linalg.norm(np.subtract(place, wanted)))
@@ -135,7 +135,7 @@ class Planning:
         """`snap` with the tool and the margin of a plan."""
         plan = self._plans.get(plan_id)
         settings = ControlSettings.from_dict(dict(plan.settings))
-        return self.snap(plan.case_id, position, tool=plan.tool, margin_mm=settings.margin_mm)
+        return self.snap(plan.case_id, position, tool=plan_tool(plan), margin_mm=settings.margin_mm)
 
     def evaluate(self, plan: Plan, progress: Tell = _tell_nobody) -> PlanEvaluation:
         """Spline, bone clearance of the whole tool along it, the soft tissue that it passes, and the placing.
@@ -150,7 +150,8 @@ class Planning:
         """Equal for plans that are driven alike."""
         case_hash = self._cases.get(plan.case_id).content_hash
         points = [point.position for point in plan.points]
-        return json.dumps([plan.case_id, case_hash, plan.tool, dict(plan.robot), dict(plan.settings), points])
+        tool = [plan.tool, dict(plan.tool_shape)]
+        return json.dumps([plan.case_id, case_hash, tool, dict(plan.robot), dict(plan.settings), points])
 
     def is_evaluated(self, plan: Plan) -> bool:
         """Whether the answer for a plan is there already."""
@@ -190,7 +191,7 @@ class Planning:
         path = _path(plan)
         preparation.wait(go_on("Preparing the engine", 0.0))
         settings = ControlSettings.from_dict(dict(plan.settings))
-        robot, tool = RobotModel.load(plan.robot["name"]), Tool.load(plan.tool)
+        robot, tool = self._instruments.robot(plan.robot), plan_tool(plan)
         go_on("Building the tree of the surface", 0.1)()
         tree, names = self._cases.tree(plan.case_id), self._cases.get(plan.case_id).structure_names()
         stored = stored_placing(plan.robot)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import io
+import shutil
+from dataclasses import replace
+
 from app.services.documents import Documents, DocumentTitle
 from app.services.errors import OtherCase
 from app.services.plan_editor import PlanEditor
 from app.services.plan_kind import PLAN, plan_of
-from app.services.plan_model import Plan, PlanContent, PlanFile, PlanPoint, unplaced_robot
+from app.services.plan_model import Plan, PlanContent, PlanFile, PlanPoint, without_placing
 from app.store import Store
 from app.store.models import CaseRow
+from vfix_engine.errors import PlanError
 
 __all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
 
@@ -47,15 +52,24 @@ class PlanService:
         robot's placing is dropped then.
         """
         content = file.content
+        self._keep_urdf(file)
         with self._store.reading() as session:
             case = session.get(CaseRow, case_id)
         if case is not None and file.case_hash not in (None, case.content_hash):
             if not other_case:
                 raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
-            content = PlanContent(
-                content.points, content.targets, content.tool, unplaced_robot(content.robot["name"]), content.settings
-            )
+            content = replace(content, robot=without_placing(content.robot))
         return self.create(case_id, file.name if name is None else name, content)
+
+    def _keep_urdf(self, file: PlanFile) -> None:
+        """The robot's URDF comes into the store with its plan. Raises PlanError where nobody has it."""
+        key, files = file.content.robot.get("urdf"), self._store.files
+        if key is None or files.has(key):
+            return
+        if file.urdf is None:
+            raise PlanError("the plan's robot is a URDF that its file does not carry; export the plan again.")
+        data = io.BytesIO(file.urdf)
+        files.put_with(lambda target: shutil.copyfileobj(data, target))
 
     def duplicate(self, plan_id: str, name: str | None = None, *, expected_revision: int | None = None) -> Plan:
         """Copy a plan as it is now, without its history. Raises PlanConflict when that is not the expected revision."""

@@ -167,8 +167,10 @@ def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
         points=content.points,
         targets=content.targets,
         tool=content.tool,
+        tool_shape=content.tool_shape,
         robot=content.robot,
         settings=content.settings,
+        urdf=file.urdf,
         created=now,
         modified=now,
     )

@@ -15,10 +15,12 @@ from app.services.cases import CaseFrame, CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import NotFound
 from app.services.exchange import export_text
+from app.services.instruments import Instruments
 from app.services.planning import Planning, SnapResult
 from app.services.plans import PlanService
 from app.services.resolve import resolve_case, resolve_plan, resolve_targets
 from app.steps.plan.edited_plan import EditedPlan
+from app.store import Store
 from tests.engine.scenes import head_mesh
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -44,13 +46,15 @@ def test_a_point_in_air_stays(phantom_services: Services) -> None:
 
 
 def test_a_click_on_the_teeth_is_offered_with_a_word_about_the_flesh(
-    trial_data: Path, cases: CaseService, plans: PlanService
+    trial_data: Path, store: Store, cases: CaseService, plans: PlanService
 ) -> None:
     """HAZ-04: the nearest place clear of the upper jaw of a real head lies in the lip."""
     volume, _ = read_volume(trial_data / "head_ct" / "cthead_hu_lps.nrrd")
     surfaces = {"bone": head_mesh(trial_data)}
     case = cases.create("Real", frame=CaseFrame("LPS", assumed=False), surfaces=surfaces, volume=volume)
-    services = SimpleNamespace(cases=cases, plans=plans, planning=Planning(cases, plans))
+    instruments = Instruments(store.files)
+    planning = Planning(cases, plans, instruments)
+    services = SimpleNamespace(cases=cases, plans=plans, instruments=instruments, planning=planning)
     desk = EditedPlan(cast(Services, services), plans.create(case.id, "Clicks").id)
     front = cases.tree(case.id).point_distance(np.array([[-21.5, -100.0, -26.3]]))[1][0]
     desk.pick(front, on_bone=True)
@@ -65,13 +69,13 @@ def test_a_click_on_the_teeth_is_offered_with_a_word_about_the_flesh(
     assert desk.drop(point.id) == ""
 
 
-def test_without_a_ct_a_point_moves_out_of_the_bone(cases: CaseService, plans: PlanService) -> None:
+def test_without_a_ct_a_point_moves_out_of_the_bone(store: Store, cases: CaseService, plans: PlanService) -> None:
     """HAZ-04: in the middle of a thick bone there is room for the tool, but no air."""
     made = trimesh.creation.box((16, 16, 16))
     bone = TriangleMesh(made.vertices, made.faces)
     case = cases.create("Block", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": bone})
     for wanted in ([0.0, 0.5, 1.0], [7.9, 0.0, 0.0]):
-        snapped = Planning(cases, plans).snap(case.id, wanted, margin_mm=0.3)
+        snapped = Planning(cases, plans, Instruments(store.files)).snap(case.id, wanted, margin_mm=0.3)
         assert max(map(abs, snapped.position)) > 8.0
         assert snapped.lies_in == "not_known"
         assert snapped.moved_mm < 12.0

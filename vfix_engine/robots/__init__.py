@@ -5,6 +5,7 @@ A placed robot has its base somewhere in the patient frame: its kinematics and J
 A snake of universal joints has no file: it is made from the number of its links.
 """
 
+from .config import robot_from_urdf, urdf_frames
 from .model import Joint, Mount, RobotModel, Visual
 from .placed import PlacedRobot, TipState
 from .snake import SnakeModel
@@ -23,4 +24,6 @@ __all__ = [
     "TipState",
     "Tool",
     "Visual",
+    "robot_from_urdf",
+    "urdf_frames",
 ]

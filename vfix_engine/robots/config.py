@@ -20,6 +20,7 @@ ROBOT_SCHEMA = "vfix-robot/2"
 UNITS = {"length": "mm", "angle": "rad"}
 Z_ALONG_SHAFT = (0.5 * np.pi, 0.0, 0.0)  # turns the flange's y axis, the shaft's, onto z of the tool frame
 
+_NOWHERE = Path("a URDF without a folder")
 _KEYS = {
     "schema", "name", "title", "source", "units", "urdf", "base_frame", "tool_frame", "tool_mount", "stands", "home",
     "joints",
@@ -67,6 +68,18 @@ def load_robot(name_or_path: str | Path, tool_frame: str | None = None) -> Robot
         # Mount and hold were meant for the configuration's own tool frame.
         config = replace(config, tool_frame=tool_frame, mount_xyz=(0.0, 0.0, 0.0), mount_rpy=Z_ALONG_SHAFT, hold="tail")
     return _built(file, config)
+
+
+def robot_from_urdf(data: bytes, name: str, tool_frame: str | None = None) -> RobotModel:
+    """The robot of a plain URDF that is no file, see ``RobotModel.load``; its meshes are not looked for."""
+    config = RobotConfig(name, name, "the URDF alone", tool_frame=tool_frame, complete=False)
+    return _robot(parse_urdf(data, _NOWHERE), config)
+
+
+def urdf_frames(data: bytes) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of all links of a URDF but its root, and of those without a child. Raises RobotError."""
+    urdf = parse_urdf(data, _NOWHERE)
+    return tuple(link for link in urdf.links if link != urdf.root), urdf.leaves()
 
 
 def _built(file: Path, config: RobotConfig) -> RobotModel:

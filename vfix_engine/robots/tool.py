@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 TOOL_SCHEMA = "vfix-tool/2"
 UNITS = {"length": "mm", "angle": "deg"}
 MAX_PARTS = 8
+MOST_BEND = math.radians(120.0)
+SHAFT_RADIUS_MM = (0.3, 5.0)  # that `Tool.shaped` makes
 HOLDS = ("tip", "tail")
 _KEYS = {"schema", "name", "title", "source", "units", "parts", "grip_from_bend", "camera"}
 
@@ -128,7 +130,7 @@ class Tool:
             numbers = (part.length, part.radius)
             if not all(math.isfinite(v) and 0 < v < 1000 for v in numbers):
                 raise RobotError(f"tool '{self.name}': length and radius of its {part.name} must be 0 … 1000 mm")
-            if not 0 <= part.bend <= math.radians(120):
+            if not 0 <= part.bend <= MOST_BEND:
                 raise RobotError(f"tool '{self.name}': the bend of its {part.name} must be 0 … 120°")
         if len(set(self.segment_names)) < len(self.parts):
             raise RobotError(f"tool '{self.name}': two parts have the same name")
@@ -141,6 +143,41 @@ class Tool:
     def segment_names(self) -> tuple[str, ...]:
         """Names of the parts in the order of the segments, from the tip on."""
         return tuple(part.name for part in self.parts)
+
+    @property
+    def bend(self) -> float:
+        """Angle in rad between the first part's axis and the shaft's; 0 for a straight tool."""
+        return self.parts[0].bend
+
+    @property
+    def shaft_radius(self) -> float:
+        """Of the last part, mm."""
+        return self.parts[-1].radius
+
+    def shaped(self, bend: float | None = None, shaft_radius: float | None = None) -> Tool:
+        """The tool with another bend in rad and another radius of its shaft in mm; None keeps what it has.
+
+        The bends of all its parts change by the same share, and so do the radii.
+
+        Raises:
+            RobotError: a bend beyond 0 … 120°, or of a straight tool; a radius beyond 0.3 … 5 mm.
+        """
+        bends, radii = 1.0, 1.0
+        if bend is not None:
+            if not 0.0 <= bend <= MOST_BEND:
+                raise RobotError(f"tool '{self.name}': a bend of {math.degrees(bend):g}° is not between 0 and 120°")
+            if self.bend == 0.0 and bend != 0.0:
+                raise RobotError(f"tool '{self.name}' is straight; it has no bend that could be changed")
+            bends = bend / self.bend if self.bend else 1.0
+        if shaft_radius is not None:
+            low, high = SHAFT_RADIUS_MM
+            if not low <= shaft_radius <= high:
+                raise RobotError(
+                    f"tool '{self.name}': a shaft radius of {shaft_radius:g} mm is not between {low:g} and {high:g} mm"
+                )
+            radii = shaft_radius / self.shaft_radius
+        parts = tuple(replace(part, bend=part.bend * bends, radius=part.radius * radii) for part in self.parts)
+        return replace(self, parts=parts)
 
     @property
     def tip_in_flange(self) -> Array:

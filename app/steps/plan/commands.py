@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from app.messages.fields import Command, Identifier, Name, Position
+
+ShapeNumber = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # what a tool may have, its reader says
 
 
 class PlanCommand(Command):
@@ -62,6 +66,24 @@ class PickOnSlice(Command):
     position: Position
 
 
+class ChooseRobot(Command):
+    """A shipped robot by its name, or an uploaded URDF by name, hash and the link that holds the tool."""
+
+    type: Literal["plan.robot"]
+    name: Identifier
+    urdf: Identifier | None = None
+    tool_frame: Name | None = None
+
+
+class ChooseTool(Command):
+    """A tool by its name; a bend or radius that is left out is the shipped one's."""
+
+    type: Literal["plan.tool"]
+    name: Identifier
+    bend_deg: ShapeNumber | None = None
+    shaft_radius_mm: ShapeNumber | None = None
+
+
 COMMANDS: tuple[type[Command], ...] = (
     PlanCommand,
     RenamePlan,
@@ -73,4 +95,6 @@ COMMANDS: tuple[type[Command], ...] = (
     EditCommand,
     Lock,
     PickOnSlice,
+    ChooseRobot,
+    ChooseTool,
 )

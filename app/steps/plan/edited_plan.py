@@ -11,7 +11,9 @@ import numpy.typing as npt
 
 from app.scene.plan import PlanItem
 from app.services import Services
+from app.services.plan_model import check_robot
 from app.services.tissue_words import place_words
+from app.steps.plan.instruments import robot_view, tool_view
 from app.steps.plan.sections import AddKind, PlanSection
 from app.views.plan_items import Position, entries, plan_items, position_of
 from app.views.sections import ItemKind
@@ -42,6 +44,7 @@ class EditedPlan:
         self._services = services
         self._editor = services.plans.editor(plan_id)
         self._dragged: dict[str, Position] = {}
+        self._said: Any = None  # of robot and tool, when they were read
         self.refresh()
         self.selected: str | None = None
         self.add_mode: AddKind = "point"
@@ -54,6 +57,9 @@ class EditedPlan:
     def refresh(self) -> None:
         """Read the plan anew: after each edit, and now and then because other clients edit too."""
         self.plan = self._editor.plan
+        if (said := (self.plan.robot, self.plan.tool, self.plan.tool_shape)) != self._said:
+            self._said = said
+            self._robot, self._tool = robot_view(self.plan, self._services.instruments), tool_view(self.plan)
         self.can_undo, self.can_redo = self._editor.history()
         known = {entry.id for entry in (*self.plan.points, *self.plan.targets)}
         self._dragged = {item_id: place for item_id, place in self._dragged.items() if item_id in known}
@@ -115,6 +121,8 @@ class EditedPlan:
                 "position": list(self.ghost.position),
                 "words": f"{self.ghost.words} {self.ghost.lies_in}".strip(),
             },
+            "robot": self._robot,
+            "tool": self._tool,
         }
 
     def kind_of(self, item_id: str) -> ItemKind:
@@ -208,6 +216,15 @@ class EditedPlan:
 
     def rename(self, item_id: str, label: str) -> None:
         self._edit(self._editor.rename_point, item_id, label)
+
+    def choose_robot(self, robot: dict[str, str]) -> None:
+        """Raises PlanError and RobotError with what is wrong with it."""
+        self._services.instruments.robot(check_robot(robot))
+        self._edit(self._editor.choose_robot, robot)
+
+    def choose_tool(self, name: str, shape: dict[str, float]) -> None:
+        """Raises RobotError for a shape that the tool cannot have."""
+        self._edit(self._editor.choose_tool, name, shape)
 
     def set_locked(self, locked: bool) -> None:
         self.cancel()

@@ -2,6 +2,7 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { fixed, mm, sentence, when } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone } from "/static/js/dialogs.js";
+import { InstrumentsGroup } from "./instruments.js";
 import { PlannerError, download, missing, upload } from "/static/js/rest.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
@@ -54,9 +55,11 @@ export default class PlanPanel {
     this.marginWarning = h("p", { class: "words caution", id: "margin-warning" });
     this.exports = EXPORTS.map(([format, label, words]) =>
       h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
+    this.instruments = new InstrumentsGroup(connection);
     this.element = h("div", {},
       group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
       group("Path", null, this.table("point", this.points), this.pointWords, this.pathWords, this.corridor, this.marginWarning),
+      this.instruments.element,
       group("Targets", null, this.table("target", this.targets), this.targetWords),
       group("Selected", null, this.selectedWords, this.selectedTools),
       group("Plans of this head", [h("button", { type: "button", class: "plain", onclick: () => this.newPlan() }, "New")], this.planList,
@@ -83,6 +86,7 @@ export default class PlanPanel {
 
   /** @param {ViewModel} state */
   update(state) {
+    this.instruments.update(state);
     this.changedPlan([state.plan, state.corridor], () => this.renderPlan(state.plan, state.corridor));
     this.changedPlans([state.plans, state.plan?.id, this.showDeleted.checked], () => this.renderPlans(state));
   }

@@ -34,6 +34,58 @@ class GhostView(TypedDict):
     words: str
 
 
+class RobotChoice(TypedDict):
+    """A robot that comes along; words: what it is."""
+
+    name: str
+    title: str
+    words: str
+
+
+class ToolChoice(RobotChoice):
+    """A tool that comes along, with its own bend, 0 of a straight one, and radius."""
+
+    bend_deg: float
+    shaft_radius_mm: float
+
+
+class InstrumentsSection(TypedDict):
+    """What can be chosen; bounds (low, high) of a tool's bend and of its shaft's radius."""
+
+    robots: list[RobotChoice]
+    tools: list[ToolChoice]
+    bend_bounds_deg: list[float]
+    radius_bounds_mm: list[float]
+
+
+class PlanRobotView(TypedDict):
+    """The plan's robot; of a URDF of one's own: its hash, the link that holds the tool, and all that could.
+
+    trouble: why it cannot be read, '' where it can.
+    """
+
+    name: str
+    title: str
+    words: str
+    urdf: str | None
+    tool_frame: str | None
+    links: list[str]
+    notes: list[str]
+    trouble: str
+
+
+class PlanToolView(TypedDict):
+    """The plan's tool in its shape; bend_deg is None of a straight one."""
+
+    name: str
+    title: str
+    words: str
+    bend_deg: float | None
+    shaft_radius_mm: float
+    changed: bool
+    trouble: str
+
+
 class PlanSection(ItemsSection):
     """The open plan; degree and length of its spline are 0 without one."""
 
@@ -49,6 +101,8 @@ class PlanSection(ItemsSection):
     degree: int
     length_mm: float
     ghost: GhostView | None
+    robot: PlanRobotView
+    tool: PlanToolView
 
 
 class SoftTissueView(TypedDict):
@@ -85,6 +139,7 @@ class PlanSections(TypedDict):
     """The plans of the case and what the tool makes of the open one."""
 
     plans: PlansSection
+    instruments: InstrumentsSection
     plan: PlanSection | None
     curve: CurveSection
     corridor: CorridorSection

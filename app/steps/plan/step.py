@@ -18,6 +18,7 @@ from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan, Ghost
 from app.steps.plan.hints import plan_hint
+from app.steps.plan.instruments import instruments_section
 from app.steps.plan.sections import PlanEntry, PlanSections
 from app.views.layers import Layer
 from app.views.plan_items import Position, curve_layer, curve_points, curve_section, items_layer
@@ -180,6 +181,11 @@ class PlanStep(Step):
                 edited.drag(command.item_id, command.position)
             case c.RenameItem():
                 edited.rename(command.item_id, command.label)
+            case c.ChooseRobot():
+                edited.choose_robot(command.model_dump(include={"name", "urdf", "tool_frame"}, exclude_none=True))
+            case c.ChooseTool():
+                shape = command.model_dump(include={"bend_deg", "shaft_radius_mm"}, exclude_none=True)
+                edited.choose_tool(command.name, shape)
             case c.ItemCommand():
                 return self._item(edited, command)
             case c.EditCommand():
@@ -352,6 +358,7 @@ class PlanStep(Step):
         ]
         return {
             "plans": {"items": items},
+            "instruments": instruments_section(),
             "plan": None if self._edited is None else self._edited.view(),
             "curve": curve_section(self.curve()[0]),
             "corridor": self._shown_corridor().view(),
@@ -366,6 +373,7 @@ class PlanStep(Step):
             plan.id,
             tuple(point.position for point in plan.points),
             plan.tool,
+            repr(plan.tool_shape),
             repr(plan.settings),
             repr(plan.robot),
         )

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services import Services
+from app.services.instruments import plan_tool
 from app.services.plans import Plan
 from app.services.recordings import Recording
 from app.views.plan_items import curve_points, plan_items
@@ -49,6 +50,7 @@ def plan_key(plan: Plan) -> Any:
         plan.id,
         plan.case_hash,
         plan.tool,
+        repr(plan.tool_shape),
         repr(plan.settings),
         repr(plan.robot),
         tuple(tuple(point.position) for point in plan.points),
@@ -69,8 +71,8 @@ def prepare(services: Services, plan: Plan) -> Prepared:
     spec = SceneSpec(
         vertices=np.asarray(mesh.vertices),
         faces=np.asarray(mesh.faces),
-        robot=plan.robot["name"],
-        tool=plan.tool,
+        robot=services.instruments.robot(plan.robot),
+        tool=plan_tool(plan),
         base=placing.base,
         q_start=placing.q_start,
         path_points=points,

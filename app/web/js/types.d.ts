@@ -111,6 +111,30 @@ export interface PlanEntry {
   deleted: boolean;
 }
 
+/** What can be chosen; bounds (low, high) of a tool's bend and of its shaft's radius. */
+export interface InstrumentsSection {
+  robots: RobotChoice[];
+  tools: ToolChoice[];
+  bend_bounds_deg: number[];
+  radius_bounds_mm: number[];
+}
+
+/** A robot that comes along; words: what it is. */
+export interface RobotChoice {
+  name: string;
+  title: string;
+  words: string;
+}
+
+/** A tool that comes along, with its own bend, 0 of a straight one, and radius. */
+export interface ToolChoice {
+  name: string;
+  title: string;
+  words: string;
+  bend_deg: number;
+  shaft_radius_mm: number;
+}
+
 /** The open plan; degree and length of its spline are 0 without one. */
 export interface PlanSection {
   points: ItemEntry[];
@@ -127,6 +151,8 @@ export interface PlanSection {
   degree: number;
   length_mm: number;
   ghost: GhostView | null;
+  robot: PlanRobotView;
+  tool: PlanToolView;
 }
 
 /** A point of the path or a target. */
@@ -141,6 +167,33 @@ export interface GhostView {
   kind: "point" | "target";
   position: [number, number, number];
   words: string;
+}
+
+/**
+ * The plan's robot; of a URDF of one's own: its hash, the link that holds the tool, and all that could.
+ *
+ * trouble: why it cannot be read, '' where it can.
+ */
+export interface PlanRobotView {
+  name: string;
+  title: string;
+  words: string;
+  urdf: string | null;
+  tool_frame: string | null;
+  links: string[];
+  notes: string[];
+  trouble: string;
+}
+
+/** The plan's tool in its shape; bend_deg is None of a straight one. */
+export interface PlanToolView {
+  name: string;
+  title: string;
+  words: string;
+  bend_deg: number | null;
+  shaft_radius_mm: number;
+  changed: boolean;
+  trouble: string;
 }
 
 /** Places along the path. */
@@ -326,6 +379,20 @@ export interface ImportAnswer {
   units?: "mm" | "m" | null;
 }
 
+/**
+ * A URDF that was stored; name, urdf and tool_frame are what a plan's robot is set to.
+ *
+ * links: that may hold the tool; ends: those without a child. notes: what was assumed because the file does not say.
+ */
+export interface OwnRobotPublic {
+  name: string;
+  urdf: string;
+  tool_frame: string;
+  links: string[];
+  ends: string[];
+  notes: string[];
+}
+
 /** A plan; positions in LPS mm. */
 export interface PlanPublic {
   schema: string;
@@ -338,6 +405,7 @@ export interface PlanPublic {
   points: PointPublic[];
   targets: PointPublic[];
   tool: string;
+  tool_shape: Record<string, number>;
   robot: RobotPublic;
   settings: Record<string, number>;
   created: string;
@@ -355,11 +423,17 @@ export interface PointPublic {
   position: [number, number, number];
 }
 
-/** Base: transform_base_to_patient, 16 numbers row by row, mm. */
+/**
+ * Base: transform_base_to_patient, 16 numbers row by row, mm.
+ *
+ * urdf: SHA-256 of a URDF of one's own; tool_frame: its link that holds the tool. Both null of a shipped robot.
+ */
 export interface RobotPublic {
   name: string;
   base: number[] | null;
   q_start: number[] | null;
+  urdf: string | null;
+  tool_frame: string | null;
 }
 
 /** Places on the canvas in parts of its size, None for a place behind the camera; None without a camera. */
@@ -376,6 +450,7 @@ export interface ViewModel {
   curve?: CurveSection;
   details?: DetailsSection;
   driven?: ItemsSection | null;
+  instruments?: InstrumentsSection;
   plan?: PlanSection | null;
   plans?: PlansSection;
   rehearsal?: RehearsalSection;
@@ -461,6 +536,16 @@ export interface Commands {
   };
   "plan.restore": {
     plan_id: string;
+  };
+  "plan.robot": {
+    name: string;
+    urdf?: string | null;
+    tool_frame?: string | null;
+  };
+  "plan.tool": {
+    name: string;
+    bend_deg?: number | null;
+    shaft_radius_mm?: number | null;
   };
   "point.insert_after": {
     item_id: string;
