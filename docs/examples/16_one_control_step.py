@@ -20,7 +20,8 @@ from vfix_engine.control import Certified, HandCommand
 from vfix_engine.control.tasks import MoveFreely
 from vfix_engine.geometry.proximity import ProximityTree
 
-tunnel = trimesh.creation.annulus(r_min=6.0, r_max=9.0, height=80.0).subdivide_to_size(3.0)
+tunnel = trimesh.creation.annulus(r_min=12.0, r_max=15.0, height=80.0).subdivide_to_size(3.0)
+tunnel.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))  # along the tool's shaft, y
 anatomy, robot, tool = (
     ProximityTree(TriangleMesh(tunnel.vertices, tunnel.faces)),
     RobotModel.load("steady_hand"),
@@ -31,7 +32,7 @@ base[:3, 3] = -tool.tip_in_flange  # the tip begins at the origin
 context = ControlContext(robot.placed(base, tool), tool, anatomy, ControlSettings())
 state = context.measure(robot.home)
 for _ in range(100):
-    problem = build_step(state, [MoveFreely()], [], HandCommand(force=np.array([0.0, 0.0, 2.0])))  # rows, with names
+    problem = build_step(state, [MoveFreely()], [], HandCommand(force=np.array([0.0, 2.0, 0.0])))  # rows, with names
     solution = solve_step(problem)  # checked: nothing violated, multipliers balance the gradient
     verdict = certify_step(problem, solution.dq)  # the whole motion, not only where it ends
     assert isinstance(verdict, Certified), f"refused by {verdict.by}"

@@ -38,6 +38,7 @@ class Drill:
 
 settings = ControlSettings()
 tunnel = trimesh.creation.annulus(r_min=8.0, r_max=11.0, height=60.0).subdivide_to_size(3.0)
+tunnel.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))  # along the tool's shaft, y
 robot, tool = RobotModel.load("steady_hand"), Tool.load("straight_pointer")
 base = np.eye(4)
 base[:3, 3] = -tool.tip_in_flange  # the tip begins at the origin
