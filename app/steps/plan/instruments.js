@@ -26,7 +26,7 @@ export class InstrumentsGroup {
     this.bend = this.number("tool-bend", 5);
     this.radius = this.number("tool-radius", 0.1);
     this.bendField = field("Bend", "°", this.bend);
-    this.radiusField = field("Radius of the shaft", "mm", this.radius);
+    this.radiusField = field("Shaft radius", "mm", this.radius);
     this.shippedShape = h("button", { type: "button", class: "plain", id: "tool-shipped", onclick: () => this.connection.send("plan.tool", { name: this.tool.value }) }, "As it comes");
     this.lockedWords = h("p", { class: "words" }, LOCKED);
     this.element = group("Robot and tool", [this.shippedShape],
