@@ -1,13 +1,13 @@
-"""The control process of a rehearsal, driven along the corridor and back: how it keeps its kilohertz (HAZ-10)."""
+"""The control process of a world, driven to and fro: how it keeps its kilohertz (HAZ-10)."""
 
 from __future__ import annotations
 
 import argparse
-import json
 import time
+from collections.abc import Callable
 from typing import Any
 
-from benchmarks import cases, report
+from benchmarks import cases, realtime_snake, report
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError
 from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
@@ -25,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     cases.add_arguments(parser)
     parser.set_defaults(case="phantom")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long the tool is driven (default 60)")
+    parser.add_argument("--world", choices=tuple(WORLDS), default="rigid", help="what is driven (default rigid)")
     parser.add_argument("--no-priority", action="store_true", help="ask for no real-time priority, to compare")
 
 
@@ -35,17 +36,28 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """
     if not 0.5 <= args.seconds <= 86_400:
         raise report.BenchmarkRefused(f"--seconds {args.seconds:g} is not between 0.5 and 86400")
-    found = cases.find_cases(args)
     machine = report.machine().to_dict()
-    measured = found.measure(lambda case: _measure(case, args.seconds, not args.no_priority))
+    measured = WORLDS[args.world](args)
     shares = [one["overruns_share"] for one in measured["cases"].values() if one is not None]
     return {
         "machine": machine,
+        "world": args.world,
         **measured,
         "overruns_share": max(shares),
         "correct": all(one["correct"] for one in measured["cases"].values() if one is not None),
         "overruns_within_1_percent": max(shares) <= MOST_OVERRUNS,
     }
+
+
+def _rigid(args: argparse.Namespace) -> dict[str, Any]:
+    return cases.find_cases(args).measure(lambda case: _measure(case, args.seconds, not args.no_priority))
+
+
+def _snake(args: argparse.Namespace) -> dict[str, Any]:
+    return {"cases": {"breathing bend": realtime_snake.measure(args.seconds, not args.no_priority)}}
+
+
+WORLDS: dict[str, Callable[[argparse.Namespace], dict[str, Any]]] = {"rigid": _rigid, "snake": _snake}
 
 
 def _measure(case: cases.BenchCase, seconds: float, real_time: bool) -> dict[str, Any]:
@@ -68,7 +80,7 @@ def _measure(case: cases.BenchCase, seconds: float, real_time: bool) -> dict[str
         process.wait_ready()
         process.run()
         driven_so = _drive(process, seconds)
-        told = _told(process, settings.dt_s) | driven_so
+        told = {"period_us": 1e6 * settings.dt_s} | realtime_snake.record(process) | driven_so
         kept = told["steps"] == told["ticks"] and told["min_clearance_mm"] >= settings.margin_mm - SAME_MM
         return told | {"correct": kept and told["moved_mm"] > 0.0}
     finally:
@@ -116,23 +128,3 @@ def _steps_at_rest(process: RehearsalProcess) -> int:
             return steps
         steps = -1 if snapshot is None else snapshot.steps
     raise ControlError("the tool did not come to rest")
-
-
-def _told(process: RehearsalProcess, period: float) -> dict[str, Any]:
-    """The clock's own record of every tick."""
-    process.ask_record()
-    deadline = time.monotonic() + ANSWER_S
-    while time.monotonic() < deadline:
-        for event in process.events():
-            if event.kind == "record":
-                record = json.loads(event.text)
-                ticks, seconds = record["ticks"], record.pop("seconds")
-                return {
-                    "period_us": 1e6 * period,
-                    "rate_hz": (ticks - 1) / max(seconds, 1e-9),
-                    "seconds": seconds,
-                    **record,
-                    "overruns_share": record["overruns"] / max(ticks, 1),
-                }
-        time.sleep(0.01)
-    raise ControlError("the control process did not tell its record")

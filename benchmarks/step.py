@@ -50,8 +50,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     Keys: median_us, p99_us of every step, those that gather triangles anew included; ratio_vs_stack,
     p99_ratio_vs_stack; split_us and floor_us by part; stack: the same of the stack.
     whole_us: the rigid system's whole step with its recorder's row, the worst of three drives, whole_by each of them;
-    whole_over_step: over median_us; snapshot_us: apart; whole_stack_us: with the stack in its place, moving
-    freely, and whole_ratio_vs_stack over ours there.
+    whole_over_step: over the controller's step alone in that drive, whole_over_corridor_step: over median_us;
+    snapshot_us: apart; whole_stack_us: with the stack in the controller's place, moving freely, and
+    whole_ratio_vs_stack over ours there.
 
     Raises:
         BenchmarkRefused: coal is not installed, or the number of steps makes no sense.

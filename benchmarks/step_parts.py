@@ -25,6 +25,7 @@ from vfix_engine.control.problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE,
 from vfix_engine.control.step_kernel import answer_size, answer_views, fused_step, program_size, program_views
 from vfix_engine.control.world import unpack_cover, unpack_world
 from vfix_engine.fixtures.state_kernel import state_views
+from vfix_engine.geometry.array_table import table_of
 from vfix_engine.geometry.pairs import MAX_ROWS
 
 PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
@@ -117,7 +118,7 @@ class StepParts:
         hessian, gradient, upper, lower, matrix = program_views(workspace, n + 1, len(state.pairs))
         step, x, multiplier = answer_views(answer, n, n + 1, len(state.pairs))
         solver = (hessian, gradient, matrix, upper, lower)
-        whole = (*arrays, rows, labels, body, *inputs, np.zeros(n), workspace, answer, after)
+        whole = (table_of((*arrays, rows, labels, body, workspace)), *inputs, np.zeros(n), answer, after)
         called = _seconds(fused_step, whole)
         self._note("handing over", _seconds(_nothing, whole), 0.0)
         self._note("whole step", _seconds(self._step, (state, task)), 0.0)

@@ -28,7 +28,7 @@ class RecordedRun:
         self._services = services
         self._folder = services.runs.new_folder()
         spec = RigidSpec(SceneSpec.of(rehearsal.scene), rehearsal.settings)
-        self._writer: RunWriter | None = RunWriter.beside(self._folder, spec, rehearsal.system, seed)
+        self._writer: RunWriter | None = RunWriter(self._folder, spec, rehearsal.system.row_layout, seed)
 
     def tick(self, line: Array) -> None:
         if self._writer is not None:

@@ -168,7 +168,7 @@ def build_scene(
         targets, names = _targets(plan, args.targets)
     else:
         targets, names = np.zeros((0, 3)), ()
-    zones = ZoneSet() if args.zones is None else resolve_zones(args.zones, case.mesh)
+    zones = ZoneSet() if args.zones is None else resolve_zones(args.zones, case)
     prepare_engine()  # everything that was given has been read
     # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones)
@@ -177,10 +177,12 @@ def build_scene(
         base, q_start = stored
         obstacle = ""
     else:
-        placing = place_robot(case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones)
+        placing = place_robot(
+            case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones, structure_names=case.structure_names
+        )
         base, q_start, obstacle = placing.base, placing.q_start, placing.run.reason
     scene = Scene(
-        case.tree, robot, tool, base, q_start, path, targets, names, zones=zones.zones, fixtures=zones.soft_zones
+        case.tree, robot, tool, base, q_start, path, targets, names, zones.zones, zones.soft_zones, case.structure_names
     )
     return scene, settings, obstacle
 

@@ -6,7 +6,9 @@ of more than MAX_WAITING the one that has waited longest goes: somebody who hone
 """
 
 import asyncio
+import contextlib
 import logging
+import socket
 from time import monotonic
 from typing import Any
 
@@ -29,6 +31,10 @@ class BoundedHttp(H11Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
+        # asyncio does this only for sockets that were made with the protocol's number. Without it a small message waits
+        # for the receipt of the one before, which a browser puts off by up to 40 ms.
+        with contextlib.suppress(OSError):  # it is closed already
+            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         super().connection_made(transport)
         self._note_waiting()
         waiting = {

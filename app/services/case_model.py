@@ -15,6 +15,7 @@ from app.services.structures import (
     Structure,
     structure_from_json,
     structure_name,
+    within_a_sentence,
 )
 from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.surface import BONE_HU, Dropped
@@ -122,6 +123,10 @@ class Case:
     def structure_words(self, structure_id: str) -> str:
         """The name of a structure for people; of an id that is not there any more, the id."""
         return next((item.name for item in self.structures if item.id == structure_id), structure_id)
+
+    def structure_names(self) -> dict[str, str]:
+        """The name of every structure by its id, as it stands within a sentence: 'bone', 'optic nerve', 'ICA'."""
+        return {item.id: within_a_sentence(self.structure_words(item.id)) for item in self.structures}
 
     @property
     def has_volume(self) -> bool:

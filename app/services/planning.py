@@ -193,16 +193,16 @@ class Planning:
         settings = ControlSettings.from_dict(dict(plan.settings))
         robot, tool = self._instruments.robot(plan.robot), plan_tool(plan)
         go_on("Building the tree of the surface", 0.1)()
-        tree = self._cases.tree(plan.case_id)
+        tree, names = self._cases.tree(plan.case_id), self._cases.get(plan.case_id).structure_names()
         stored = stored_placing(plan.robot)
         if stored is None:
-            placing = place_robot(
-                tree, robot, tool, path, settings, go_on=go_on("Placing the robot and driving the path", 0.2)
-            )
+            act = go_on("Placing the robot and driving the path", 0.2)
+            placing = place_robot(tree, robot, tool, path, settings, go_on=act, structure_names=names)
             base, q_start, run = placing.base, placing.q_start, placing.run
         else:
             base, q_start = stored
-            run = dry_run(Scene(tree, robot, tool, base, q_start, path), settings, go_on("Driving the path", 0.2))
+            scene = Scene(tree, robot, tool, base, q_start, path, structure_names=names)
+            run = dry_run(scene, settings, go_on("Driving the path", 0.2))
         go_on("Measuring the soft tissue", 0.95)()
         s = _stations(path)
         return PlanEvaluation(

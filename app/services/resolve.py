@@ -5,8 +5,8 @@ Files are read without a store, so that an installation of the engine alone can 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
@@ -20,6 +20,7 @@ from app.services.errors import NotFound, OtherCase
 from app.services.exchange import read_plan, read_targets
 from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
 from app.services.plan_model import Plan, PlanPoint
+from app.services.structures import BONE, structure_name, within_a_sentence
 from vfix_engine.errors import InputError
 from vfix_engine.fixtures.zone_file import ZoneSet, zones_from_dict
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -65,6 +66,7 @@ class ResolvedCase:
     id: of the stored case, or None for a file; hash: of its content; grow: makes its tree; scan: reads its CT, None
     where there is no CT; uncertainty: how far bone may lie off the surface; notes: what is doubtful about the file, in
     sentences.
+    structures: surfaces of its structures by id; structure_names: their names within a sentence, by id.
     """
 
     id: str | None
@@ -75,6 +77,8 @@ class ResolvedCase:
     scan: Callable[[], Volume | None]
     uncertainty: SurfaceUncertainty
     notes: tuple[str, ...] = ()
+    structures: Mapping[str, TriangleMesh] = field(default_factory=dict)
+    structure_names: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def tree(self) -> ProximityTree:
@@ -104,12 +108,19 @@ def resolve_case(services: HasServices | None, text: str, told: HeadRequest | No
         raise InputError("--frame, --units and --series are said of a file; a stored case has its own.")
     mesh = services.cases.case_surface(case.id)
     tree, scan = partial(services.cases.tree, case.id), partial(services.cases.volume, case.id)
-    return ResolvedCase(case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty, case.notes)
+    structures = {item.id: services.cases.structure_mesh(case.id, item.id) for item in case.structures}
+    return ResolvedCase(
+        case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty, case.notes,
+        structures, case.structure_names(),
+    )  # fmt: skip
 
 
 def _case_of_file(path: Path, head: ControlHead) -> ResolvedCase:
     mesh, tree = head.mesh, partial(ProximityTree, head.mesh)
-    return ResolvedCase(None, path.name, mesh.content_hash, mesh, tree, lambda: head.scan, head.uncertainty, head.notes)
+    return ResolvedCase(
+        None, path.name, mesh.content_hash, mesh, tree, lambda: head.scan, head.uncertainty, head.notes,
+        {BONE: mesh}, {BONE: within_a_sentence(structure_name(BONE))},
+    )  # fmt: skip
 
 
 def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bool:
@@ -170,9 +181,9 @@ def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
     return read_targets(path.name, read_bytes(path))
 
 
-def resolve_zones(path: Path, anatomy: TriangleMesh) -> ZoneSet:
-    """No-fly zones and soft zones of a file, in LPS mm; patches are parts of ``anatomy``. Raises InputError."""
-    return zones_from_dict(parse_json_object(decode(read_bytes(path))), anatomy)
+def resolve_zones(path: Path, case: ResolvedCase) -> ZoneSet:
+    """No-fly zones and soft zones of a file, in LPS mm; patches are parts of a case's structures. Raises InputError."""
+    return zones_from_dict(parse_json_object(decode(read_bytes(path))), case.mesh, case.structures)
 
 
 def outside_notes(points: Sequence[PlanPoint], bounds: npt.ArrayLike) -> tuple[str, ...]:

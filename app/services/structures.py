@@ -55,6 +55,11 @@ def structure_name(structure_id: str) -> str:
     return _NAMES.get(structure_id, structure_id)
 
 
+def within_a_sentence(name: str) -> str:
+    """A name without its first capital, unless it begins with an abbreviation such as 'ICA'."""
+    return name if name[1:2].isupper() else name[:1].lower() + name[1:]
+
+
 def is_closed(mesh: TriangleMesh) -> bool:
     """Whether every edge of a surface is shared by two triangles that run along it in opposite directions."""
     edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]).astype(np.int64)

@@ -11,7 +11,7 @@ from app.services.cache import Cache
 from app.services.cases import Bead, Case, CaseFrame, CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import NotFound
-from app.services.structures import Provenance, is_closed
+from app.services.structures import Provenance, is_closed, within_a_sentence
 from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import CaseRow
@@ -161,6 +161,8 @@ def test_structures_are_found_by_id_and_told_by_name(cases: CaseService, case: C
     assert case.structure("bone").provenance == Provenance("surface")
     assert cases.structure_mesh(case.id, "bone").content_hash == cases.case_surface(case.id, "bone").content_hash
     assert (case.structure_words("bone"), case.structure_words("optic-nerve")) == ("Bone", "optic-nerve")
+    assert case.structure_names() == {"bone": "bone"}
+    assert [within_a_sentence(name) for name in ("Optic nerve", "ICA", "")] == ["optic nerve", "ICA", ""]
     with pytest.raises(NotFound, match=r"no structure 'Bone'.*bone"):
         cases.structure_mesh(case.id, "Bone")
 

@@ -11,6 +11,7 @@ import pytest
 import trimesh
 
 from app.cli import main
+from app.services import structures
 from tests.engine.robots.urdf_texts import joint, links, urdf
 from tests.engine.scenes import curved_tube
 
@@ -121,3 +122,26 @@ def test_a_robot_with_too_few_joints_is_told_and_soon(
     assert report["targets"][0]["reason"]
     assert report["targets"][0]["reason"] in report["reason"]
     assert "in 2 of 3 directions" in report["placing_reason"]
+
+
+def test_what_holds_the_tool_is_told_by_the_name_of_its_structure(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(structures._NAMES, "bone", "Skull base")
+    plan = tmp_path / "plan.csv"
+    plan.write_text(plan.read_text() + "point,outside,40,30,0\n")
+    status, report = rehearse(tube, capsys)
+    assert status == 1
+    assert report["reason"].startswith("skull base on the ")
+
+
+def test_a_zone_names_a_structure_of_the_case_by_its_id(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lining = LINING | {"shape": {"kind": "anatomy", "structure": "bone"}}
+    status, _ = rehearse([*tube, *with_zones(tmp_path, [], [lining])], capsys)
+    assert status == 0
+    lining = LINING | {"shape": {"kind": "anatomy", "structure": "skull"}}
+    status, report = rehearse([*tube, *with_zones(tmp_path, [], [lining])], capsys)
+    assert status == 2
+    assert "no structure 'skull'; the structures are bone" in report["error"]["message"]

@@ -99,6 +99,42 @@ def test_a_head_that_comes_in_is_offered_and_not_opened(open_page: Open, rest: R
     assert station.errors == []
 
 
+def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
+    open_page: Open, rest: Rest, tmp_path: Path
+) -> None:
+    """Its stage and share are there again; cancelled, it says so and leaves no head."""
+    station = open_page().ready()
+    heads = [case["id"] for case in rest.client.get("/api/cases").raise_for_status().json()]
+    u = np.arange(256, dtype=np.float32) * 0.4
+    sines, cosines = np.sin(u), np.cos(u)
+    walls = sines[:, None, None] * cosines[None, :, None] + sines[None, :, None] * cosines[None, None, :]
+    hu = np.where(walls + sines[None, None, :] * cosines[:, None, None] > 0, 1000, -1000).astype("<i2")
+    header = (
+        "NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 256 256 256\n"
+        "space directions: (0.8,0,0) (0,0.8,0) (0,0,0.8)\nendian: little\nencoding: raw\nspace origin: (0,0,0)\n\n"
+    )
+    (tmp_path / "Sponge.nrrd").write_bytes(header.encode() + hu.tobytes())
+    page, row = station.page, station.page.locator("[data-job=import]")
+    page.click("[data-step=patient]")
+    station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
+    page.set_input_files("input[type='file'][accept*='.nii']", tmp_path / "Sponge.nrrd")
+    station.wait_for("its progress", row.is_visible)
+
+    page.reload()
+    station.wait_for("its progress again", row.is_visible)
+    words = row.inner_text()
+    assert "Sponge" in words
+    assert "%" in words or "waiting" in words
+    row.get_by_role("button", name="Cancel").click()
+    station.wait_for("the word", lambda: "was cancelled. Nothing of it is kept" in page.locator("#notes").inner_text())
+    assert not row.is_visible()
+    (job,) = (job for job in rest.client.get("/api/jobs").json() if job["subject"] == "Sponge")
+    assert (job["state"], job["error"]["code"], job["result"]) == ("cancelled", "job_cancelled", None)
+    assert [case["id"] for case in rest.client.get("/api/cases").raise_for_status().json()] == heads
+    assert "Sponge" not in page.locator("#panel .list").inner_text()
+    assert station.errors == []
+
+
 def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) -> None:
     """HAZ-32: names of head, plan, points and targets that are markup are shown, never run."""
     station = open_page().ready()

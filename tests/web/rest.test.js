@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, test } from "node:test";
-import { PlannerError, finished, missing, post, remove } from "../../app/web/js/rest.js";
+import { PlannerError, finished, goesOn, jobs, missing, post, remove, wasCancelled } from "../../app/web/js/rest.js";
 
 const real = globalThis.fetch;
 afterEach(() => { globalThis.fetch = real; });
@@ -54,4 +54,20 @@ test("a job that fails throws what the planner says", async () => {
   const failed = job({ state: "failed", error: { code: "frame_error", message: "name the unit.", details: { missing: ["unit"] } } });
   const error = await finished(failed, () => {}, 1).catch((reason) => reason);
   assert.deepEqual([error.message, missing(error)], ["name the unit.", ["unit"]]);
+});
+
+test("a job that was cancelled is no failure of the file", async () => {
+  const cancelled = job({ state: "cancelled", error: { code: "job_cancelled", message: "The work was cancelled.", details: null } });
+  answering(json(cancelled));
+  const error = await finished(job({}), () => {}, 1).catch((reason) => reason);
+  assert.equal(wasCancelled(error), true);
+  assert.equal(wasCancelled(new PlannerError({ code: "frame_error", message: "", details: null })), false);
+  assert.equal(wasCancelled(null), false);
+});
+
+test("jobs that wait or run go on, the others do not", async () => {
+  const states = ["queued", "running", "done", "failed", "cancelled"];
+  const asked = answering(json(states.map((state) => job({ state }))));
+  assert.deepEqual((await jobs()).map(goesOn), [true, true, false, false, false]);
+  assert.deepEqual(asked, [["GET", "/api/jobs"]]);
 });

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,8 +48,13 @@ class Blocker:
     @property
     def text(self) -> str:
         """In words: 'bone on the shaft, 0.4 mm', 'joint 6 (insertion) at its limit'."""
+        return self.words_with({})
+
+    def words_with(self, names: Mapping[str, str]) -> str:
+        """In words, with the names of structures by their id; a structure without a name is told by its id."""
         if self.kind in ("bone", "zone"):
-            name = self.structure if self.kind == "bone" else f"no-fly zone '{self.structure}'"
+            bone = self.kind == "bone"
+            name = names.get(self.structure, self.structure) if bone else f"no-fly zone '{self.structure}'"
             return f"{name} on the {self.part}, {max(self.distance_mm, 0.0):.1f} mm"
         if self.joint >= 0:
             where = {"speed": "at its top speed", "acceleration": "at its acceleration limit"}

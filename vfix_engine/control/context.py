@@ -6,7 +6,7 @@ What a certificate means, and why it holds, stands at ``judge_kernel`` and in do
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from ..errors import ControlError
 from ..fixtures import Boundary, Fixture, JointLimits, StepState
 from ..fixtures.state import Layout
 from ..fixtures.zones import Zone
+from ..geometry.array_table import table_of
 from ..geometry.pairs import MAX_ROWS
 from ..geometry.proximity import Proximity
 from ..robots import PlacedRobot, Tool
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
+Counts = NDArray[np.int64]
 
 _PAIRS = 2048  # that the workspace holds at first
 LEAD = 0.8  # of the slack, how far ahead of a moving tool the triangles around it are gathered
@@ -66,8 +68,10 @@ class ControlContext:
         self.generation = 0  # of the problem that the program's workspace belongs to
         self._rows = MAX_ROWS
         self._program = np.empty(program_size(self.layout.dof + 1, self._rows))
+        self._state_size = self.layout.size
+        self._answer_size = answer_size(self.layout.dof, self.layout.dof + 1, MAX_ROWS)
         self._pairs = _pair_workspace(_PAIRS)
-        self._arrays = *surroundings.arrays, *self._pairs  # what every step is handed, kept as one
+        self._table = self._made_table()
 
     @property
     def structures(self) -> tuple[str, ...]:
@@ -124,15 +128,16 @@ class ControlContext:
         The problem is filled as ``solve_step`` would fill it.
         None where there is no answer or the motion is refused, which is told to the problem as well.
         """
-        wanted, given = problem.joined
-        state: StepState = problem.state
-        dof, most = self.layout.dof, len(given.bound) + MAX_ROWS
-        workspace, after = self.program_workspace(dof + 1, most), np.empty(self.layout.size)
-        answer = np.empty(answer_size(dof, dof + 1, most))
-        matrix, target, weight = wanted
+        (matrix, target, weight), given = problem.joined
+        state, after = problem.state, np.empty(self._state_size)
+        if given is self.no_rows:
+            workspace, answer = self._program, np.empty(self._answer_size)
+        else:
+            dof, count = self.layout.dof, len(given.bound) + MAX_ROWS
+            workspace, answer = self.program_workspace(dof + 1, count), np.empty(answer_size(dof, dof + 1, count))
         verdict, needed, displacement, share, rows, scale = fused_step(
-            *self._arrays, state.numbers, matrix, target, weight, given.matrix, given.bound,
-            problem.scale, problem.along, workspace, answer, after,
+            self._table, state.numbers, matrix, target, weight, given.matrix, given.bound,
+            problem.scale, problem.along, answer, after,
         )  # fmt: skip
         problem.fill(workspace, answer, rows, scale, verdict != UNSOLVED, share)
         if verdict == KEPT:
@@ -150,9 +155,25 @@ class ControlContext:
         size = program_size(unknowns, rows)
         if size > len(self._program):
             self._program = np.empty(size)
+            self._table = self._made_table()
         if usual:
             self._rows = rows
         return self._program
+
+    def _made_table(self) -> Counts:
+        """What every fused step is handed, as one; the arrays are kept here, so that their memory is."""
+        self._in_table = (*self.surroundings.arrays, *self._pairs, self._program)
+        return table_of(self._in_table)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the table, whose addresses are those of this context's arrays: a copy makes its own."""
+        state = self.__dict__.copy()
+        del state["_table"], state["_in_table"]
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._table = self._made_table()
 
     def _provide(self, verdict: int, needed: int, before: Array, after: Array, displacement: float) -> None:
         """What a kernel missed on the motion between two states: workspace for pairs, or the triangles around it."""
@@ -167,7 +188,7 @@ class ControlContext:
             self.surroundings.gather(
                 new_start + ahead * (new_start - start), new_end + ahead * (new_end - end), displacement
             )
-        self._arrays = *self.surroundings.arrays, *self._pairs
+        self._table = self._made_table()
 
 
 def _pair_workspace(pairs: int) -> tuple[Array, Index, Index]:

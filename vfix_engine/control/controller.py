@@ -103,8 +103,9 @@ class Controller:
 
     def step(self, state: StepState, tasks: Task | Sequence[Task], command: Any = None) -> StepReport:
         """One certified step; never raises on bad luck: what cannot be certified is held (HAZ-01, HAZ-03)."""
-        problem = build_step(self.context.remeasured(state), tasks, self.fixtures, command)
-        return take_step(problem, self.solver)
+        if not state.measured_by(self.context):
+            state = self.context.remeasured(state)
+        return take_step(build_step(state, tasks, self.fixtures, command), self.solver)
 
     def warm_up(self, state: StepState) -> None:
         """Load all compiled code that a step may need, also that of unusual steps; nothing moves.

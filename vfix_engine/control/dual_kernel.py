@@ -4,7 +4,7 @@ Minimise ½ xᵀH x + fᵀx subject to lower ≤ x ≤ upper and G x ≤ h, H po
 It begins at the minimum without limits and adds one violated limit after the other, dropping those whose multiplier
 would turn negative, so that every point on the way is the minimum under the limits it knows.
 With H = L Lᵀ the kernel keeps J = L⁻ᵀQ and the triangle R of the active normals N: Jᵀ N = (R; 0).
-Its answer is never believed as it is: ``problem_kernel.settle`` judges it like any other solver's.
+Its answer is never believed as it is: ``problem_kernel.check_kkt`` checks it like any other solver's.
 """
 
 from __future__ import annotations

@@ -47,26 +47,16 @@ class Problem:
     box: (2, n) least and largest Δq.
     """
 
-    __slots__ = (
-        "_answer",
-        "_filled",
-        "_generation",
-        "_joined",
-        "_program",
-        "box",
-        "brakes",
-        "constraints",
-        "context",
-        "fixtures",
-        "full_refused",
-        "objectives",
-        "own_failed",
-        "request",
-        "rests",
-        "scale",
-        "share",
-        "state",
-    )  # fmt: skip
+    rests = False
+    brakes = False
+    box: Array | None = None  # None: that of the state
+    share = 1.0  # of the wanted motion that the fused kernel's answer makes
+    own_failed = False  # the fused kernel has found no answer that stands its check
+    full_refused = False  # the motion of its whole answer is refused
+    _program: qp.Program | None = None
+    _filled: tuple[Array, int, float] | None = None
+    _answer: Array | None = None
+    _joined: tuple[qp.ObjectiveRows, qp.ConstraintRows] | None = None
 
     def __init__(
         self,
@@ -76,20 +66,11 @@ class Problem:
         objectives: Sequence[Objective],
         constraints: Sequence[Constraint],
         scale: float,
-        rests: bool = False,
-        brakes: bool = False,
     ):
         context: ControlContext = state.context
         self.state, self.context, self.request, self.fixtures = state, context, request, fixtures
         self.objectives, self.constraints, self.scale = objectives, constraints, scale
-        self.rests, self.brakes, self.own_failed, self.full_refused, self.share = rests, brakes, False, False, 1.0
-        self.box: Array | None = None  # None: that of the state
-        self._program: qp.Program | None = None
-        self._filled: tuple[Array, int, float] | None = None
-        self._answer: Array | None = None
-        self._joined: tuple[qp.ObjectiveRows, qp.ConstraintRows] | None = None
-        context.generation += 1
-        self._generation = context.generation
+        self._generation = context.generation = context.generation + 1
 
     @property
     def along(self) -> Array:
@@ -153,8 +134,7 @@ class Problem:
     ) -> Problem:
         """This step with another program, as a relaxation makes it."""
         other = object.__new__(Problem)
-        for name in Problem.__slots__:
-            setattr(other, name, getattr(self, name))
+        other.__dict__.update(self.__dict__)
         other._program, other._filled, other._answer = program, None, None
         other.own_failed = other.full_refused = False
         other.constraints = self.constraints if constraints is None else constraints
@@ -166,9 +146,9 @@ class Problem:
         kept = tuple(c for c in self.constraints if c.kind != kind)
         if len(kept) == len(self.constraints):
             return self
-        return Problem(
-            self.state, self.request, self.fixtures, self.objectives, kept, self.scale, self.rests, self.brakes
-        )
+        other = Problem(self.state, self.request, self.fixtures, self.objectives, kept, self.scale)
+        other.rests, other.brakes = self.rests, self.brakes
+        return other
 
     def fill(self, workspace: Array, answer: Array, rows: int, scale: float, solved: bool, share: float) -> None:
         """Take over what the fused kernel has written; ``solved``: there is an answer that stands its check."""

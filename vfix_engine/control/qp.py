@@ -155,12 +155,13 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
         matrix, target = alone.matrix, alone.target
         # Kernels are compiled for these, and a copy takes longer than to look; another dtype object is copied.
         if (
-            matrix.shape == (len(target), size)
+            matrix.dtype is _FLOAT
+            and target.dtype is _FLOAT
+            and matrix.shape == (count := len(target), size)
             and matrix.flags.carray
             and target.flags.carray
-            and matrix.dtype is target.dtype is _FLOAT
         ):
-            return ObjectiveRows(matrix, target, _weights(len(target), alone.weight))
+            return ObjectiveRows(matrix, target, _weights(count, alone.weight))
     for o in objectives:
         if np.shape(o.matrix) != (*np.shape(o.target), size):
             raise InputError(

@@ -68,7 +68,7 @@ def build_step(
         InputError: there is no task, its rows have wrong shapes, or dt is not the context's.
     """
     context = state.context
-    if not isinstance(context, ControlContext) or not state.measured_by(context):
+    if context is None or not state.measured_by(context):
         raise ControlError("the state was not measured by a ControlContext; take one from its start() or measure()")
     if dt is not None and dt != context.settings.dt_s:
         raise InputError(f"dt is {dt!r} s, but the state was measured for steps of {context.settings.dt_s!r} s")
@@ -81,7 +81,7 @@ def build_step(
         standing = _rows(state, request, scale, fixtures)
         objectives = (*objectives, *(o for rows in standing for o in rows.objectives))
         constraints = (*constraints, *(c for rows in standing for c in rows.constraints))
-    return Problem(state, request, fixtures, objectives, _inequalities(constraints), scale)
+    return Problem(state, request, fixtures, objectives, constraints and _inequalities(constraints), scale)
 
 
 def solve_step(problem: Problem, solver: str = qp.DUAL) -> qp.Solution:
@@ -167,8 +167,12 @@ def _rest(state: StepState, request: StepRequest, fixtures: Sequence[Fixture]) -
         limits = _inequalities(tuple(c for rows in standing for c in rows.constraints if c.penalty is None))
         if (state.distance >= state.context.world.margin[:, None]).all():
             constraints = (*_inequalities(request.constraints), *limits)
-            return Problem(state, request, fixtures, request.objectives, constraints, _STOPPING_MM, rests=True)
-    return Problem(state, request, fixtures, (), limits, 0.0, rests=True, brakes=True)
+            problem = Problem(state, request, fixtures, request.objectives, constraints, _STOPPING_MM)
+            problem.rests = True
+            return problem
+    problem = Problem(state, request, fixtures, (), limits, 0.0)
+    problem.rests = problem.brakes = True
+    return problem
 
 
 def _rows(state: StepState, request: StepRequest, scale: float, fixtures: Sequence[Fixture]) -> list[Rows]:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixtures.state_kernel import PAIR_COUNT, state_views
-from ..geometry.compiled import compiled
+from ..geometry.array_table import float32_at, float64_at, int32_at, int64_at
+from ..geometry.compiled import compiled, shared
 from ..geometry.packed import packing
 from .dual_kernel import solve_dual
 from .judge_kernel import judge
@@ -50,26 +51,39 @@ program_views, program_size = PROGRAM.views, PROGRAM.size
 answer_views, answer_size = ANSWER.views, ANSWER.size
 
 
+@shared
+def unpack_table(
+    t: Counts,
+) -> tuple[Array, Counts, Single, Array, Index, Index, Array, Array, Index, Index, Array]:
+    """The arrays of a table (``array_table.table_of``): what every step of a context is handed; compiled code only."""
+    return (
+        float64_at(t[0], (t[1],)), int64_at(t[2], (t[3],)),
+        float32_at(t[4], (t[5],)), float64_at(t[6], (t[7],)), int32_at(t[8], (t[9],)),
+        int32_at(t[10], (t[11], t[12])), float64_at(t[13], (t[14],)),
+        float64_at(t[15], (t[16], t[17])), int32_at(t[18], (t[19], t[20])), int32_at(t[21], (t[22],)),
+        float64_at(t[23], (t[24],)),
+    )  # fmt: skip
+
+
 @compiled
 def fused_step(
-    numbers: Array, counts: Counts,
-    boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
-    rows: Array, labels: Index, body: Index,
-    before: Array, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
-    scale: float, along: Array, workspace: Array, answer: Array, after: Array,
+    table: Counts, before: Array, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
+    scale: float, along: Array, answer: Array, after: Array,
 ) -> tuple[int, int, float, float, int, float]:  # fmt: skip
     """One step of a program without slacks.
 
     Args:
-        numbers … poses: packed world and cover; rows, labels, body: see ``judge``; before: a packed state.
+        table: of packed world, packed cover, the pairs' workspace (see ``judge``) and the program's (out, see
+            ``ProgramViews``), in the order of ``unpack_table``; before: a packed state.
         matrix … bound: rows of the program, see ``problem_kernel.fill``; scale: length of the wanted step in mm.
         along: (n,) part of the wanted motion that each joint's motion makes.
-        workspace, answer: out, see ``ProgramViews`` and ``AnswerViews``; after: out, see ``judge``.
+        answer: out, see ``AnswerViews``; after: out, see ``judge``.
 
     Returns:
         The verdict of ``judge``, its rows and its displacement, or UNSOLVED; the part of the wanted motion that is
         made; how many rows the program has; its scale.
     """
+    numbers, counts, boxes, corners, label, first, poses, rows, labels, body, workspace = unpack_table(table)
     world = unpack_world(numbers, counts)
     n = len(world.lower)
     state = state_views(before, n, len(world.radius), len(world.margin))

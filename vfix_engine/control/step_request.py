@@ -81,12 +81,16 @@ def request_of(tasks: Task | Sequence[Task], state: StepState, command: Any) -> 
     Raises:
         InputError: there is no task, or a task answers something that is no ``StepRequest``.
     """
-    several = tasks if isinstance(tasks, Sequence) else (tasks,)
-    if not several:
-        raise InputError("a step needs at least one task")
-    if len(several) == 1:
-        return completed(several[0].request(state, command))
-    return joined([completed(task.request(state, command)) for task in several])
+    if isinstance(tasks, (list, tuple)):
+        if not tasks:
+            raise InputError("a step needs at least one task")
+        if len(tasks) > 1:
+            return joined([completed(task.request(state, command)) for task in tasks])
+        tasks = tasks[0]
+    alone: Any = tasks
+    if not hasattr(alone, "request"):
+        raise InputError(f"a {type(alone).__name__} is no task: it has no request(state, command)")
+    return completed(alone.request(state, command))
 
 
 def completed(request: StepRequest) -> StepRequest:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fixtures import joint_regularisation
-from ..fixtures.zones import Zone, bodies, ordered
+from ..fixtures.zones import ANATOMY, Zone, bodies, ordered
 from ..geometry.candidate_kernels import Candidates
 from ..geometry.capsules import Segments
 from ..geometry.proximity import Proximity
@@ -21,7 +21,6 @@ Array = NDArray[np.float64]
 
 BUFFER_MM = 0.012  # rows keep this much more than the margin, so that the certificate rarely has to say no
 BEYOND_MARGIN_MM = 1.0  # pairs are looked for at least this far beyond every body's margin
-ANATOMY = "bone"  # id of the anatomy's surface
 SLACK_MM = 1.0  # how far the tool may move before the triangles around it are gathered anew
 
 

@@ -30,7 +30,7 @@ class World(NamedTuple):
     lower, upper, speed, acceleration: (n,) limits of the joints.
     shapes: the analytic bodies, which come after those that are surfaces.
     margin: (B,) of every body; keep: (B,) margin and buffer, what the rows of the QP keep.
-    threshold: pairs are looked for up to here; change: approach deceleration · dt², see ``boundary.approach_room``.
+    threshold: pairs are looked for up to here; change: approach deceleration · dt², see ``stopping.approach_room``.
     regularisation: (n + 1, n + 1) WᵀW of the joint regularisation, an objective that every step has.
     """
 

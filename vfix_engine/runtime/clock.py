@@ -17,7 +17,7 @@ SPIN_S = 150e-6
 
 _STALL_S = 0.05  # a tick later than this is not caught up
 _WINDOW = 1000  # ticks that the published figures look back on
-_ROOM = _WINDOW + 1  # they may be asked for during a tick, whose place must not be one of theirs
+_SLOTS = _WINDOW + 1  # they may be asked for during a tick, whose place must not be one of theirs
 _TOLD_S = 0.5  # the published figures are made anew this often: nobody reads faster, and they cost 50 µs
 _FINEST_US = 20_000  # latenesses and step times up to this are counted by the microsecond
 
@@ -51,7 +51,7 @@ class FixedRateClock:
         spin: float = 0.0,
     ):
         self.period, self._now, self._sleep, self._spin = period, now, sleep, spin
-        self._late, self._busy, self._begun = np.zeros(_ROOM), np.zeros(_ROOM), np.zeros(_ROOM)
+        self._late, self._busy, self._begun = np.zeros(_SLOTS), np.zeros(_SLOTS), np.zeros(_SLOTS)
         self._ticks = 0  # of this stretch
         self._overruns = 0
         self._all_late, self._all_busy = _Counts(), _Counts()
@@ -79,7 +79,7 @@ class FixedRateClock:
             self._overruns += 1
         if late > min(_STALL_S, 10 * self.period):
             self._deadline = begin
-        place = self._ticks % _ROOM
+        place = self._ticks % _SLOTS
         if self._ticks:
             self._seconds += begin - self._began
         self._late[place] = late
@@ -89,7 +89,7 @@ class FixedRateClock:
     def worked(self) -> None:
         """The work of this tick is done."""
         busy = self._now() - self._began
-        self._busy[self._ticks % _ROOM] = busy
+        self._busy[self._ticks % _SLOTS] = busy
         self._all_busy.add(busy)
         self._ticks += 1
 
@@ -115,7 +115,7 @@ class FixedRateClock:
         kept = min(self._ticks, _WINDOW)
         if kept < 2:
             return Timing(overruns=self._overruns)
-        done = np.arange(self._ticks - kept, self._ticks) % _ROOM
+        done = np.arange(self._ticks - kept, self._ticks) % _SLOTS
         late, busy = 1e6 * np.sort(self._late[done]), 1e6 * np.sort(self._busy[done])
         span = self._begun[done[-1]] - self._begun[done[0]]
         middle, last = kept // 2, min(int(np.ceil(0.99 * kept)), kept - 1)

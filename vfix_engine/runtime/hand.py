@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 
 from .command import NO_AXES, Command
-from .handle import NOBODY, Handle, Hold
 from .system import Grip
+from .virtual_coupling import NOBODY, Hold, VirtualCoupling
 
 INPUT_BYTES = 512
 
@@ -54,7 +54,7 @@ class Hand:
 
     def __init__(self) -> None:
         self.input = HandInput()
-        self._coupling = Handle()
+        self._coupling = VirtualCoupling()
 
     def hear(self, news: HandInput, now: float) -> None:
         """A newer state of the hand."""

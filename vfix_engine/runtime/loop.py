@@ -122,7 +122,7 @@ class ControlLoop:
         if self._driver.lost and not self._lost_told:
             self._lost_told = self._events.put(Event("note", f"{self._driver.lost}; it goes on without its results"))
         try:
-            if self._open and self._events.room >= ANSWERS and self._commands.poll():
+            if self._open and self._events.free_slots >= ANSWERS and self._commands.poll():
                 self._do(self._commands.recv())
         except (EOFError, OSError):
             self._open = False

@@ -23,7 +23,7 @@ class Outbox:
         self._thread.start()
 
     @property
-    def room(self) -> int:
+    def free_slots(self) -> int:
         """How many messages can be put in; 0 when the other end has not read for long."""
         return MOST - len(self._waiting)
 
@@ -33,7 +33,7 @@ class Outbox:
         return self._ended
 
     def put(self, message: Any) -> bool:
-        """Send when the other end reads, as ``Connection.send``; False, and nothing is sent, where there is no room."""
+        """Send when the other end reads, as ``Connection.send``; False, and nothing is sent, without a free slot."""
         packed = ForkingPickler.dumps(message)  # here, so that whoever sends what cannot be sent hears of it
         with self._change:
             if self._ended or len(self._waiting) >= MOST:

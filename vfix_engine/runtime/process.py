@@ -26,7 +26,6 @@ from .background import NoWorker, WorkerLink, Workers, work
 from .driver import Driver
 from .events import Event
 from .hand import INPUT_BYTES, HandInput
-from .handle import NOBODY
 from .loop import ControlLoop
 from .mailbox import Mailbox
 from .outbox import Outbox
@@ -35,6 +34,7 @@ from .requests import Request, Reset
 from .run_recorder import FarEnd, RunRecorder
 from .snapshot import Snapshot
 from .system import SystemSpec
+from .virtual_coupling import NOBODY
 from .wire import SNAPSHOT_BYTES, SnapshotReader
 
 T = TypeVar("T", bound=Snapshot)

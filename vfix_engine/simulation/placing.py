@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +14,9 @@ from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
 from ..geometry.proximity import Proximity
 from ..robots import RobotModel, Tool
+from .base_placement import BasePlacement, tip_freedom
 from .dry_run import DryRun, dry_run
 from .scene import Scene
-from .standing import Stand, tip_freedom
 
 Array = NDArray[np.float64]
 
@@ -45,6 +45,7 @@ def place_robot(
     zones: tuple[Zone, ...] = (),
     fixtures: tuple[Fixture, ...] = (),
     go_on: Callable[[], object] = bool,
+    structure_names: Mapping[str, str] | None = None,
 ) -> Placing:
     """The placing from which the controller gets furthest along the path.
 
@@ -53,11 +54,12 @@ def place_robot(
     are any, and the first that arrives is taken.
     A robot that arrives in none of them is placed where it gets furthest, and ``run.reason`` says what holds it there.
     ``go_on`` is called between all of these steps; what it raises ends the search.
+    ``structure_names``: as of ``Scene``, for the words of the reason.
 
     Raises:
         StartRefused: the tool does not fit at the entry in any of these directions.
     """
-    stand = Stand(robot, tool)
+    stand, names = BasePlacement(robot, tool), structure_names or {}
 
     def room(orientation: _Orientation) -> float:
         go_on()
@@ -70,7 +72,7 @@ def place_robot(
     for orientation in ranked:
         try:
             base, q_start = stand.at(orientation.tip, path.position(0.0), orientation.roll)
-            scene = Scene(tree, robot, tool, base, q_start, path, zones=zones, fixtures=fixtures)
+            scene = Scene(tree, robot, tool, base, q_start, path, zones=zones, fixtures=fixtures, structure_names=names)
             run = dry_run(scene, settings, go_on)
         except StartRefused as error:
             reason = reason or str(error)  # of the best one

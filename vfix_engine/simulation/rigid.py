@@ -23,7 +23,7 @@ from .rigid_row import RowWriter
 from .rigid_snapshot import snapshot_of
 from .scene import Scene
 from .snapshot import Snapshot
-from .teleoperation import followed, led, spring
+from .teleoperation import advance_leader, consume_motion, spring
 from .warm_up import warm_up
 
 Array = NDArray[np.float64]
@@ -41,6 +41,7 @@ FREELY = MoveFreely()
 GUIDED = ("approach", "inspect_approach")  # phases in which the fixture chooses the direction
 NO_PATH = "path following needs a path of at least two points"
 
+_FLOAT = np.dtype(np.float64)
 _ZEROS = np.zeros(3)
 _ZEROS.setflags(write=False)
 
@@ -218,10 +219,11 @@ class RigidSystem:
         """
         settings, master = state.settings, command.master
         force, lag = hand_force(command.force, settings.force_cap_n), _ZEROS
-        drive, twist = share_of(command.drive, "drive"), share_of(command.twist, "twist")
+        drive = share_of(command.drive, "drive") if command.drive != 0 else 0.0
+        twist = share_of(command.twist, "twist") if command.twist != 0 else 0.0
         reach = math.inf
         if master is not None:
-            lag = led(state.lag, master, settings)
+            lag = advance_leader(state.lag, master, settings)
             force, drive, reach = spring(lag, settings), 0.0, length(lag)
         controller = self._controller_of(settings)
         if state.mode == "path":
@@ -235,7 +237,7 @@ class RigidSystem:
             report = controller.step(state.tool, FREELY, HandCommand(force, torque, reach))
             done = _Stepped(report, state.phase, state.nearest, force, torque)
         if master is not None:
-            lag = followed(lag, self._moved(state, done), done.phase in GUIDED)
+            lag = consume_motion(lag, self._moved(state, done), done.phase in GUIDED)
         return RehearsalState(
             done.report.state,
             state.mode,
@@ -314,8 +316,9 @@ class RigidSystem:
         """τ = (grip − centre) × f plus the twist about the shaft, in N·mm."""
         tip, tool = state.tool.tip, self.scene.tool
         lever = self._grip(state.tool) - centre
-        about = twist * state.settings.force_cap_n * tool.grip_from_bend * tip.rotation[:, 1]
-        torque: Array = cross(lever, force) + about
+        torque = cross(lever, force)
+        if twist:
+            torque += twist * state.settings.force_cap_n * tool.grip_from_bend * tip.rotation[:, 1]
         return torque
 
 
@@ -325,7 +328,7 @@ def hand_force(given: Array, cap: float) -> Array:
     Raises:
         InputError: it is no array of three numbers.
     """
-    force = array_of(given, "the force")
+    force = given if type(given) is np.ndarray and given.dtype is _FLOAT else array_of(given, "the force")
     if force.shape != (3,):
         raise InputError(f"the force has the shape {force.shape}; it is three numbers in N, in the patient frame")
     x, y, z = force.tolist()

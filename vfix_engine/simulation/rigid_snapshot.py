@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
@@ -38,6 +39,7 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> S
     held = report is not None and report.held
     less = report is not None and (held or report.share * report.ramp_fraction < SLOWED_SHARE)
     why = acting if less else ()
+    names = scene.structure_names
     end = "" if last is None else last.end
     teleoperated = last is not None and last.teleoperated
     return Snapshot(
@@ -47,7 +49,7 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> S
         tip=tip,
         camera=camera_of(tool, scene.tool),
         outcome="idle" if report is None else report.outcome,
-        blockers=tuple(_blocker(one) for one in why),
+        blockers=tuple(_blocker(one, names) for one in why),
         forces=-spring(state.lag, settings) if teleoperated else np.zeros(3),
         grip=scene.tool.grip(rotation, tip),
         virtual_point=centre,
@@ -57,8 +59,8 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> S
         phase=state.phase,
         held=held,
         slowed=bool(why) and not held,
-        reason=end or (why[0].text if why else ""),
-        active=tuple(b.text for b in acting),
+        reason=end or (why[0].words_with(names) if why else ""),
+        active=tuple(b.words_with(names) for b in acting),
         blocking_point=next((b.point for b in why if b.point is not None), None),
         tip_error_mm=error,
         clearance_mm=tool.clearance,
@@ -102,8 +104,9 @@ def _on_path(scene: Scene, state: RehearsalState) -> tuple[float, float, float]:
     return float(np.linalg.norm(position - tip)), s, scene.path.length
 
 
-def _blocker(reason: Reason) -> Blocker:
-    return Blocker(reason.kind, reason.structure, reason.part, reason.distance_mm, reason.point, reason.text)
+def _blocker(reason: Reason, names: Mapping[str, str]) -> Blocker:
+    words = reason.words_with(names)
+    return Blocker(reason.kind, reason.structure, reason.part, reason.distance_mm, reason.point, words)
 
 
 class _Lazy(Snapshot):

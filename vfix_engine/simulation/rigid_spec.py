@@ -55,6 +55,7 @@ class SceneSpec:
     zones: tuple[Zone, ...] = ()
     fixtures: tuple[Fixture, ...] = ()
     solver: str = DUAL
+    structure_names: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scene: Scene, solver: str = DUAL) -> Self:
@@ -63,6 +64,7 @@ class SceneSpec:
         return cls(
             np.asarray(mesh.vertices), np.asarray(mesh.faces), scene.robot, scene.tool, scene.base, scene.q_start,
             path, scene.targets, scene.target_names, scene.zones, scene.fixtures, solver,
+            scene.structure_names,
         )  # fmt: skip
 
     def robot_model(self) -> RobotModel:
@@ -79,8 +81,9 @@ class SceneSpec:
         tree = ProximityTree(TriangleMesh(self.vertices, self.faces))
         robot, tool = self.robot_model(), self.tool_itself()
         return Scene(
-            tree, robot, tool, self.base, self.q_start, path, self.targets, self.target_names, self.zones, self.fixtures
-        )
+            tree, robot, tool, self.base, self.q_start, path, self.targets, self.target_names, self.zones,
+            self.fixtures, self.structure_names,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +133,7 @@ class RigidSpec:
             "zones": zones,
             "target_names": list(scene.target_names),
             "solver": scene.solver,
+            "structure_names": dict(scene.structure_names),
             "settings": self.control.to_dict(),
         }
         return values, {name: np.asarray(array) for name, array in arrays.items()}
@@ -151,6 +155,7 @@ class RigidSpec:
                 zones_from(values["zones"], arrays),
                 fixtures_from(values.get("fixtures", []), arrays),
                 values["solver"],
+                dict(values.get("structure_names", {})),
             )
             return cls(scene, ControlSettings.from_dict(values["settings"]))
         except (KeyError, TypeError) as error:

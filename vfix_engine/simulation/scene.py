@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,6 +23,7 @@ class Scene:
     base: transform_base_to_patient (4, 4); q_start: joints at the entry (n,).
     path: None where only free motion is wanted; targets: (m, 3).
     zones: no-fly zones; fixtures: virtual fixtures that stand whatever the task is (Li 2007, eq. 1-5).
+    structure_names: name of a structure by its id, for words; one that has none here is told by its id.
     """
 
     tree: Proximity
@@ -34,6 +36,7 @@ class Scene:
     target_names: tuple[str, ...] = ()
     zones: tuple[Zone, ...] = ()
     fixtures: tuple[Fixture, ...] = ()
+    structure_names: Mapping[str, str] = field(default_factory=dict)
 
     def placed_robot(self) -> PlacedRobot:
         """The robot with its base in the patient frame and the tool's tip as its tip."""

@@ -30,14 +30,7 @@ _ROUNDING = 1e-9  # what a unit vector may change by when it is normalised again
 
 def robot_parts(robot: RobotModel) -> dict[str, Any]:
     """Plain values of a robot."""
-    joints = [
-        {
-            "name": j.name, "kind": j.kind, "axis": list(j.axis), "lower": j.lower, "upper": j.upper,
-            "speed": j.speed, "acceleration": j.acceleration, "range_source": j.range_source,
-            "placement": j.placement.tolist(),
-        }
-        for j in robot.joints
-    ]  # fmt: skip
+    joints = [_values(joint) for joint in robot.joints]
     mount = {"transform": robot.mount.transform_flange_to_link.tolist(), "hold": robot.mount.hold}
     return {
         "name": robot.name, "title": robot.title, "source": robot.source, "joints": joints, "mount": mount,

@@ -21,14 +21,14 @@ from ..control import ControlSettings
 from ..control.admittance import saturate
 from ..runtime.command import Master
 
-__all__ = ["Master", "followed", "led", "spring"]
+__all__ = ["Master", "advance_leader", "consume_motion", "spring"]
 
 Array = NDArray[np.float64]
 
 MAX_INCREMENT_MM = 50.0  # more than this within one period is an error of the sender, not a motion
 
 
-def led(lag: Array, master: Master, settings: ControlSettings) -> Array:
+def advance_leader(lag: Array, master: Master, settings: ControlSettings) -> Array:
     """The lag (3,) in mm after the master's motion, bounded by the force cap; nothing with an open clutch.
 
     An increment that is no number or too large counts as none (HAZ-05).
@@ -47,7 +47,7 @@ def spring(lag: Array, settings: ControlSettings) -> Array:
     return settings.master_stiffness_n_per_mm * lag
 
 
-def followed(lag: Array, moved: Array, guided: bool) -> Array:
+def consume_motion(lag: Array, moved: Array, guided: bool) -> Array:
     """The lag (3,) after the tool's point has ``moved`` (3,) in mm.
 
     guided: the fixture chose the direction (an approach): then the length of the way is what counts, or the tool would

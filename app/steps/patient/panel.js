@@ -2,7 +2,8 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { count, fixed, sentence, when } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, askName, clearErrors, note, noteDone, whenReady } from "/static/js/dialogs.js";
-import { finished, missing, post, remove, upload } from "/static/js/rest.js";
+import { JobList } from "/static/js/job-list.js";
+import { missing, post, remove, upload, wasCancelled } from "/static/js/rest.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Row } from "/static/js/dom.js" */
@@ -42,14 +43,16 @@ export default class PatientPanel {
     this.importButton = h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a head …");
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
-    this.fileName = "";
+    /** @type {Map<string, string>} what this page's imports were chosen as, by their job */
+    this.fileNames = new Map();
+    this.jobs = new JobList((job, error) => this.ended(job, error));
     this.progress = h("div", { hidden: true }, this.progressWords, h("div", { class: "progress" }, this.progressBar));
     this.element = h("div", {},
       group("This head", null, this.facts, this.caseWords, this.uncertainty),
       group("Heads", null, this.list, h("label", { class: "check" }, this.showDeleted, "Show deleted heads")),
       group("Import", null,
         h("p", { class: "words" }, "A CT volume (NRRD, NIfTI, MHA, a zip of DICOM slices) or a bone surface (PLY, STL, OBJ). It stays on this computer."),
-        this.importButton, this.chooser, this.progress));
+        this.importButton, this.chooser, this.progress, this.jobs.element));
   }
 
   /** @param {ViewModel} state */
@@ -137,15 +140,35 @@ export default class PatientPanel {
     clearErrors();
     this.importButton.disabled = true;
     this.progress.hidden = false;
-    this.fileName = file.name;
     try {
-      const job = await this.imported(await upload("/api/cases", form, (part) => this.uploading(part)));
-      if (job?.result) this.offer(job.result);
+      /** @type {JobPublic} */
+      const job = await upload("/api/cases", form, (part) => this.uploading(file.name, part));
+      this.fileNames.set(job.id, file.name);
+      this.jobs.watch(job);
     } catch (error) {
       note(`‘${file.name}’: ${/** @type {Error} */ (error).message}`, { error: true });
     } finally {
       this.importButton.disabled = false;
       this.progress.hidden = true;
+    }
+  }
+
+  /**
+   * What came of a job: a new head, a question, or why there is none. What a dry run gives, the Plan step shows.
+   * @param {JobPublic} job
+   * @param {unknown} error
+   */
+  async ended(job, error) {
+    const name = `‘${this.fileNames.get(job.id) ?? job.subject}’`;
+    if (wasCancelled(error)) {
+      note(job.kind === "import" ? `The import of ${name} was cancelled. Nothing of it is kept.` : `The dry run of ${name} was cancelled.`);
+    } else if (job.kind === "import") {
+      try {
+        if (error) await this.answer(job, name, error);
+        else if (job.result) this.offer(job.result);
+      } catch (reason) {
+        note(`${name}: ${/** @type {Error} */ (reason).message}`, { error: true });
+      }
     }
   }
 
@@ -160,35 +183,33 @@ export default class PatientPanel {
   }
 
   /**
-   * Watch an import, and answer what its file does not say; the file stays with the planner. Null: taken back.
+   * Answer what an import's file does not say; the file stays with the planner. Throws what is no such question.
    * @param {JobPublic} job
-   * @returns {Promise<JobPublic | null>}
+   * @param {string} name
+   * @param {unknown} error
    */
-  async imported(job) {
+  async answer(job, name, error) {
+    const questions = missing(error).map((word) => QUESTIONS[word]);
+    if (!(error instanceof Error) || !questions.length) throw error;
+    if (this.connection.state.rehearsal?.state === "running") await whenReady(`${name} does not say all that is needed.`, "Answer");
+    const answer = await askChoices(`What ${name} does not say`, error.message, questions, "Import");
     const path = `/api/jobs/${encodeURIComponent(job.id)}`;
-    try {
-      return await finished(job, (now) => this.working(now));
-    } catch (error) {
-      const questions = missing(error).map((word) => QUESTIONS[word]);
-      if (!(error instanceof Error) || !questions.length) throw error;
-      if (this.connection.state.rehearsal?.state === "running") await whenReady(`‘${this.fileName}’ does not say all that is needed.`, "Answer");
-      const answer = await askChoices(`What ‘${this.fileName}’ does not say`, error.message, questions, "Import");
-      if (answer) return this.imported(await post(`${path}/answer`, answer));
+    if (!answer) {
       await remove(`${path}/upload`);
-      return null;
+      return;
     }
+    const again = await post(`${path}/answer`, answer);
+    this.fileNames.set(again.id, this.fileNames.get(job.id) ?? job.subject);
+    this.jobs.watch(again);
   }
 
-  /** @param {number} part in [0, 1] */
-  uploading(part) {
+  /**
+   * @param {string} name
+   * @param {number} part in [0, 1]
+   */
+  uploading(name, part) {
     this.progressBar.style.width = `${Math.round(part * 100)}%`;
-    this.progressWords.textContent = `${this.fileName}: uploading, ${Math.round(part * 100)} %`;
-  }
-
-  /** @param {JobPublic} job */
-  working(job) {
-    this.progressBar.style.width = `${Math.round(job.fraction * 100)}%`;
-    this.progressWords.textContent = `${this.fileName}: ${job.stage}, ${Math.round(job.fraction * 100)} %`;
+    this.progressWords.textContent = `${name}: uploading, ${Math.round(part * 100)} %`;
   }
 }
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from app.scene import palette
 from app.services import Services
+from app.services.errors import JobCancelled
 from app.services.planning import PlanEvaluation
 from app.services.tissue_words import tissue_words
 from app.steps.plan.lanes import Lanes
@@ -103,8 +104,11 @@ class DryRuns:
 
     def _answer(self, plan: Any, margin_mm: float) -> Corridor:
         try:
-            evaluation = self._services.planning.evaluate(plan)
+            evaluation = self._services.dry_runs.evaluate(plan)
             uncertainty = self._services.cases.get(plan.case_id).uncertainty
+        except JobCancelled:
+            words = "The dry run was cancelled; the next change of the plan starts another one."
+            return Corridor("failed", words, caution=True, completed=False, margin_mm=margin_mm)
         except VfixError as error:
             return Corridor("failed", str(error), caution=True, completed=False, margin_mm=margin_mm)
         except Exception:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from app.services import Services
+from app.services.instruments import plan_tool
 from app.services.plans import Plan
 from app.steps.rehearse.sections import OptionsSection
 from vfix_engine.errors import PlanError
@@ -16,6 +17,7 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.soft_tissue import lining_mm
 
 TOLERANCE_MM = 3.0  # of the shaft about the nostril: assumed, it is less than a nostril's half width
+CENTRING = 0.1  # weight of the way back to the nostril's middle against the path's
 SPEED_MM_PER_S = 5.0  # of the tip; half of what the hand reaches with the settings as they come
 TURN_RAD_PER_S = math.radians(10.0)
 STIFFNESS_N_PER_MM = 0.5  # of soft tissue: assumed
@@ -44,10 +46,16 @@ def fixtures_of(options: Options, services: Services, plan: Plan) -> tuple[Fixtu
     if options.soft_tissue:
         found.append(SoftZone("soft tissue", _thickness_mm(services, plan), STIFFNESS_N_PER_MM))
     if options.remote_centre:
-        found.append(RemoteCentre(np.array(plan.points[0].position), TOLERANCE_MM))
+        found.append(_remote_centre(plan))
     if options.speed_limit:
         found.append(CartesianLimits(speed_mm_per_s=SPEED_MM_PER_S, turn_rad_per_s=TURN_RAD_PER_S))
     return tuple(found)
+
+
+def _remote_centre(plan: Plan) -> RemoteCentre:
+    """About the entry. A bent tip is there before its shaft is, so that the shaft gets the tip's way off its line."""
+    off_line = float(np.hypot(*plan_tool(plan).tip_in_flange[[0, 2]]))
+    return RemoteCentre(np.array(plan.points[0].position), TOLERANCE_MM + off_line, weight=CENTRING)
 
 
 def _thickness_mm(services: Services, plan: Plan) -> float:
@@ -97,7 +105,8 @@ _LABELS = {
     ),
     "remote_centre": (
         "Remote centre at the nostril",
-        f"The shaft passes the first point of the path within {TOLERANCE_MM:g} mm.",
+        f"The shaft passes the first point of the path within {TOLERANCE_MM:g} mm, "
+        "and by as much more as a bent tip is off the shaft's line.",
     ),
     "speed_limit": (
         "Speed limits",

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.simulation.snapshot import Snapshot
+if TYPE_CHECKING:  # slow to load, and the address needs none of it
+    from vfix_engine.simulation.snapshot import Snapshot
 
 Row = npt.NDArray[np.float64]
+MAX_READERS = 16  # at a time
 _PLACES = ("tip", "grip", "virtual_point", "force")
 _NUMBERS = ("tip_error_mm", "clearance_mm", "margin_mm", "progress_mm", "length_mm", "target_error_mm")
 

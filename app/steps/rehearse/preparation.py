@@ -84,6 +84,7 @@ def prepare(services: Services, plan: Plan, options: Options = NO_OPTIONS) -> Pr
         targets=targets,
         target_names=tuple(target.label for target in plan.targets),
         fixtures=fixtures_of(options, services, plan),
+        structure_names=services.cases.get(plan.case_id).structure_names(),
     )
     curve = curve_points(SplinePath(points))
     return Prepared(spec, settings, tuple(plan_items(plan)), curve, services.recordings.new(plan), options)

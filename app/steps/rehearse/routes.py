@@ -16,8 +16,7 @@ from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.messages.version import VERSION
-from app.steps.rehearse.poses import fields, row
-from app.steps.rehearse.shared_drives import MAX_READERS
+from app.steps.rehearse.poses import MAX_READERS, fields, row
 
 if TYPE_CHECKING:
     from app.steps.rehearse.shared_drive import SharedDrive

@@ -5,9 +5,8 @@ from __future__ import annotations
 import threading
 
 from app.messages.client import Client
+from app.steps.rehearse.poses import MAX_READERS
 from app.steps.rehearse.shared_drive import SharedDrive
-
-MAX_READERS = 16
 
 
 class SharedDrives:

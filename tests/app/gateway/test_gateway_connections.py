@@ -1,5 +1,6 @@
 """Connections that ask nothing, ask slowly, ask too much, and what they write to the log (HAZ-30)."""
 
+import asyncio
 import contextlib
 import json
 import logging
@@ -86,3 +87,19 @@ def test_the_log_cannot_be_flooded(monkeypatch: pytest.MonkeyPatch, caplog: pyte
     now += 60.0
     logger.error("socket.accept() out of system resource\nsocket: <asyncio.TransportSocket fd=%d>", 1)
     assert caplog.records[-1].getMessage().startswith("(1995 more of the kind since) socket.accept()")
+
+
+def test_small_messages_do_not_wait_for_the_receipt_of_those_before(
+    planner: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """TCP would hold the second of two back for up to 40 ms: a figure on the page would be so much older."""
+    made, accepted = connections.BoundedHttp.connection_made, list[int]()
+
+    def noted(self: connections.BoundedHttp, transport: asyncio.BaseTransport) -> None:
+        made(self, transport)
+        accepted.append(transport.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+
+    monkeypatch.setattr(connections.BoundedHttp, "connection_made", noted)
+    assert planner.http("GET", "/docs", planner.bearer).status == 200
+    assert accepted
+    assert all(accepted)

@@ -20,7 +20,8 @@ from websockets.sync.client import ClientConnection, connect
 from app.messages.client import Client
 from app.messages.version import VERSION
 from app.steps.rehearse import routes
-from app.steps.rehearse.shared_drives import MAX_READERS, SharedDrives
+from app.steps.rehearse.poses import MAX_READERS
+from app.steps.rehearse.shared_drives import SharedDrives
 from vfix_engine.simulation.snapshot import Snapshot
 
 PLAN = "plan-1"

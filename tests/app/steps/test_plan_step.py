@@ -11,6 +11,7 @@ from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case
 from app.services import Services
 from app.services.cases import Case
 from app.services.documents import DocumentKind
+from app.services.jobs import Job
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan
@@ -42,10 +43,34 @@ def test_a_dry_run_whose_case_cannot_be_read_has_failed(
 ) -> None:
     step, executor, ran = open_sample(phantom_services), Later(), list[Corridor]()
     monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: fail(StorageError("the disk is broken")))
-    monkeypatch.setattr(phantom_services.planning, "evaluate", lambda plan: SimpleNamespace())
+    monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda plan: SimpleNamespace())
     DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
     executor.work.pop()()
     assert [(answer.status, answer.words) for answer in ran] == [("failed", "the disk is broken")]
+
+
+def test_the_pages_dry_run_is_the_one_that_others_ask_for(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One job drives the plan for the page and for REST; cancelled, the page says so."""
+    services = phantom_services
+    plan = services.plans.duplicate(SAMPLE, "Shared")
+    services.plans.editor(plan.id).set_settings({"margin_mm": 0.45})
+    plan = services.plans.get(plan.id)
+    job, executor, ran, wait = services.dry_runs.start(plan), Later(), list[Corridor](), services.jobs.wait
+
+    def cancelled_while_awaited(job_id: str) -> Job:
+        services.jobs.cancel(job_id)
+        return wait(job_id)
+
+    monkeypatch.setattr(services.jobs, "wait", cancelled_while_awaited)
+    DryRuns(services, executor, lambda ticket, answer: ran.append(answer)).ask(plan, 0.45)
+    executor.work.pop()()
+    assert [(answer.status, answer.words) for answer in ran] == [
+        ("failed", "The dry run was cancelled; the next change of the plan starts another one.")
+    ]
+    assert [known.id for known in services.jobs.list(plan.case_id) if known.subject == "Shared"] == [job.id]
+    services.plans.delete(plan.id)
 
 
 def test_a_plan_of_another_head_or_a_deleted_one_is_not_opened(phantom_services: Services) -> None:

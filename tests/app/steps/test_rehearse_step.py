@@ -10,9 +10,10 @@ from session_doubles import CLIENT, SAMPLE, Heard, Later, Robot, fail, put_in_pl
 
 from app.messages.client import Client
 from app.services import Services
+from app.services.case_model import Case
 from app.services.plans import Plan
 from app.steps.rehearse import commands as c
-from app.steps.rehearse.preparation import plan_key
+from app.steps.rehearse.preparation import plan_key, prepare
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.step import RehearseStep
 from app.store.errors import StorageError
@@ -183,3 +184,11 @@ def test_a_process_that_hangs_is_ended_by_hand(rehearsing: tuple[RehearseStep, P
     assert "does not answer" in step.hint()
     _act(step, "end")
     assert (robot.alive, step.state) == (False, "absent")
+
+
+def test_what_is_driven_has_the_names_of_the_cases_structures(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Case, "structure_words", lambda case, structure_id: "Skull base")
+    spec = prepare(phantom_services, phantom_services.plans.get(SAMPLE)).spec
+    assert spec.structure_names == {"bone": "skull base"}

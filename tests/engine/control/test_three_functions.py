@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+from copy import copy, deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -309,6 +311,23 @@ def test_what_makes_no_sense_is_told(control: Controller) -> None:
     assert not unsolved.found
     with pytest.raises(errors.ControlError, match="no point fulfils"):
         _ = unsolved.dq
+
+
+def test_a_copied_controller_outlives_the_one_it_was_made_from(tube: Scene) -> None:
+    """Compiled code is handed addresses; a copy has its own, or keeps what it shares."""
+    for make in (copy, deepcopy):
+        original = controller_of(tube)
+        state = far(original)
+        task = random_task(state, np.random.default_rng(4))
+        wanted = original.step(state, task).state.q
+        other = Controller.__new__(Controller)
+        other.__dict__.update(original.__dict__)
+        other.context = make(original.context)
+        del original
+        gc.collect()
+        filler = [np.full(2048 * 10, np.nan) for _ in range(20)]  # what was freed is overwritten
+        np.testing.assert_array_equal(other.step(state, task).state.q, wanted)
+        assert len(filler) == 20
 
 
 def test_without_a_hand_the_problem_is_to_come_to_rest(control: Controller) -> None:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from lumen_shapes import arc
 
+from benchmarks.lumen_attack.judge import Judge
 from vfix_engine.lumen.drive.drive_state import DriveSettings
 from vfix_engine.lumen.pathway.pathway import TissueMotion
 from vfix_engine.lumen.pathway.tissue_motion import breathing
 from vfix_engine.lumen.system import LumenContours, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime.background import InlineWorker
 from vfix_engine.runtime.command import Command, no_command
+from vfix_engine.runtime.driver import Driver
 
 BREATH = breathing((0.0, 0.3, 1.0), 6.0, 1.0, 60.0)  # up to 18 mm/s: a hurried breath
 AGE = 20  # steps from asking for a plan to adopting it
@@ -42,18 +46,10 @@ def run(
     age: int = AGE,
 ) -> Iterator[SnakeState]:
     """Every state; plans are ``plan``'s, the system's own planner's by default."""
-    plan = plan or system.planner
-    waiting: tuple[int, object] | None = None
+    driver = Driver(system, InlineWorker(plan or system.planner, age))
+    driver.state = state
     for command in commands:
-        if waiting is not None and state.steps >= waiting[0]:
-            state = system.adopt(state, waiting[1], age * system.period_s(state))
-            waiting = None
-        if waiting is None:
-            asked = system.background(state)
-            if asked is not None:
-                waiting = (asked.steps + age, plan(asked.inputs))
-        state = system.step(state, command)
-        yield state
+        yield driver.step(command)
 
 
 def rows(system: SnakeSystem, states: Iterable[SnakeState]) -> np.ndarray:
@@ -76,3 +72,36 @@ def tour(steps: int, seed: int = 0) -> list[Command]:
         one = [hand(insert=1.0), hand(x, y), hand(buttons=1), hand(insert=-1.0)][kind]
         found += [one] * int(random.integers(30, 500 if kind == 1 else 150))
     return found[:steps]
+
+
+TIGHT = SnakeSettings(bound_mm=2.0, tip_bound_mm=1.0)
+SAME_MM = 1e-9
+
+
+class Verdicts(NamedTuple):
+    """What another measure says of states one after the other.
+
+    violations: links beyond what is promised, their bound or what they had before in the same pathway. disagreements:
+    depths that the engine told otherwise. deepest_mm: beyond a bound. fastest: rad/s of a joint.
+    """
+
+    violations: int
+    disagreements: int
+    deepest_mm: float
+    fastest: float
+
+
+def judged(first: SnakeState, states: Iterable[SnakeState]) -> Verdicts:
+    """As benchmarks/lumen_attack does: kinematics and depths as printed, every vertex against every segment."""
+    before, violations, disagreements, deepest, fastest = first.drive, 0, 0, -np.inf, 0.0
+    judge = Judge(before.snake, before.query.vertices)
+    for state in states:
+        drive, now, there = state.drive, state.drive.state, before.state
+        deep = judge.depth(now.packed, now.windows, now.measured, now.q, now.base)
+        was = judge.depth(now.packed, now.windows, now.measured, there.q, there.base)
+        violations += bool((deep - np.maximum(drive.bound, was) > SAME_MM)[now.measured].any())
+        disagreements += bool((np.abs(deep - now.deviation.depth) > SAME_MM)[now.measured].any())
+        deepest = max(deepest, float((deep - drive.bound)[now.measured].max()))
+        fastest = max(fastest, float(np.abs(now.q - there.q).max()) / state.settings.step_s)
+        before = drive
+    return Verdicts(violations, disagreements, deepest, fastest)

@@ -19,7 +19,7 @@ def test_a_reader_that_sleeps_holds_nobody_up_and_gets_everything_in_order() -> 
     assert not outbox.flush(0.01)
     assert [theirs.recv()[1] for _ in range(taken)] == list(range(taken))
     assert outbox.flush(10.0)
-    assert outbox.room == MOST
+    assert outbox.free_slots == MOST
     with pytest.raises(TypeError, match="lock"):
         outbox.put(threading.Lock())
     assert outbox.put("last")

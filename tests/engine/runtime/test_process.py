@@ -1,4 +1,4 @@
-"""The control process of any world: its worker, its recorder, its axes (HAZ-11, HAZ-26)."""
+"""The control process of any world: its worker, its recorder, its axes (HAZ-11, HAZ-13, HAZ-26)."""
 
 from __future__ import annotations
 

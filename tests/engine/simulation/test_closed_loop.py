@@ -18,6 +18,7 @@ from vfix_engine.imaging.phantom import load_bone_surface, load_landmarks
 from vfix_engine.simulation.dry_run import dry_run
 from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.rehearsal import ON_PATH_MM, Command, Rehearsal
+from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.snapshot import Snapshot
 
@@ -161,6 +162,23 @@ def test_a_wall_across_the_path_holds_the_tool_and_is_named() -> None:
     assert held[-1].blocking_point[1] == pytest.approx(20.0)
     assert snapshot.clearance_mm == pytest.approx(SETTINGS.margin_mm, abs=0.02)
     assert snapshot.tip_error_mm < 0.05
+
+
+def test_a_structure_is_told_by_the_scenes_name_of_it_and_kept_by_its_id() -> None:
+    scene = straight_scene(wall(20.0), np.array([[0.0, 0, 0], [0, 10, 0], [0, 30, 0]]))
+    spec = RigidSpec(SceneSpec.of(replace(scene, structure_names={"bone": "skull base"})), FAST)
+    spec = RigidSpec.from_parts(*spec.to_parts())
+    rehearsal = Rehearsal(spec.scene.build(), FAST)
+    state = rehearsal.start()
+    for _ in range(500):
+        state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
+    assert snapshot.held
+    assert (snapshot.reason, snapshot.active[0]) == ("skull base on the tip, 0.3 mm",) * 2
+    assert (snapshot.blockers[0].kind, snapshot.blockers[0].structure) == ("bone", "bone")
+    assert snapshot.blockers[0].words == snapshot.reason
+    values, arrays = spec.to_parts()
+    del values["structure_names"]  # of a run that was recorded before structures had names in it
+    assert RigidSpec.from_parts(values, arrays).scene.structure_names == {}
 
 
 @pytest.mark.parametrize("margin", [0.1, 1.0, 2.5])

@@ -20,7 +20,7 @@ from vfix_engine.fixtures import Constraint, Objective, Zone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
-from vfix_engine.runtime.handle import Handle
+from vfix_engine.runtime.virtual_coupling import VirtualCoupling
 from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
 from vfix_engine.simulation.teleoperation import Master
 
@@ -146,7 +146,7 @@ def test_a_step_takes_numbers_only(rehearsal: Rehearsal) -> None:
 def test_nonsense_from_the_page_never_becomes_a_force() -> None:
     """HAZ-05: 55,000 grips."""
     random = np.random.default_rng(2)
-    handle, now = Handle(), 0.0
+    handle, now = VirtualCoupling(), 0.0
     for _ in range(55_000):
         now += 0.01
         grip = spoilt(random) if random.random() < 0.7 else random.normal(size=3)

@@ -21,12 +21,12 @@ from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.robots.inverse import joints_for
+from vfix_engine.simulation.base_placement import BasePlacement, tip_freedom
 from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.placing import Placing, place_robot
 from vfix_engine.simulation.realtime import SceneSpec
 from vfix_engine.simulation.rehearsal import Rehearsal
 from vfix_engine.simulation.scene import Scene
-from vfix_engine.simulation.standing import Stand, tip_freedom
 
 MESH, POINTS = curved_tube()
 TREE = ProximityTree(MESH)
@@ -60,7 +60,7 @@ def test_every_kind_of_tool_is_driven(tool: str) -> None:
 def test_the_tip_has_the_pose_that_was_asked_for(name: str) -> None:
     """T_base · FK(q) is the wanted pose; a robot that stands does so upright."""
     robot, tool = RobotModel.load(name), Tool.load("bent_30")
-    stand = Stand(robot, tool)
+    stand = BasePlacement(robot, tool)
     forward = Rotation.from_euler("x", 8, degrees=True).as_matrix()  # the shaft, +y, into the head
     for roll in (-2.5, 0.0, 1.0, 3.0):
         wanted = forward @ Rotation.from_euler("y", roll).as_matrix()
@@ -75,12 +75,12 @@ def test_the_tip_has_the_pose_that_was_asked_for(name: str) -> None:
 
 def test_the_roll_is_made_by_the_joint_that_turns_the_shaft() -> None:
     """The Steady-Hand's base does not lean: only joint 7 is not at home, its base as upright as the shaft allows."""
-    stand = Stand(RobotModel.load("steady_hand"), Tool.load("bent_30"))
+    stand = BasePlacement(RobotModel.load("steady_hand"), Tool.load("bent_30"))
     rotation = Rotation.from_euler("y", 2.0).as_matrix()
     base, q = stand.at(rotation, np.zeros(3), 2.0)
     assert q.tolist() == [0, 0, 0, 0, 0, 0, 2.0]
     np.testing.assert_allclose(base[:3, :3], np.eye(3), atol=1e-12)
-    psm = Stand(RobotModel.load("dvrk_psm"), Tool.load("bent_30"))
+    psm = BasePlacement(RobotModel.load("dvrk_psm"), Tool.load("bent_30"))
     assert psm.at(rotation, np.zeros(3), 2.0)[1][3] == pytest.approx(2.0)
 
 
@@ -90,7 +90,7 @@ def test_a_pose_that_a_standing_arm_cannot_take_is_refused() -> None:
         Rotation.from_euler("x", 90, degrees=True).as_matrix() @ Rotation.from_euler("x", 60, degrees=True).as_matrix()
     )
     with pytest.raises(StartRefused, match="upright"):
-        Stand(RobotModel.load("arm_6"), Tool.load("bent_30")).at(upwards, np.zeros(3), 0.0)
+        BasePlacement(RobotModel.load("arm_6"), Tool.load("bent_30")).at(upwards, np.zeros(3), 0.0)
 
 
 def test_too_few_joints_are_told(tmp_path: Path) -> None:

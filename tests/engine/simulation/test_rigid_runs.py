@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 import time
 from collections.abc import Callable
@@ -21,6 +22,7 @@ from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Box, HalfSpace, Sphere
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.robots.model import Joint
 from vfix_engine.runtime import Command, Master, Reset, SetSettings, SetTask, Straighten
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.process import ControlProcess
@@ -29,6 +31,7 @@ from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.simulation.rehearsal import Rehearsal
 from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.simulation.scene import Scene
+from vfix_engine.simulation.scene_parts import robot_from, robot_parts
 from vfix_engine.simulation.snapshot import Snapshot
 
 SETTINGS = ControlSettings()
@@ -78,6 +81,7 @@ def test_zone_remote_centre_and_own_robot_hold_in_the_process(own_scene: Scene, 
     (centre,) = own_scene.fixtures
     assert isinstance(centre, RemoteCentre)
     spec = RigidSpec(SceneSpec.of(own_scene), SETTINGS)
+    spec.build().prepare()  # what is not compiled yet is compiled here, not while the process is waited for
     process: ControlProcess[Snapshot] = ControlProcess(spec, real_time=False, record=tmp_path / "drive.run")
     process.start()
     try:
@@ -216,3 +220,15 @@ def test_a_snapshot_asked_for_late_is_the_same() -> None:
             if field.name == "blockers":
                 first, second = ([(b.kind, b.words) for b in many] for many in (first, second))
             np.testing.assert_array_equal(first, second, err_msg=field.name)
+
+
+@pytest.mark.parametrize("name", ["steady_hand", "arm_7", "dvrk_psm"])
+def test_a_robot_comes_back_with_every_number(name: str) -> None:
+    """Ranges, speeds and the joints' weights: whatever is left out would make other steps in the process."""
+    robot = RobotModel.load(name)
+    again = robot_from(json.loads(json.dumps(robot_parts(robot))))
+    for one, other in zip(robot.joints, again.joints, strict=True):
+        for field in fields(Joint):
+            np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name), err_msg=field.name)
+    assert np.array_equal(robot.joint_weights, again.joint_weights)
+    assert np.array_equal(robot.mount.transform_flange_to_link, again.mount.transform_flange_to_link)

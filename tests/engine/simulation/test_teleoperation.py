@@ -12,7 +12,7 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
 from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.snapshot import Snapshot
-from vfix_engine.simulation.teleoperation import Master, followed, led, spring
+from vfix_engine.simulation.teleoperation import Master, advance_leader, consume_motion, spring
 
 SETTINGS = ControlSettings(dt_s=2e-3)
 CURVE = np.array([[0.0, 0, 0], [2, 12, 0], [0, 24, 1], [0, 36, 0]])
@@ -167,8 +167,9 @@ def test_a_hand_on_the_grip_is_no_master() -> None:
 def test_the_lag_is_bounded_and_used_up() -> None:
     lag = np.zeros(3)
     for _ in range(1000):
-        lag = led(lag, Master(np.array([1.0, 2.0, 0.0])), SETTINGS)
+        lag = advance_leader(lag, Master(np.array([1.0, 2.0, 0.0])), SETTINGS)
         assert np.linalg.norm(spring(lag, SETTINGS)) <= SETTINGS.force_cap_n * (1 + 1e-12)
-    np.testing.assert_allclose(followed(np.array([1.0, 0, 0]), np.array([0.4, 0.1, 0]), guided=False), [0.6, -0.1, 0])
-    np.testing.assert_allclose(followed(np.array([0.0, 0, 2]), np.array([0.5, 0, 0]), guided=True), [0, 0, 1.5])
-    np.testing.assert_allclose(followed(np.array([0.0, 0, 2]), np.array([3.0, 0, 0]), guided=True), 0.0)
+    tool = np.array([0.4, 0.1, 0])
+    np.testing.assert_allclose(consume_motion(np.array([1.0, 0, 0]), tool, guided=False), [0.6, -0.1, 0])
+    np.testing.assert_allclose(consume_motion(np.array([0.0, 0, 2]), np.array([0.5, 0, 0]), guided=True), [0, 0, 1.5])
+    np.testing.assert_allclose(consume_motion(np.array([0.0, 0, 2]), np.array([3.0, 0, 0]), guided=True), 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vfix_engine.runtime.hand import INPUT_BYTES, HandInput
-from vfix_engine.runtime.handle import Hold
+from vfix_engine.runtime.virtual_coupling import Hold
 from vfix_engine.runtime.wire import SNAPSHOT_BYTES, SnapshotReader, snapshot_to_bytes
 from vfix_engine.simulation.snapshot import Snapshot, Timing
 

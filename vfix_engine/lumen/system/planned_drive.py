@@ -18,7 +18,7 @@ from ..control.tip_control import DistalContext
 from ..drive.drive_state import Command, DriveSettings, DriveState, Outcome
 from ..drive.snake_drive import TISSUE_SHARE, SnakeDrive
 from ..limits.limits import told_beyond
-from ..pathway.packed import PackedPathway
+from ..pathway.packed import pack
 from ..pathway.pathway import Pathway
 from .planning import BendsWanted, Plan, PlanInputs, Seen, Shape
 
@@ -28,6 +28,7 @@ Index = NDArray[np.int64]
 OLDEST_S = 0.06  # [s] a pathway that was seen longer ago moves nothing any more
 RIM_SHARE = 1.25  # of the wall's speed at the last look: how fast it may have become since
 RIM_LEAST_MM_PER_S = 2.0  # where the tissue stood at the last look, as at the end of a breath
+SAME_MM = 1e-9  # [mm] of insertion that is none: a shape that near is where the robot is
 BENDS_MM = 1e-6  # [mm] of insertion since bends were asked for: with more they are for another place
 
 
@@ -49,11 +50,11 @@ class AdoptedLook:
 class PlannedWay:
     """Stands in the place of ``Waypoints``: shapes ahead are planned elsewhere.
 
-    curve: what they conform to; first: the shape at the start.
+    curve: what they conform to, as it was at the start; length_mm: of what it has become.
     """
 
     def __init__(self, first: ShapeSolution, curve: Curve, spacing_mm: float) -> None:
-        self.curve, self.first, self.spacing_mm = curve, first, spacing_mm
+        self.curve, self.length_mm, self.spacing_mm = curve, curve.length, spacing_mm
         self._last, self._sign, self._ahead = first, 0, tuple[ShapeSolution, ...]()
 
     @property
@@ -68,7 +69,7 @@ class PlannedWay:
     def at_end(self, tip_s: float, sign: float) -> str | None:
         """In words, why there is nowhere to go in that direction; None where there is."""
         if sign > 0.0:
-            return "the end of the path" if tip_s >= self.curve.length else None
+            return "the end of the path" if tip_s >= self.length_mm else None
         return "the robot is out" if tip_s <= 0.0 else None
 
     def next(self) -> ShapeSolution:
@@ -76,11 +77,11 @@ class PlannedWay:
         return self._ahead[0]
 
     def extend(self, near: Shape, sign: int, ahead: tuple[Shape, ...], here: ShapeSolution) -> None:
-        """Take planned shapes that begin at one of those known; in another direction only from where the robot is."""
+        """Take planned shapes that begin at the last one known, or, where none is left, where the robot is."""
         new = tuple(shape.on(self.curve) for shape in ahead)
-        if self._sign == sign and near.same(self.end):
-            self._ahead += new
-        elif self._sign != sign and near.same(here):
+        if self.left(sign):
+            self._ahead += new if near.same(self.end) else ()
+        elif near.same(here):
             self._last, self._sign, self._ahead = here, sign, new
 
     def passed(self) -> None:
@@ -131,6 +132,11 @@ class PlannedDrive(SnakeDrive):
     def moves(self) -> bool:
         """Whether the tissue does."""
         return self.pathway.motion is not None
+
+    @property
+    def length_mm(self) -> float:
+        """Of the curve that the robot conforms to, as it was seen last."""
+        return self._waypoints.length_mm
 
     @property
     def tissue_age_s(self) -> float:
@@ -190,6 +196,8 @@ class PlannedDrive(SnakeDrive):
         end = self._waypoints.at_end(self.tip_s, sign)
         if end is not None:
             return Outcome("held", end, "end")
+        while self._waypoints.left(sign) and (self._waypoints.next().tip_s - self.tip_s) * sign <= SAME_MM:
+            self._waypoints.passed()
         if not self._waypoints.left(sign):
             return Outcome("held", "the shapes ahead are being planned", "planning")
         return super()._insert(wanted_mm, dt)
@@ -277,12 +285,13 @@ class PlannedDrive(SnakeDrive):
     def _adopt_look(self, plan: Plan, seen: Seen, age_s: float) -> None:
         if seen.t <= self.seen_t:
             return
-        packed = PackedPathway(_fixed(seen.packed.rows), _fixed(seen.packed.polar))
-        self.seen_t, self._packed, self._waypoints.curve = seen.t, packed, seen.curve
+        self.seen_t, self._waypoints.length_mm = seen.t, seen.length_mm
+        self._packed = pack(seen.centre, seen.tangent, seen.first, seen.radius)
         self._rim = np.append(seen.rim_mm_per_s, 0.0)
         self._live.due = self.t + max(self.settings.tissue_s, age_s)
-        self.tip_s = min(self.tip_s, seen.curve.length)
-        found = _from_here([seen.goal.on(seen.curve), *(shape.on(seen.curve) for shape in plan.ahead)], self.tip_s)
+        self.tip_s = min(self.tip_s, seen.length_mm)
+        curve = self._waypoints.curve
+        found = _from_here([seen.goal.on(curve), *(shape.on(curve) for shape in plan.ahead)], self.tip_s)
         if found:
             self._goal = found[0]
             self._waypoints.restart(self._goal, plan.sign, tuple(found[1:]))
@@ -306,7 +315,7 @@ class PlannedDrive(SnakeDrive):
 
 def _from_here(shapes: list[ShapeSolution], tip_s: float) -> list[ShapeSolution]:
     """Planned shapes, one after the other, with the first where the tip is by now; none where it is at none of them."""
-    if math.isclose(shapes[0].tip_s, tip_s, rel_tol=0.0, abs_tol=1e-9):
+    if math.isclose(shapes[0].tip_s, tip_s, rel_tol=0.0, abs_tol=SAME_MM):
         return shapes
     for k in range(len(shapes) - 1):
         way = shapes[k + 1].tip_s - shapes[k].tip_s
@@ -314,9 +323,3 @@ def _from_here(shapes: list[ShapeSolution], tip_s: float) -> list[ShapeSolution]
         if 0.0 <= share < 1.0:
             return [blended(shapes[k], shapes[k + 1], share), *shapes[k + 1 :]]
     return []
-
-
-def _fixed(array: Array) -> Array:
-    """Read-only, so that queries look at it once."""
-    array.setflags(write=False)
-    return array

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,14 @@ SHAPES_AHEAD = 3  # of an insertion, so that it goes on while the next ones are 
 RIM_S = 0.005  # [s] before the look, where the wall's speed is measured from
 
 
+class _Look(NamedTuple):
+    """The pathway and its curve at a time in s."""
+
+    t: float
+    packed: PackedPathway
+    curve: Curve
+
+
 class Planner:
     """A pure function of its inputs; one robot in one lumen.
 
@@ -56,7 +65,7 @@ class Planner:
         self._query = Query(snake.vertices(each * snake.links))
         self._distal_query = Query(self._distal.vertices(each * self._distal.links))
         self._entrance = entrance(pathway.packed(0.0), snake)
-        self._seen: tuple[float, PackedPathway] = (0.0, pathway.packed(0.0))  # the last one, as bends ask for it
+        self._seen = _Look(0.0, pathway.packed(0.0), curve)  # the last one, as bends ask for it
 
     def __call__(self, wanted: PlanInputs) -> Plan:
         """The plan that is wanted."""
@@ -73,7 +82,8 @@ class Planner:
             except PathwayError as error:
                 lost = f"the tissue leaves no pathway: {error}"
             else:
-                packed, curve, near = seen.packed, seen.curve, seen.goal.on(seen.curve)
+                packed, curve = self._seen.packed, self._seen.curve
+                near = seen.goal.on(curve)
         ahead: tuple[Shape, ...] = ()
         if wanted.sign and lost is None and (seen is not None or self._pathway.motion is None):
             ahead = self._ahead(wanted, near, curve, packed)
@@ -87,7 +97,7 @@ class Planner:
             PathwayError: the tissue leaves no pathway.
         """
         packed, curve = self._pathway.packed(t), self._pathway.curve(t)
-        self._seen = (t, packed)
+        self._seen = _Look(t, packed, curve)
         tip_s = min(wanted.tip_s, curve.length)
         goal = conform(self._snake, curve, tip_s, wanted.near.on(self._curve), None, wanted.near.roll, most=wanted.most)
         goal = self._bent_inside(goal, packed, wanted)
@@ -95,7 +105,8 @@ class Planner:
         rim = np.zeros(len(packed.rows))
         if t > before:
             rim = rim_travel(self._pathway.packed(before), packed) / (t - before)
-        return Seen(t, packed, curve, Shape.of(goal), rim)
+        now = self._pathway.contours(t, extended=True)
+        return Seen(t, now.centre, now.tangent, now.first, now.radius, curve.length, Shape.of(goal), rim)
 
     def _ahead(self, wanted: PlanInputs, near: ShapeSolution, curve: Curve, packed: PackedPathway) -> tuple[Shape, ...]:
         """The next shapes of an insertion, each moved off the wall before the one after it is found."""
@@ -131,9 +142,7 @@ class Planner:
 
     def _bends(self, wanted: BendsWanted) -> tuple[Bend, ...]:
         """Control bends in the pathway of the time that is asked for, mostly the one that was looked at last."""
-        t, packed = self._seen
-        if t != wanted.t:
-            packed = self._pathway.packed(wanted.t)
+        packed = self._seen.packed if self._seen.t == wanted.t else self._pathway.packed(wanted.t)
         place = DistalContext(
             self._distal, self._distal_query, wanted.base, wanted.rest, packed, wanted.window, wanted.bound
         )

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from ..anatomy.curve import Curve
 from ..bending.optimise import Bend
 from ..conform.conformance import ShapeSolution
-from ..pathway.packed import PackedPathway
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -86,14 +85,19 @@ class PlanInputs:
 
 
 class Seen(NamedTuple):
-    """The tissue at the time ``t`` in s: its pathway and curve, and the shape of the robot that conforms to it.
+    """The tissue at the time ``t`` in s, and the shape of the robot that conforms to it.
 
-    rim_mm_per_s: (S,), how fast the wall of each segment moves at most.
+    centre, tangent, first (C, 3) and radius (C, A): the contours that the pathway is packed of; they are a sixth of its
+    size, and every adoption is recorded. length_mm: of the curve. rim_mm_per_s: (S,), how fast the wall of each segment
+    moves at most.
     """
 
     t: float
-    packed: PackedPathway
-    curve: Curve
+    centre: Array
+    tangent: Array
+    first: Array
+    radius: Array
+    length_mm: float
     goal: Shape
     rim_mm_per_s: Array
 

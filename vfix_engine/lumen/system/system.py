@@ -145,10 +145,15 @@ class SnakeSystem:
         return state.steps
 
     def at_rest(self, state: SnakeState, running: bool) -> bool:
-        """Whether steps without a command would change nothing: no request under way, no force left, no tissue."""
+        """Whether steps without a command would change nothing: no request under way, no force left, no tissue.
+
+        A snake has no speed to lose: it rests wherever the clock is stopped, and the tissue with it.
+        """
         drive = state.drive
+        if not running or drive.moves:
+            return not running
         still = not state.doing and drive.state.outcome == "rest" and not drive.wants_plan
-        return still and not (running and drive.moves) and float(np.abs(drive.state.forces.total).max()) < STILL_N
+        return still and float(np.abs(drive.state.forces.total).max()) < STILL_N
 
     def grip(self, state: SnakeState) -> Grip | None:
         """None: a snake is steered by axes."""

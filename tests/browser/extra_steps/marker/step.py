@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from extra_steps.marker import SPEC, LayMarker, MarkerSections
 
 from app.messages.fields import Command
@@ -14,12 +15,14 @@ from app.views.layers import Layer
 from app.views.views import Views
 from vfix_engine.errors import InputError
 
+RADIUS_MM = 110.0  # around the whole head: nothing can stand before it
+
 
 class MarkerNodes:
     def __init__(self, view: SceneView) -> None:
-        self._ball = view.scene.add_icosphere("/marker/ball", 4.0, color=(240, 60, 60))
+        self._ball = view.scene.add_icosphere("/marker/ball", RADIUS_MM, color=(255, 0, 0))
 
-    def show(self, position: np.ndarray) -> None:
+    def show(self, position: npt.NDArray[np.float64]) -> None:
         self._ball.position = position
 
     def remove(self) -> None:

@@ -1,4 +1,4 @@
-"""The virtual handle: a spring between the hand's grip and the tool's, kept alive by a heartbeat (HAZ-11).
+"""The virtual coupling: a spring between the hand's grip and the tool's, kept alive by a heartbeat (HAZ-11).
 
 All times are seconds of the monotonic clock, which all processes of a machine share: whoever hears the hand stamps what
 it does, and the control loop reads the force off it, however late that is.
@@ -26,7 +26,7 @@ MAX_JUMP_MM = 200.0  # a grip further from the tool than this is an error of the
 
 @dataclass(frozen=True)
 class Hold:
-    """The dead man's switch of a handle or of keys: a press takes hold, heartbeats keep hold, nothing else does.
+    """The dead man's switch of a grip, of keys or of axes: a press takes hold, heartbeats keep hold, nothing else does.
 
     begun_at: when the share of the force began to rise from 0; beat_at: the last sign of the hand; released_at: ∞ while
     the hand has not let go.
@@ -73,7 +73,7 @@ class Hold:
 NOBODY = Hold()
 
 
-class Handle:
+class VirtualCoupling:
     """Where the hand has its grip, and how it pulls."""
 
     def __init__(self) -> None:

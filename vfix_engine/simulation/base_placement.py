@@ -16,13 +16,13 @@ _PARALLEL = 1e-6
 _SAME_LINE_MM = 0.05  # a joint's axis this near to the shaft is the shaft's
 
 
-class Stand:
+class BasePlacement:
     """One robot with one tool; ``at`` finds a base for every pose of the tip."""
 
     def __init__(self, robot: RobotModel, tool: Tool):
         self._robot, self._tool = robot, tool
         self._at_origin = robot.placed(np.eye(4), tool)
-        self._roller, self._sense = self._find_roller()
+        self._roll_joint, self._sense = self._find_roll_joint()
 
     def at(self, rotation: Array, position: Array, roll: float) -> tuple[Array, Array]:
         """Base (4, 4) and joints (n,) for the tip at (rotation, position).
@@ -38,8 +38,8 @@ class Stand:
             StartRefused: a standing robot cannot hold the tool like that.
         """
         q = self._robot.home.copy()
-        if self._roller is not None:
-            q[self._roller] = self._turned(self._roller, self._sense * roll)
+        if self._roll_joint is not None:
+            q[self._roll_joint] = self._turned(self._roll_joint, self._sense * roll)
         tip_rotation, tip_position = self._at_origin.tip_pose(q)
         base = np.eye(4)
         base[:3, :3] = rotation @ tip_rotation.T
@@ -70,7 +70,7 @@ class Stand:
                 return home + angle + turns
         return home
 
-    def _find_roller(self) -> tuple[int | None, float]:
+    def _find_roll_joint(self) -> tuple[int | None, float]:
         """The joint nearest to the tool whose axis is the shaft's at home, and whether it turns the same way round."""
         tip = self._at_origin.tip(self._robot.home)
         tail = self._tool.segments(tip.rotation, tip.position).start[-1]

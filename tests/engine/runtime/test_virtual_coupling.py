@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from vfix_engine.runtime.handle import Handle, Hold
+from vfix_engine.runtime.virtual_coupling import Hold, VirtualCoupling
 
 TOOL = np.zeros(3)
 SPRING = {"stiffness": 0.25, "cap": 5.0}
 HELD = Hold().press(10.0)
 
 
-def handle_at(x: float, y: float = 0.0) -> Handle:
-    handle = Handle()
+def handle_at(x: float, y: float = 0.0) -> VirtualCoupling:
+    handle = VirtualCoupling()
     handle.move(np.array([x, y, 0.0]), 10.0, onwards=False)
     return handle
 

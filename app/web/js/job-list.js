@@ -1,0 +1,106 @@
+// What the planner works at: its jobs with stage, fraction and a button that cancels.
+import { h, keyed } from "./dom.js";
+import { finished, goesOn, jobs, remove } from "./rest.js";
+
+/** @import { Row } from "./dom.js" */
+/** @import { JobPublic } from "./types.js" */
+
+const LOOK_MS = 2000;
+/**
+ * What is shown: work that somebody waits for.
+ * @type {Partial<Record<JobPublic["kind"], string>>}
+ */
+const KINDS = { import: "Import", dry_run: "Dry run" };
+
+/** @param {JobPublic} job */
+export function jobWords({ kind, subject, state, stage, fraction }) {
+  const now = state === "queued" ? "waiting for another one" : `${stage}, ${Math.round(fraction * 100)} %`;
+  return `${[KINDS[kind], subject && `‘${subject}’`].filter(Boolean).join(" ")}: ${now}`;
+}
+
+/**
+ * The jobs that go on, whoever began them: a page that is loaded again finds its own in the planner's list.
+ * `ended(job, error)` is called once for each when it has ended, with what it failed with or was cancelled by.
+ */
+export class JobList {
+  /** @param {(job: JobPublic, error: unknown) => unknown} ended */
+  constructor(ended) {
+    this.ended = ended;
+    /** @type {Map<string, JobPublic>} by id, as last told */
+    this.jobs = new Map();
+    this.element = h("ul", { class: "jobs", hidden: true });
+    setInterval(() => this.look(), LOOK_MS);
+    this.look();
+  }
+
+  /** Find jobs that somebody began, while the list can be seen or nothing is known yet. */
+  async look() {
+    if (this.looked && !this.element.isConnected) return;
+    try {
+      for (const job of await jobs()) if (KINDS[job.kind] && goesOn(job)) this.watch(job);
+      this.looked = true;
+    } catch {
+      // the planner is away, which the page's banner says; the next look finds what goes on
+    }
+  }
+
+  /**
+   * Show a job until it has ended.
+   * @param {JobPublic} job
+   */
+  async watch(job) {
+    if (this.jobs.has(job.id)) return;
+    this.show(job);
+    let done = job;
+    /** @type {unknown} */
+    let failure = null;
+    try {
+      done = await finished(job, (now) => this.show(now));
+    } catch (error) {
+      failure = error;
+    }
+    this.jobs.delete(job.id);
+    this.render();
+    await this.ended(done, failure);
+  }
+
+  /** @param {JobPublic} job */
+  show(job) {
+    this.jobs.set(job.id, job);
+    this.render();
+  }
+
+  render() {
+    this.element.hidden = !this.jobs.size;
+    keyed(this.element, [...this.jobs.values()], (job) => job.id, (job) => this.row(job), (row, now) => {
+      const [words, bar] = [row.querySelector(".words"), row.querySelector(".progress > div")];
+      if (words) words.textContent = jobWords(now);
+      if (bar instanceof HTMLElement) bar.style.width = `${Math.round(now.fraction * 100)}%`;
+    });
+  }
+
+  /**
+   * @param {JobPublic} job
+   * @returns {Row<JobPublic>}
+   */
+  row(job) {
+    const button = h("button", { type: "button", "data-tool": "cancel" }, "Cancel");
+    button.addEventListener("click", () => this.cancel(job.id, button));
+    const item = h("li", { class: "job", "data-job": job.kind },
+      h("p", { class: "words" }), h("div", { class: "progress" }, h("div")), button);
+    return Object.assign(item, { item: job });
+  }
+
+  /**
+   * @param {string} id
+   * @param {HTMLButtonElement} button
+   */
+  async cancel(id, button) {
+    button.disabled = true;
+    try {
+      await remove(`/api/jobs/${encodeURIComponent(id)}`);
+    } catch {
+      button.disabled = false; // the planner did not hear it
+    }
+  }
+}
