@@ -17,7 +17,6 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.soft_tissue import lining_mm
 
 TOLERANCE_MM = 3.0  # of the shaft about the nostril: assumed, it is less than a nostril's half width
-CENTRING = 0.1  # weight of the way back to the nostril's middle against the path's
 SPEED_MM_PER_S = 5.0  # of the tip; half of what the hand reaches with the settings as they come
 TURN_RAD_PER_S = math.radians(10.0)
 STIFFNESS_N_PER_MM = 0.5  # of soft tissue: assumed
@@ -53,9 +52,12 @@ def fixtures_of(options: Options, services: Services, plan: Plan) -> tuple[Fixtu
 
 
 def _remote_centre(plan: Plan) -> RemoteCentre:
-    """About the entry. A bent tip is there before its shaft is, so that the shaft gets the tip's way off its line."""
+    """About the entry. A bent tip is there before its shaft is, so that the shaft gets the tip's way off its line.
+
+    Without the soft rows: a pull towards the middle would keep the tip off its path.
+    """
     off_line = float(np.hypot(*plan_tool(plan).tip_in_flange[[0, 2]]))
-    return RemoteCentre(np.array(plan.points[0].position), TOLERANCE_MM + off_line, weight=CENTRING)
+    return RemoteCentre(np.array(plan.points[0].position), TOLERANCE_MM + off_line, weight=0.0)
 
 
 def _thickness_mm(services: Services, plan: Plan) -> float:
