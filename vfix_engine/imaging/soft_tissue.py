@@ -70,6 +70,24 @@ def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Floats, Fl
     return TissuePassed(length, at, not _ends_in_tissue(volume, np.concatenate(exits)))
 
 
+def lining_mm(volume: Volume, places: npt.ArrayLike, nearest: npt.ArrayLike) -> float | None:
+    """How thick soft tissue lies over bone, in mm: the median over places (n, 3) in air, LPS mm.
+
+    nearest: the point of the bone's surface (n, 3) next to each place. From there towards the place everything denser
+    than -300 HU counts, up to the first air. None where no place lies in air within the scan.
+    """
+    ends, starts = np.asarray(places, dtype=np.float64), np.asarray(nearest, dtype=np.float64)
+    found = []
+    for start, end in zip(starts, ends, strict=True):
+        length = float(np.linalg.norm(end - start))
+        steps = np.arange(0.0, length, SAMPLE_MM)
+        hu = volume.sample(np.vstack([start + (steps / max(length, SAMPLE_MM))[:, None] * (end - start), end]), np.nan)
+        if np.isnan(hu).any() or hu[-1] > TISSUE_HU:
+            continue
+        found.append(SAMPLE_MM * int(np.argmax(hu <= TISSUE_HU)))
+    return float(np.median(found)) if found else None
+
+
 def surroundings(volume: Volume | None, place: npt.ArrayLike) -> Surroundings:
     """What a place (3,) in LPS mm lies in.
 

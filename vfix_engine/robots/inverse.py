@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
@@ -16,8 +18,27 @@ _STEPS = 200
 _DAMPING = 1e-3  # of the first step, relative to the Jacobian's size
 
 
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """q (n,): joints nearest to a pose; short_mm: how far the tip is from its position there.
+
+    found: the pose is met. stopped: numbers of the joints that stand at a limit and would go on.
+    """
+
+    q: Array
+    found: bool
+    short_mm: float
+    stopped: tuple[int, ...]
+
+
 def joints_for(placed: PlacedRobot, rotation: Array, position: Array, start: Array) -> Array | None:
-    """Joints (n,) within their ranges at which the tip has that pose, or None where none is found from ``start`` (n,).
+    """Joints (n,) within their ranges at which the tip has that pose, or None where none is found; see `reach`."""
+    reached = reach(placed, rotation, position, start)
+    return reached.q if reached.found else None
+
+
+def reach(placed: PlacedRobot, rotation: Array, position: Array, start: Array) -> Reached:
+    """Joints within their ranges that bring the tip to a pose from ``start`` (n,), or as near to it as they go.
 
     Damped least squares; of a redundant robot's many answers it is the one that few and small steps lead to.
     The tip is within 1e-6 mm of the position (3,) and within 1e-8 rad of the rotation (3, 3).
@@ -29,7 +50,7 @@ def joints_for(placed: PlacedRobot, rotation: Array, position: Array, start: Arr
     for _ in range(_STEPS):
         size = float(error @ error)
         if size <= _TOLERANCE_MM**2:
-            return q
+            return Reached(q, True, 0.0, ())
         # A joint that stands at its limit and would go on outwards takes no part.
         gradient = jacobian.T @ error
         stuck = ((q <= robot.lower) & (gradient < 0)) | ((q >= robot.upper) & (gradient > 0))
@@ -43,8 +64,10 @@ def joints_for(placed: PlacedRobot, rotation: Array, position: Array, start: Arr
         else:
             damping *= 4.0
             if damping > 1e9:
-                return None
-    return None
+                break
+    gradient = jacobian.T @ error
+    stopped = np.flatnonzero(((q <= robot.lower) & (gradient < 0)) | ((q >= robot.upper) & (gradient > 0)))
+    return Reached(q, False, float(np.linalg.norm(error[:3])), tuple(int(joint) for joint in stopped))
 
 
 def _error(placed: PlacedRobot, rotation: Array, position: Array, q: Array) -> tuple[Array, Array]:

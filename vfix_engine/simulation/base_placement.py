@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..errors import StartRefused
 from ..robots import PlacedRobot, RobotModel, Tool
-from ..robots.inverse import joints_for
+from ..robots.inverse import Reached, reach
 
 Array = NDArray[np.float64]
 
@@ -48,10 +48,19 @@ class BasePlacement:
         base[:3, 3] = position - base[:3, :3] @ tip_position
         if not self._robot.stands:
             return base, q
-        found = joints_for(self._robot.placed(base, self._tool), rotation, position, q)
-        if found is None:
-            raise StartRefused(f"{self._robot.title} cannot hold the tool like that while it stands upright")
-        return base, found
+        reached = reach(self._robot.placed(base, self._tool), rotation, position, q)
+        if not reached.found:
+            stops = self._stops(reached)
+            raise StartRefused(f"{self._robot.title} cannot hold the tool like that while it stands upright{stops}")
+        return base, reached.q
+
+    def _stops(self, reached: Reached) -> str:
+        """Which joints stop it, and how far from the entry."""
+        if not reached.stopped:
+            return ""
+        joints = " and ".join(f"joint {j + 1} ({self._robot.joints[j].name})" for j in reached.stopped)
+        verb = "is at its limit" if len(reached.stopped) == 1 else "are at their limits"
+        return f": {joints} {verb}, {reached.short_mm:.0f} mm from there"
 
     def _turned(self, joint: int, angle: float) -> float:
         """Home and a turn, by a full turn less where the range asks for it; home where it has no room at all."""

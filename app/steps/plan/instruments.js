@@ -21,12 +21,13 @@ export class InstrumentsGroup {
     this.frameField = field("Link that holds the tool", "", this.frame);
     this.chooser = h("input", { type: "file", hidden: true, accept: ".urdf", id: "urdf-file", onchange: () => this.uploadRobot() });
     this.uploadButton = h("button", { type: "button", class: "wide", id: "upload-robot", onclick: () => this.chooser.click() }, "Use a URDF of your own …");
+    /** @type {HTMLSelectElement} */
     this.tool = h("select", { id: "plan-tool", onchange: () => this.connection.send("plan.tool", { name: this.tool.value }) });
     this.toolWords = h("p", { class: "words", id: "tool-words" });
     this.bend = this.number("tool-bend", 5);
     this.radius = this.number("tool-radius", 0.1);
     this.bendField = field("Bend", "°", this.bend);
-    this.radiusField = field("Radius of the shaft", "mm", this.radius);
+    this.radiusField = field("Shaft radius", "mm", this.radius);
     this.shippedShape = h("button", { type: "button", class: "plain", id: "tool-shipped", onclick: () => this.connection.send("plan.tool", { name: this.tool.value }) }, "As it comes");
     this.lockedWords = h("p", { class: "words" }, LOCKED);
     this.element = group("Robot and tool", [this.shippedShape],

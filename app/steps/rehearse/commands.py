@@ -26,6 +26,15 @@ class SetRehearsalSettings(Command):
     ]
 
 
+class SetOptions(Command):
+    """Switches of the next start or reset."""
+
+    type: Literal["rehearsal.options"]
+    soft_tissue: bool
+    remote_centre: bool
+    speed_limit: bool
+
+
 class HandCommand(Command):
     """What a hand on the handle sends."""
 
@@ -41,4 +50,4 @@ class Push(Command):
     direction: Direction
 
 
-COMMANDS: tuple[type[Command], ...] = (DriveCommand, SetMode, SetRehearsalSettings, HandCommand, Push)
+COMMANDS: tuple[type[Command], ...] = (DriveCommand, SetMode, SetRehearsalSettings, SetOptions, HandCommand, Push)

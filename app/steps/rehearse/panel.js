@@ -1,10 +1,12 @@
 // Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
-import { h, group, whenChanged } from "/static/js/dom.js";
+import { h, group, keyed, whenChanged } from "/static/js/dom.js";
 import { fixed, mm, sentence } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
-/** @import { Commands, ItemEntry, RehearsalSection, SettingField, SettingsSection, ViewModel } from "/static/js/types.js" */
+/** @import { Commands, ItemEntry, OptionView, OptionsSection, RehearsalSection, SettingField, SettingsSection, ViewModel } from "/static/js/types.js" */
+
+/** @import { Row } from "/static/js/dom.js" */
 
 /** @typedef {Commands["rehearsal.mode"]["mode"]} Mode */
 
@@ -48,6 +50,9 @@ export default class RehearsePanel {
     this.twistRight = held("Twist ↻", "D", "twist", 1);
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
+    this.changedOptions = whenChanged();
+    this.options = h("div", { class: "fields", id: "options" });
+    this.optionWords = h("p", { class: "words caution", role: "status", id: "option-words", hidden: true });
     this.fields = h("div", { class: "fields" });
     this.fieldWords = h("p", { class: "words caution", role: "status" });
     /** @type {Map<string, { input: HTMLInputElement, shown: HTMLElement }>} */
@@ -60,6 +65,7 @@ export default class RehearsePanel {
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, h("div", { class: "progress" }, this.progressBar)),
+      group("What else holds the tool", null, this.options, this.optionWords),
       group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
 
@@ -72,6 +78,7 @@ export default class RehearsePanel {
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
+    this.changedOptions([state.options], () => this.renderOptions(state.options));
     const { state: phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
@@ -156,6 +163,29 @@ export default class RehearsePanel {
     }
   }
 
+  /** @param {OptionsSection | undefined} options */
+  renderOptions(options) {
+    keyed(this.options, options?.items ?? [], (item) => item.name, (item) => this.option(item), fillOption);
+    this.optionWords.textContent = options?.words ?? "";
+    this.optionWords.hidden = !options?.words;
+  }
+
+  /**
+   * @param {OptionView} item
+   * @returns {Row<OptionView>}
+   */
+  option({ name, label }) {
+    const box = h("input", { type: "checkbox", "data-option": name, "aria-describedby": `option-${name}`, onchange: () => this.setOptions() });
+    const element = h("div", { class: "field" }, h("label", { class: "check" }, box, label), h("p", { class: "words", id: `option-${name}` }));
+    return Object.assign(element, { item: /** @type {any} */ (null) }); // `keyed` puts it there
+  }
+
+  setOptions() {
+    const on = (/** @type {string} */ name) => Boolean(this.options.querySelector(`[data-option="${name}"]:checked`));
+    const wanted = { soft_tissue: on("soft_tissue"), remote_centre: on("remote_centre"), speed_limit: on("speed_limit") };
+    this.connection.send("rehearsal.options", wanted);
+  }
+
   /** @param {SettingField} field */
   field(field) {
     const shown = h("span", { class: "number" }, `${fixed(field.value, field.digits)} ${field.unit}`);
@@ -186,6 +216,19 @@ export default class RehearsePanel {
   setMode(mode) {
     this.connection.send("rehearsal.mode", { mode, target_id: mode === "inspect" ? this.target.value || null : null });
   }
+}
+
+/**
+ * @param {HTMLElement} element
+ * @param {OptionView} item
+ */
+function fillOption(element, item) {
+  const box = element.querySelector("input");
+  const words = element.querySelector("p");
+  if (!box || !words) return;
+  box.checked = item.on;
+  box.disabled = item.refusal !== "";
+  words.textContent = item.refusal || item.words;
 }
 
 /** @param {Partial<RehearsalSection>} rehearsal */

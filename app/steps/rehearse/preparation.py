@@ -12,6 +12,7 @@ from app.services import Services
 from app.services.instruments import plan_tool
 from app.services.plans import Plan
 from app.services.recordings import Recording
+from app.steps.rehearse.options import NO_OPTIONS, Options, fixtures_of
 from app.views.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
@@ -28,6 +29,7 @@ class Prepared:
 
     items: points and targets of the plan it was made of; curve: places (n, 3) along its path, LPS [mm].
     recording: what keeps the drive's run; None where nothing is kept.
+    options: the switches that its standing fixtures come from.
     """
 
     spec: SceneSpec
@@ -35,6 +37,7 @@ class Prepared:
     items: tuple[PlanItem, ...] = ()
     curve: npt.NDArray[np.float64] | None = None
     recording: Recording | None = None
+    options: Options = NO_OPTIONS
 
     def target_index(self, target_id: str) -> int:
         """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
@@ -58,8 +61,10 @@ def plan_key(plan: Plan) -> Any:
     )
 
 
-def prepare(services: Services, plan: Plan) -> Prepared:
+def prepare(services: Services, plan: Plan, options: Options = NO_OPTIONS) -> Prepared:
     """Scene and settings of a plan; a plan without a robot placing gets one.
+
+    options: the placing is that of the plan's dry run, whatever they are.
 
     Raises VfixError with the reason when the tool does not fit at the entry.
     """
@@ -78,7 +83,8 @@ def prepare(services: Services, plan: Plan) -> Prepared:
         path_points=points,
         targets=targets,
         target_names=tuple(target.label for target in plan.targets),
+        fixtures=fixtures_of(options, services, plan),
         structure_names=services.cases.get(plan.case_id).structure_names(),
     )
     curve = curve_points(SplinePath(points))
-    return Prepared(spec, settings, tuple(plan_items(plan)), curve, services.recordings.new(plan))
+    return Prepared(spec, settings, tuple(plan_items(plan)), curve, services.recordings.new(plan), options)

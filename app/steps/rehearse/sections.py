@@ -84,6 +84,23 @@ class SettingsSection(TypedDict):
     fields: list[SettingField]
 
 
+class OptionView(TypedDict):
+    """A switch of the rehearsal; words: what it does; refusal: why it cannot be used, '' where it can."""
+
+    name: str
+    label: str
+    words: str
+    on: bool
+    refusal: str
+
+
+class OptionsSection(TypedDict):
+    """Switches of the rehearsal as they are wanted; words: when they come into force, '' where they are."""
+
+    items: list[OptionView]
+    words: str
+
+
 class ToolSection(TypedDict):
     """Segments (start, end) of robot and tool."""
 
@@ -98,4 +115,5 @@ class RehearsalSections(TypedDict):
     curve: NotRequired[CurveSection]
     details: DetailsSection
     settings: SettingsSection
+    options: OptionsSection
     tool: ToolSection

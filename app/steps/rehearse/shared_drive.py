@@ -5,6 +5,7 @@ from __future__ import annotations
 from app.messages.client import Client
 from app.steps.rehearse.drive_process import DriveProcess
 from app.steps.rehearse.lease import Lease
+from app.steps.rehearse.options import Options
 from vfix_engine.simulation.realtime import RehearsalProcess
 
 Position = tuple[float, float, float]
@@ -17,6 +18,7 @@ class SharedDrive(DriveProcess):
         super().__init__()
         self.lease = Lease()
         self.watchers: set[str] = set()
+        self.options = Options()  # of the next start or reset; read and replaced whole
 
     def _held(self, client: Client) -> RehearsalProcess | None:
         return self._live() if self.lease.held_by(client) else None
@@ -27,6 +29,16 @@ class SharedDrive(DriveProcess):
 
     def _instructed(self, client: Client) -> RehearsalProcess | None:
         return self._live() if self.may_instruct(client) else None
+
+    def may_switch(self, client: Client) -> bool:
+        """Whether this client may change the options: the holder, who instructs, or anybody where nobody holds."""
+        return self.lease.holder is None or self.may_instruct(client)
+
+    @property
+    def options_in_force(self) -> Options | None:
+        """Of the robot that is in place; None where there is none."""
+        prepared = self.prepared
+        return None if prepared is None else prepared.options
 
     # -- the hand; quick and from any thread
 

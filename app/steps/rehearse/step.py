@@ -17,11 +17,12 @@ from app.steps.base import Step
 from app.steps.rehearse import SPEC
 from app.steps.rehearse import commands as c
 from app.steps.rehearse.hints import rehearse_hint
+from app.steps.rehearse.options import Options, options_section
 from app.steps.rehearse.preparation import Prepared, plan_key, prepare
-from app.steps.rehearse.sections import RehearsalSections, RehearsalState, ToolSection
+from app.steps.rehearse.sections import OptionsSection, RehearsalSections, RehearsalState
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
-from app.steps.rehearse.view import details_section, rehearsal_section, settings_section
+from app.steps.rehearse.view import details_section, rehearsal_section, settings_section, tool_section
 from app.views.layers import Layer
 from app.views.plan_items import Position, curve_layer, curve_section, entries, items_layer, plan_items
 from app.views.views import Views
@@ -52,6 +53,7 @@ class RehearseStep(Step):
         self._services, self._drives = views.services, shared
         self._plan_id: str | None = None
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
+        self._has_ct = False
         self.drive: SharedDrive | None = None
         self.snapshot: Snapshot | None = None
         self._before: Snapshot | None = None  # the one that was read before it
@@ -78,7 +80,8 @@ class RehearseStep(Step):
         plan = self.views.plan.current
         if plan is not None:
             self._plan_id = plan.id
-            self._uncertainty = self._services.cases.get(plan.case_id).uncertainty
+            case = self._services.cases.get(plan.case_id)
+            self._uncertainty, self._has_ct = case.uncertainty, bool(case.volumes)
             self.drive = self._drives.enter(plan.id, self._client)
 
     def _leave_drive(self) -> None:
@@ -177,6 +180,8 @@ class RehearseStep(Step):
         """Raises PlanError where this client may not."""
         if isinstance(command, c.DriveCommand):
             self._drive(command.type)
+        elif isinstance(command, c.SetOptions):
+            self._switch(command)
         elif self.drive is not None:
             if not self.drive.may_instruct(self._client):
                 raise PlanError(_NOT_HELD)
@@ -184,6 +189,13 @@ class RehearseStep(Step):
                 self.drive.set_mode(self._client, command.mode, command.target_id)
             elif isinstance(command, c.SetRehearsalSettings):
                 self.drive.change_settings(self._client, command.values)
+
+    def _switch(self, command: c.SetOptions) -> None:
+        if self.drive is None:
+            raise PlanError("open a plan first.")
+        if not self.drive.may_switch(self._client):
+            raise PlanError(_NOT_HELD)
+        self.drive.options = Options(command.soft_tissue, command.remote_centre, command.speed_limit)
 
     def _drive(self, name: str) -> None:
         """Start, pause, reset, or end a process that hangs."""
@@ -210,15 +222,18 @@ class RehearseStep(Step):
     def _start(self, drive: SharedDrive, plan: Plan) -> None:
         """A robot that stands goes on along what it was placed for; one that is not there comes and runs then."""
         self._take(drive)
-        if drive.state == "ready":
+        at_entry = self.snapshot is None or self.snapshot.steps == 0
+        if drive.state == "ready" and at_entry and drive.options_in_force != drive.options:
+            self._open(drive, plan)
+        elif drive.state == "ready":
             drive.run(self._client)
             return
-        if not drive.is_for(plan_key(plan)):
+        elif not drive.is_for(plan_key(plan)):
             self._open(drive, plan)
         self._run_when_ready = True
 
     def _reset(self, drive: SharedDrive, plan: Plan) -> None:
-        if drive.is_for(plan_key(plan)):
+        if drive.is_for(plan_key(plan)) and drive.options_in_force == drive.options:
             drive.reset(self._client)
         else:
             self._open(drive, plan)
@@ -226,7 +241,8 @@ class RehearseStep(Step):
     def _open(self, drive: SharedDrive, plan: Plan) -> None:
         if len(plan.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
-        drive.open(plan_key(plan), lambda: prepare(self._services, plan), self.views.executor)
+        options = drive.options
+        drive.open(plan_key(plan), lambda: prepare(self._services, plan, options), self.views.executor)
 
     # -- the hand: each is a write into the control process's shared memory; called on other threads
 
@@ -352,17 +368,20 @@ class RehearseStep(Step):
             "driven": None if driven is None else entries(driven.items),
             "details": details_section(self.snapshot),
             "settings": settings_section(settings, answered, refusal, warning),
-            "tool": self._tool(),
+            "options": self._options(),
+            "tool": tool_section(self.snapshot),
         }
         if driven is not None:
             sections["curve"] = curve_section(driven.curve)
         return sections
 
-    def _tool(self) -> ToolSection:
-        if self.snapshot is None:
-            return {"segments": []}
-        pairs = zip(self.snapshot.segments_start, self.snapshot.segments_end, strict=True)
-        return {"segments": [[[round(float(v), 2) for v in end] for end in pair] for pair in pairs]}
+    def _options(self) -> OptionsSection:
+        drive, plan = self.drive, self.views.plan.current
+        wanted, in_force, may = Options(), None, False
+        if drive is not None:
+            wanted, in_force, may = drive.options, drive.options_in_force, drive.may_switch(self._client)
+        points = 0 if plan is None else len(plan.points)
+        return options_section(wanted, in_force, points, self._has_ct, may)
 
     def layers(self) -> list[Layer[Any]]:
         """The robot while the step is active; points and curve of what is driven instead of the plan's."""

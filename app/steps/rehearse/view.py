@@ -7,7 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from app.steps.rehearse.sections import DetailsSection, MotionView, RehearsalSection, RehearsalState, SettingsSection
+from app.steps.rehearse.sections import (
+    DetailsSection,
+    MotionView,
+    RehearsalSection,
+    RehearsalState,
+    SettingsSection,
+    ToolSection,
+)
 from vfix_engine.control import ControlSettings
 from vfix_engine.simulation.snapshot import Snapshot, Timing
 
@@ -132,6 +139,14 @@ def settings_section(settings: ControlSettings, answered: int, refusal: str = ""
             for name, (step, digits, (low, high)) in SHOWN_SETTINGS.items()
         ],
     }
+
+
+def tool_section(snapshot: Snapshot | None) -> ToolSection:
+    """Segments of robot and tool as they are drawn."""
+    if snapshot is None:
+        return {"segments": []}
+    pairs = zip(snapshot.segments_start, snapshot.segments_end, strict=True)
+    return {"segments": [[[round(float(v), 2) for v in end] for end in pair] for pair in pairs]}
 
 
 def _number(value: Any, digits: int) -> float | None:

@@ -296,6 +296,21 @@ export interface SettingField {
   value: number;
 }
 
+/** Switches of the rehearsal as they are wanted; words: when they come into force, '' where they are. */
+export interface OptionsSection {
+  items: OptionView[];
+  words: string;
+}
+
+/** A switch of the rehearsal; words: what it does; refusal: why it cannot be used, '' where it can. */
+export interface OptionView {
+  name: string;
+  label: string;
+  words: string;
+  on: boolean;
+  refusal: string;
+}
+
 /** Segments (start, end) of robot and tool. */
 export interface ToolSection {
   segments: [number, number, number][][];
@@ -451,6 +466,7 @@ export interface ViewModel {
   details?: DetailsSection;
   driven?: ItemsSection | null;
   instruments?: InstrumentsSection;
+  options?: OptionsSection;
   plan?: PlanSection | null;
   plans?: PlansSection;
   rehearsal?: RehearsalSection;
@@ -559,6 +575,11 @@ export interface Commands {
   "rehearsal.mode": {
     mode: "path" | "free" | "inspect";
     target_id?: string | null;
+  };
+  "rehearsal.options": {
+    soft_tissue: boolean;
+    remote_centre: boolean;
+    speed_limit: boolean;
   };
   "rehearsal.pause": {};
   "rehearsal.reset": {};

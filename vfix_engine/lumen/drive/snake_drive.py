@@ -273,6 +273,8 @@ class SnakeDrive(DistalSteps):
         ratio = self._fastest(ahead, dt)
         part = min(abs(wanted_mm), most) / abs(remaining)
         within = min(1.0, part, 1.0 / ratio if ratio > 0.0 else 1.0)
+        if within > 1.0 - SAME:  # the sum of the steps so far is rounded: no step is spent on the rest
+            within = 1.0
         done = Outcome("moved")
         if within < min(1.0, part):
             done = self._fast()
