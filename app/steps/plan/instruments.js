@@ -21,7 +21,7 @@ export class InstrumentsGroup {
     this.frameField = field("Link that holds the tool", "", this.frame);
     this.chooser = h("input", { type: "file", hidden: true, accept: ".urdf", id: "urdf-file", onchange: () => this.uploadRobot() });
     this.uploadButton = h("button", { type: "button", class: "wide", id: "upload-robot", onclick: () => this.chooser.click() }, "Use a URDF of your own …");
-    this.tool = h("select", { id: "plan-tool", onchange: () => this.connection.send("plan.tool", { name: this.tool.value }) });
+    this.tool = h("select", { id: "plan-tool", onchange: () => { this.connection.send("plan.tool", { name: this.tool.value }); } });
     this.toolWords = h("p", { class: "words", id: "tool-words" });
     this.bend = this.number("tool-bend", 5);
     this.radius = this.number("tool-radius", 0.1);
