@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from shutil import rmtree
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,14 @@ class RecordedRun:
             except OSError as error:
                 self._give_up(error)
 
+    def drop(self) -> None:
+        """The drive has failed: what was written of it is removed."""
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            with suppress(OSError):
+                writer.abandon()
+        rmtree(self._folder.parent, ignore_errors=True)
+
     def keep(self, case: ResolvedCase, plan: Plan) -> str | None:
         """The drive has ended: the id of its run; None, told on stderr, where it could not be kept."""
         if self._writer is None:
@@ -60,5 +69,5 @@ class RecordedRun:
         writer, self._writer = self._writer, None
         if writer is not None:
             with suppress(OSError):
-                writer.close()
+                writer.abandon()
         say_notes([f"the run is not recorded any more: {error.strerror or error}"])

@@ -108,7 +108,12 @@ def run(args: argparse.Namespace) -> int:
     poses = Poses()
     rehearsal = Rehearsal(scene, settings)
     recorded = _recorded(services, rehearsal, args)
-    report |= _rehearse(rehearsal, args, poses, recorded)
+    try:
+        report |= _rehearse(rehearsal, args, poses, recorded)
+    except BaseException:
+        if recorded is not None:
+            recorded.drop()
+        raise
     if recorded is not None:
         report["run"] = recorded.keep(case, plan)
     if obstacle:

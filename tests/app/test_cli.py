@@ -155,7 +155,7 @@ def test_doctor_says_what_it_found(
     assert health["cores"] >= 1
     assert health["problems"] == []
     assert health["real_time_priority"] is (health["without_priority_because"] == "")
-    assert health["compiled_kernels"] >= 0
+    assert isinstance(health["compiled_kernels"], int)
     kept = {"network", "other_files", "writing_elsewhere", "other_processes", "large_files"}
     assert set(health["worker_is_kept_from"]) == kept
     assert health["worker_is_kept_from"]["large_files"] is (os.name == "posix")

@@ -49,7 +49,7 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
     assert report["reached"] is report["within_bounds"] is True
     bound = report["bound_mm"]
     assert 0.0 <= report["deviation_mm"]["mean"] <= report["deviation_mm"]["max"] <= max(bound.values())
-    assert report["joint_limit_hits"] >= 0
+    assert isinstance(report["joint_limit_hits"], int)
     assert 0.0 < report["query_us"] < report["step_us"]
     assert report["landmarks_from"] == "landmarks.json"
     bend, caecum = report["landmarks"]

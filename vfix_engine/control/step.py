@@ -54,7 +54,7 @@ def build_step(
     of every problem.
 
     Args:
-        state: from ``ControlContext.start``, ``measure``, or a step before.
+        state: from ``Controller.start``, ``ControlContext.measure``, or a step before.
         tasks: what the tool is to do; their objectives share one progress variable.
         fixtures: what stands besides; their rows join those of the tasks.
         command: handed to every task, for those that come along a ``HandCommand``.
@@ -69,7 +69,7 @@ def build_step(
     """
     context = state.context
     if context is None or not state.measured_by(context):
-        raise ControlError("the state was not measured by a ControlContext; take one from its start() or measure()")
+        raise ControlError("the state was not measured by a ControlContext; take one from its measure()")
     if dt is not None and dt != context.settings.dt_s:
         raise InputError(f"dt is {dt!r} s, but the state was measured for steps of {context.settings.dt_s!r} s")
     request = request_of(tasks, state, command)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 BUTTON_STRAIGHTEN = 1  # bit of ``Command.buttons``
-AXES = ("camera_x", "camera_y", "insert")  # of ``Command.axes``
 NO_AXES = (0.0, 0.0, 0.0)
 
 

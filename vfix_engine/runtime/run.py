@@ -19,6 +19,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,24 +93,31 @@ class Run:
         """A run, or what there is of one that was cut off.
 
         Raises:
-            InputError: the folder holds no run, or one of another schema.
+            InputError: the folder holds no run, one of another schema, or one that was changed after its end.
         """
+        folder = Path(folder)
         try:
             manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
             with np.load(folder / SPEC, allow_pickle=False) as archive:
                 arrays = {name: archive[name] for name in archive.files}
             data = (folder / TICKS).read_bytes()
             lines = (folder / EVENTS).read_text(encoding="utf-8").splitlines(keepends=True)
-        except (OSError, ValueError) as error:
+            end = folder / END
+            ended = dict(json.loads(end.read_text(encoding="utf-8"))) if end.exists() else None
+            events = tuple(_event(json.loads(line)) for line in lines if line.endswith("\n"))
+        except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
             raise InputError(f"'{folder.name}' is not a run that can be read: {error}") from error
         if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
             raise InputError(f"'{folder.name}' is no run of the schema {SCHEMA}")
-        width = len(manifest["columns"])
+        width = len(manifest.get("columns", ()))
+        if width < COMMAND_SIZE:
+            raise InputError(f"'{folder.name}' is damaged: its manifest names {width} columns")
+        if ended is not None and hashlib.sha256(data).hexdigest() != ended.get("sha256"):
+            raise InputError(f"'{folder.name}' is damaged: its ticks are not those that were recorded")
         ticks = np.frombuffer(data[: len(data) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
-        events = tuple(_event(json.loads(line)) for line in lines if line.endswith("\n"))
-        end = folder / END
-        told = json.loads(end.read_text(encoding="utf-8")) if end.exists() else None
-        return cls(manifest, arrays, ticks, events, told is not None, 0 if told is None else told["lost"])
+        return cls(
+            manifest, arrays, ticks, events, ended is not None, 0 if ended is None else int(ended.get("lost", 0))
+        )
 
 
 class RunWriter:

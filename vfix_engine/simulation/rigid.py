@@ -219,8 +219,8 @@ class RigidSystem:
         """
         settings, master = state.settings, command.master
         force, lag = hand_force(command.force, settings.force_cap_n), _ZEROS
-        drive = share_of(command.drive, "drive") if command.drive != 0 else 0.0
-        twist = share_of(command.twist, "twist") if command.twist != 0 else 0.0
+        drive = share_of(command.drive, "drive")
+        twist = share_of(command.twist, "twist")
         reach = math.inf
         if master is not None:
             lag = advance_leader(state.lag, master, settings)

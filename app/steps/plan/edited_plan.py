@@ -23,7 +23,8 @@ from vfix_engine.geometry.path import SplinePath
 Floats = npt.NDArray[np.float64]
 T = TypeVar("T")
 
-MOVED_WORTH_SAYING_MM = 0.05
+MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
+DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
 
 
 @dataclass(frozen=True)
@@ -201,7 +202,9 @@ class EditedPlan:
             return ""
         fitted = self._services.planning.fit_point(self.plan_id, position)
         self._edit(self._editor.move_point, item_id, fitted.position)
-        moved = f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > 0.2 else ""
+        moved = (
+            f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > DROP_MOVED_MM else ""
+        )
         # Without a CT nothing is known of any place: the ghost says so, a drop need not say it each time.
         return f"{moved} {'' if fitted.lies_in == 'not_known' else place_words(fitted.lies_in)}".strip()
 

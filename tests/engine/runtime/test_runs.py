@@ -101,6 +101,16 @@ def test_a_run_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path: Path) -> Non
         Run.read(tmp_path)
 
 
+@pytest.mark.parametrize("name", ["ticks.f64", "events.jsonl", "end.json", "spec.npz", "manifest.json"])
+def test_a_run_that_was_changed_after_its_end_is_refused(tmp_path: Path, name: str) -> None:
+    drive(tmp_path / "one.run", close=True)
+    file = tmp_path / "one.run" / name
+    whole = file.read_bytes()
+    file.write_bytes(b"{" + whole[len(whole) // 2 :])
+    with pytest.raises(InputError, match=r"damaged|not a run"):
+        Run.read(tmp_path / "one.run")
+
+
 def test_a_command_comes_back_bit_by_bit() -> None:
     row = np.empty(COMMAND_SIZE)
     random = np.random.default_rng(0)

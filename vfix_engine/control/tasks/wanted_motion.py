@@ -27,7 +27,7 @@ def context_of(state: StepState) -> ControlContext:
     """The context that measured the state; ControlError where none did."""
     context = state.context
     if not isinstance(context, ControlContext):
-        raise ControlError("the state was not measured by a ControlContext; take one from its start() or measure()")
+        raise ControlError("the state was not measured by a ControlContext; take one from its measure()")
     return context
 
 
