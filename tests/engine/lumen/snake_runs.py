@@ -12,7 +12,7 @@ from lumen_shapes import arc
 from benchmarks.lumen_attack.judge import Judge
 from vfix_engine.lumen.drive.drive_state import DriveSettings
 from vfix_engine.lumen.pathway.pathway import TissueMotion
-from vfix_engine.lumen.pathway.tissue_motion import breathing
+from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.lumen.system import LumenContours, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.background import InlineWorker
@@ -76,6 +76,11 @@ def tour(steps: int, seed: int = 0) -> list[Command]:
 
 TIGHT = SnakeSettings(bound_mm=2.0, tip_bound_mm=1.0)
 SAME_MM = 1e-9
+
+
+def wall_that_gives_way() -> SnakeSystemSpec:
+    """A narrow bound in a lumen that a wave widens."""
+    return made_spec(peristalsis(0.3, 300.0, 150.0), settings=TIGHT)
 
 
 class Verdicts(NamedTuple):
