@@ -52,7 +52,8 @@ def sample_points(
     hu: npt.NDArray[np.int16], indices: npt.NDArray[np.float64], outside: float
 ) -> npt.NDArray[np.float64]:
     """(n,) trilinear values of hu (K, J, I) at fractional indices (n, 3) in the order i, j, k."""
-    values: npt.NDArray[np.float64] = _points(hu, indices, outside)
+    # One layout of memory: another would be compiled as another kernel, by the first start that meets it.
+    values: npt.NDArray[np.float64] = _points(hu, np.ascontiguousarray(indices), outside)
     return values
 
 
