@@ -35,6 +35,6 @@ export default [
   js.configs.recommended,
   { rules: RULES },
   { files: ["app/**/*.js"], languageOptions: { globals: globals.browser } },
-  { files: ["app/web/js/link-worker.js"], languageOptions: { globals: globals.worker } },
+  { files: ["app/web/js/link-worker.js", "app/web/js/slices/slice-worker.js"], languageOptions: { globals: globals.worker } },
   { files: ["tests/web/**/*.js", "*.js"], languageOptions: { globals: globals.node } },
 ];

@@ -1,7 +1,7 @@
-"""`vfix VERB ...`: finds the verb's module, runs it, and turns errors into one line and an exit status.
+"""`vfix VERB ...`: loads the verb's module, runs it, and turns errors into one line and an exit status.
 
-Exit status: 0 done, 1 the verb ran and its answer is no, 2 the input was refused, 130 interrupted,
-141 nobody reads the output any more.
+Exit status: 0 done, 1 the verb ran with a negative result, 2 the input was refused, 130 interrupted, 141 the output
+was closed.
 """
 
 import argparse
@@ -25,7 +25,7 @@ NOTICE = "Not for clinical use."
 
 @dataclass(frozen=True)
 class Verb:
-    """A word of the command line and the module behind it; needs_app: not without the extra `app`."""
+    """A verb of the command line and its module; needs_app: whether it requires the extra `app`."""
 
     name: str
     module: str
@@ -46,7 +46,7 @@ VERBS = (
 
 
 class _UsageError(Exception):
-    """The command line cannot be understood; `parser` is that of the verb."""
+    """The command line is invalid; `parser` is that of the verb."""
 
     def __init__(self, parser: argparse.ArgumentParser, message: str) -> None:
         super().__init__(message)
@@ -54,14 +54,14 @@ class _UsageError(Exception):
 
 
 class _Parser(argparse.ArgumentParser):
-    """Raises what argparse would print, so that it can be told as JSON too."""
+    """Raises the error that argparse would print, so that it can be printed as JSON."""
 
     def error(self, message: str) -> NoReturn:
         raise _UsageError(self, message)
 
 
-class Command(Protocol):
-    """What a module of a verb offers."""
+class VerbModule(Protocol):
+    """Interface of a verb's module."""
 
     def add_parser(
         self, subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -115,9 +115,9 @@ def _refused(error: VfixError, as_json: bool) -> int:
 
 
 def _reader_is_gone() -> bool:
-    """Whether stdout or stderr leads nowhere, as into `head`; what is left for it is dropped then.
+    """Whether stdout or stderr was closed by its reader, such as `head`; buffered output is dropped then.
 
-    Asked of the system, since without a buffer a stream does not remember; Windows has another error for it.
+    The system is asked, since an unbuffered stream does not store the error; Windows reports another one.
     """
     if sys.platform == "win32":
         return False
@@ -133,20 +133,20 @@ def _reader_is_gone() -> bool:
     return gone
 
 
-def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, Command | None]:
-    """Parser that knows every verb by name, and the chosen one in full; only that one's module is imported."""
+def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, VerbModule | None]:
+    """Parser of all verbs by name, with the options of the chosen one; only its module is imported."""
     parser: argparse.ArgumentParser = _Parser(
         prog="vfix",
         description=f"Surgical planner and simulator with virtual fixtures from the anatomy. {NOTICE}",
     )
     parser.add_argument("--version", action="version", version=f"vfix {__version__}")
     subparsers = parser.add_subparsers(metavar="VERB")
-    command: Command | None = None
+    command: VerbModule | None = None
     for verb in VERBS:
         if verb.name == chosen:
             if verb.needs_app and not has_app():
                 raise need_app(f"vfix {verb.name}")
-            command = cast(Command, importlib.import_module(verb.module))
+            command = cast(VerbModule, importlib.import_module(verb.module))
             command.add_parser(subparsers)
         else:
             subparsers.add_parser(verb.name, help=verb.summary)

@@ -11,10 +11,14 @@ def error_code(error: BaseException) -> str:
     return _WORD_START.sub("_", type(error).__name__).lower()
 
 
-def error_details(error: BaseException) -> dict[str, list[str]] | None:
-    """What a client needs beyond the words: which of 'frame', 'unit' and 'points_as' it has to name."""
-    missing = getattr(error, "missing", ())
-    return {"missing": list(missing)} if missing else None
+def error_details(error: BaseException) -> dict[str, list[Any]] | None:
+    """What a client needs beyond the words: which of 'frame', 'unit', 'series', 'into' and 'points_as' it has to name.
+
+    series: of which it has to choose one.
+    """
+    missing, series = getattr(error, "missing", ()), getattr(error, "series", ())
+    details = {"missing": list(missing)} if missing else {}
+    return (details | {"series": list(series)} if series else details) or None
 
 
 def error_body(code: str, message: str, details: Any = None) -> dict[str, Any]:

@@ -12,16 +12,17 @@ from app.services import Services, build_services
 from app.session import router as session_router
 from app.settings import Settings
 from app.steps.registry import routers as step_routers
+from vfix_engine import worlds
 from vfix_engine.simulation import preparation
 
 
 def build(settings: Settings) -> FastAPI:
-    """The whole planner for these settings, whose port must be the one that is listened on."""
+    """The complete planner for these settings, whose port must be the one in use."""
     return create_app(settings, build_services(settings), SceneServer())
 
 
 def create_app(settings: Settings, services: Services, scene_server: SceneServer) -> FastAPI:
-    """The planner over services and a scene server that exist already; the application closes both at its end."""
+    """The planner over given services and a given scene server; the application closes both at its end."""
     services.sweep()
     warm_up = WarmUp(
         (
@@ -29,13 +30,14 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
             WarmUpStep(_preparing, preparation.prepare, needed=lambda: not preparation.is_prepared(), spare=True),
             WarmUpStep("Reading the head", lambda: _read_head(services)),
             WarmUpStep("Loading the geometry engine", lambda: _drive_plans(services)),
-        )
+        ),
+        later=(WarmUpStep("Preparing the snake", worlds.SNAKE.prepare),),
     )
     return build_application(settings, services, scene_server, warm_up, (api_router, session_router, *step_routers()))
 
 
 def _load_scene() -> None:
-    """What every tab needs and the address does not."""
+    """Load what every tab needs."""
     importlib.import_module("app.session.client_session")
 
 
@@ -47,10 +49,10 @@ def _preparing() -> str:
 def _read_head(services: Services) -> None:
     case = services.cases.embedded_case()
     if case.deleted_at is None:
-        services.cases.tree(case.id)
+        services.cases.tree(case)
 
 
 def _drive_plans(services: Services) -> None:
-    """The first plan of the embedded case, along which every kernel of the controller is needed."""
+    """Drive the first plan of the embedded case, which needs every kernel of the controller."""
     for plan in services.plans.list(services.cases.embedded_case().id)[:1]:
         services.planning.evaluate(plan)

@@ -75,6 +75,11 @@ class Settings:
         return self.home / "runs"
 
     @property
+    def drives_dir(self) -> Path:
+        """Recordings of the drives that go on."""
+        return self.home / "drives"
+
+    @property
     def temporary_dir(self) -> Path:
         """Folder of all that does not outlive the planner: uploads, and what the workers decode."""
         return self.home / "tmp"

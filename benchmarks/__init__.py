@@ -6,4 +6,15 @@ plain values for JSON, with the keys `ratios` and `correct` where it has any, an
 Nothing here is imported by the engine or by the planner; coal is part of the extra `test` only.
 """
 
-BENCHMARKS: tuple[str, ...] = ("certify", "durability", "lumen", "proximity", "realtime", "start", "step")
+BENCHMARKS: tuple[str, ...] = (
+    "certify",
+    "drag",
+    "durability",
+    "import",
+    "lumen",
+    "proximity",
+    "realtime",
+    "start",
+    "step",
+)
+MODULES = {"import": "import_head"}  # of a benchmark whose module is not called as it is

@@ -18,7 +18,7 @@ import qpsolvers
 from numpy.typing import NDArray
 
 from benchmarks.coal_peer import build, turning_z_to
-from vfix_engine.control import ControlSettings, StepRequest, ToolState
+from vfix_engine.control import ControlSettings, StepRequest, StepState
 from vfix_engine.control.surroundings import BUFFER_MM
 from vfix_engine.fixtures.joint_limits import joint_regularisation
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -78,7 +78,7 @@ class Stack:
         self._keep, self._dt = settings.margin_mm + BUFFER_MM, settings.dt_s
         self._change = settings.approach_deceleration_mm_per_s2 * settings.dt_s**2
 
-    def step(self, state: ToolState, task: StepRequest) -> StackStep:
+    def step(self, state: StepState, task: StepRequest) -> StackStep:
         """One step from the state's joints and velocity."""
         marks = [time.perf_counter()]
         tip = self._robot.tip(state.q)
@@ -103,7 +103,7 @@ class Stack:
             self._coal.Transform3s(rotation @ turn, centre) for turn, centre in zip(self._turns, centres, strict=True)
         ]
 
-    def _box(self, state: ToolState) -> tuple[Array, Array]:
+    def _box(self, state: StepState) -> tuple[Array, Array]:
         """Least and largest joint step (n,), (n,): speed, acceleration, and being able to stop in the range."""
         robot, dt = self._robot.robot, self._dt
         last, change, fastest = state.velocity * dt, robot.acceleration * (dt * dt), robot.speed * dt

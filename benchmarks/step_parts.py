@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vfix_engine.control import Controller, StepRequest, StepState, qp
+from vfix_engine.control.certify_kernel import certify_motion
 from vfix_engine.control.dual_kernel import solve_dual
-from vfix_engine.control.judge_kernel import judge
 from vfix_engine.control.measure_kernel import measure, place
 from vfix_engine.control.problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
 from vfix_engine.control.step_kernel import answer_size, answer_views, fused_step, program_size, program_views
@@ -84,12 +84,12 @@ def _qp(
 
 
 @_bare
-def _judge(
+def _certify(
     times: int, numbers: Any, counts: Any, boxes: Any, corners: Any, label: Any, first: Any, poses: Any,
     before: Array, step: Array, after: Array, rows: Array, labels: Any, body: Any,
 ) -> None:  # fmt: skip
     for _ in range(times):
-        judge(
+        certify_motion(
             numbers, counts, boxes, corners, label, first, poses,
             before, step, after, rows, labels, body,
         )  # fmt: skip
@@ -128,7 +128,7 @@ class StepParts:
         step[:] = x[:n] * scale
         self._part("kinematics", _kinematics, (*arrays[:2], after))
         self._part("proximity", _proximity, (*arrays, after, rows, labels, body))
-        self._part("judge", _judge, (*arrays, before, step, after, rows, labels, body))
+        self._part("certify", _certify, (*arrays, before, step, after, rows, labels, body))
 
     def told(self, median_us: float) -> tuple[dict[str, float], dict[str, float]]:
         """Median µs of each part, together those of a driven step, and of its floor.
@@ -138,7 +138,7 @@ class StepParts:
         taken = {name: 1e6 * float(np.median(values)) for name, values in self._taken.items()}
         least = {name: 1e6 * float(np.median(values)) for name, values in self._least.items()}
         for every in (taken, least):
-            every["certificate"] = max(every["judge"] - every["kinematics"] - every["proximity"], 0.0)
+            every["certificate"] = max(every["certify"] - every["kinematics"] - every["proximity"], 0.0)
         split = {name: taken[name] for name in PARTS}
         split["handing_over"] = taken["handing over"]
         split["python"] = max(taken["whole step"] - taken["compiled"], 0.0)

@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -112,10 +113,16 @@ def _check_disk() -> None:
         )
 
 
-def run_in_environment(python: Path, *arguments: str) -> int:
-    """Run the environment's Python in the checkout; returns its exit status."""
+def run_in_environment(python: Path, *arguments: str, less_urgent: int = 0) -> int:
+    """Run the environment's Python in the checkout; returns its exit status.
+
+    less_urgent: by how many steps it and all that it starts give way to others, where the system has such steps.
+    """
     environment = {**os.environ, "PYTHONUTF8": "1"}
     process = subprocess.Popen([str(python), *arguments], cwd=ROOT, env=environment)
+    if less_urgent and hasattr(os, "setpriority"):
+        with suppress(ProcessLookupError):  # it has ended already
+            os.setpriority(os.PRIO_PROCESS, process.pid, os.getpriority(os.PRIO_PROCESS, 0) + less_urgent)
     while True:
         try:
             return process.wait()

@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from head_phantom import files, landmarks, measure, surfaces
+from head_phantom.generate import NOSE_BOX, generate
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging import phantom
 from vfix_engine.imaging.mesh_files import write_ply
-from vfix_engine.imaging.phantom import landmarks, measure, shipped, surfaces
-from vfix_engine.imaging.phantom.generate import NOSE_BOX, generate
 from vfix_engine.imaging.volume import Volume
 
 GENERATOR_VERSION = 1
@@ -37,13 +38,13 @@ def main() -> None:
     out: Path = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 
-    nose = _timed("CT of the nose", lambda: shipped.packed(generate(NOSE_SPACING, NOSE_BOX)))
-    shipped.write_nrrd(out / shipped.NOSE_CT, nose)
-    head = _timed("CT of the head", lambda: shipped.packed(generate(HEAD_SPACING)))
-    shipped.write_nrrd(out / shipped.HEAD_CT, head)
+    nose = _timed("CT of the nose", lambda: files.packed(generate(NOSE_SPACING, NOSE_BOX)))
+    files.write_nrrd(out / phantom.NOSE_CT, nose)
+    head = _timed("CT of the head", lambda: files.packed(generate(HEAD_SPACING)))
+    files.write_nrrd(out / phantom.HEAD_CT, head)
     bone, report = _timed("bone around the nose", lambda: surfaces.bone_around_nose(nose))
-    print(f"  {report}, to be kept as shipped.BONE_REPORT")
-    write_ply(out / shipped.BONE, bone)
+    print(f"  {report}, to be kept as BONE_REPORT in vfix_engine/imaging/phantom.py")
+    write_ply(out / phantom.BONE, bone)
     for name, make in (
         ("skull", lambda: surfaces.skull(DISPLAY_SPACING)),
         ("skull_half", lambda: surfaces.half_skull(DISPLAY_SPACING)),
@@ -51,11 +52,11 @@ def main() -> None:
     ):
         mesh: TriangleMesh = _timed(f"{name} for display", make)
         print(f"  {len(mesh.faces):,} triangles")
-        write_ply(out / shipped.DISPLAY[name], mesh)
+        write_ply(out / phantom.DISPLAY[name], mesh)
     description = _description(nose, head)
-    files = (shipped.HEAD_CT, shipped.NOSE_CT, shipped.BONE, *shipped.DISPLAY.values())
-    description["files"] = {name: _file(out / name) for name in files}
-    (out / shipped.DESCRIPTION).write_text(json.dumps(description, indent=2) + "\n", encoding="utf-8")
+    names = (phantom.HEAD_CT, phantom.NOSE_CT, phantom.BONE, *phantom.DISPLAY.values())
+    description["files"] = {name: _file(out / name) for name in names}
+    (out / phantom.DESCRIPTION).write_text(json.dumps(description, indent=2) + "\n", encoding="utf-8")
     for name, entry in description["files"].items():
         print(f"{name:24} {entry['bytes']:>12,} bytes  {entry['sha256']}")
     print(f"{'together':24} {sum(path.stat().st_size for path in out.iterdir()):>12,} bytes")
@@ -64,7 +65,7 @@ def main() -> None:
 
 def _description(nose: Volume, head: Volume) -> dict[str, Any]:
     return {
-        "schema": shipped.SCHEMA,
+        "schema": phantom.SCHEMA,
         "notice": "Synthetic head. Not for clinical use.",
         "frame": "LPS",
         "unit": "mm",
@@ -73,10 +74,15 @@ def _description(nose: Volume, head: Volume) -> dict[str, Any]:
             {"name": bead.name, "centroid": list(bead.centre), "radius_mm": bead.radius} for bead in landmarks.BEADS
         ],
         "landmarks": _places(landmarks.LANDMARKS),
-        "corridor": {"name": "left nostril to nasopharynx", "points": _places(landmarks.CORRIDOR)},
+        "corridor": {"name": "left nostril to nasopharynx", "points": _corridor()},
         "targets": _places(landmarks.TARGETS),
         "sizes": {name: round(value, 3) for name, value in _sizes(nose, head).items()},
     }
+
+
+def _corridor() -> list[dict[str, Any]]:
+    shafts = [{"direction": list(direction), "roll_deg": roll} for direction, roll in landmarks.CORRIDOR_SHAFT]
+    return [place | shaft for place, shaft in zip(_places(landmarks.CORRIDOR), shafts, strict=True)]
 
 
 def _places(places: tuple[landmarks.Place, ...]) -> list[dict[str, Any]]:

@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import xml.etree.ElementTree as ElementTree
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -26,31 +27,31 @@ CHECKS = (
 )
 # The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself.
 PREPARATION = ("-c", "from vfix_engine.simulation.preparation import prepare; prepare()")
-# Runs that only compute, so that two of them can be made at once, the longest first; all other tests have the machine
-# for themselves then.
-AT_ONCE = {
+# The tests, in runs of which two are made at once; the first begins first. A run leaves out what another one names.
+# The page and what has a clock of its own wait more than they compute and go first; the others, which only compute,
+# give way to them. The lumen compiles most, and what needs the same kernels comes late enough to find them.
+IN_TIME = "the page and what runs in real time"
+RUNS = {
+    IN_TIME: (
+        "tests/browser",
+        "tests/engine/runtime",
+        "tests/engine/simulation/test_realtime.py",
+        "tests/engine/simulation/test_rigid_runs.py",
+        "tests/engine/lumen/test_snake_process.py",
+    ),
     "the lumen": ("tests/engine/lumen",),
-    "the attack and mutants": (
+    "the simulation": ("tests/engine/simulation",),
+    "rehearsals and hostile files": (
+        *(f"tests/app/test_rehearse_{name}.py" for name in ("command", "robots", "zones")),
         "tests/app/test_file_mutants.py",
-        "tests/engine/simulation/test_attack.py",
-        "tests/engine/simulation/test_closed_loop.py",
     ),
-    "rehearsals and snakes by command": (
-        *(f"tests/app/test_{name}.py" for name in ("lumen_command", "rehearse_command", "rehearse_robots")),
-        "tests/app/test_rehearse_zones.py",
-    ),
-    "hands": tuple(
-        f"tests/engine/simulation/test_{name}.py"
-        for name in ("endoscope", "ingress", "motion_limits", "standing_fixtures", "teleoperation")
-    ),
-    "zones and moving anatomy": tuple(
-        f"tests/engine/simulation/test_{name}.py" for name in ("moving_anatomy", "soft_zones", "zones_closed_loop")
-    ),
-    "geometry, imaging and robots": tuple(
-        f"tests/engine/{name}" for name in ("fixtures", "geometry", "imaging", "phantom", "robots")
-    ),
+    "the engine": ("tests/engine",),
+    "the application": ("tests/app",),
+    "snakes by command": ("tests/app/test_lumen_command.py", "tests/app/test_bench_lumen.py"),
+    "docs, scripts and the wheel": ("tests",),
 }
 WORKERS = 2
+LESS_URGENT = 10  # of the 19 steps by which a process can give way to others
 
 
 def main(arguments: "list[str]") -> int:
@@ -71,12 +72,12 @@ def main(arguments: "list[str]") -> int:
         return 0
     last_line = ""
     with tempfile.TemporaryDirectory() as reports:
-        statuses = run_checks(python, node, Path(reports))
-        statuses["preparation"] = run_in_environment(python, *PREPARATION)
+        statuses = {"preparation": run_in_environment(python, *PREPARATION)}
         if arguments:
+            statuses |= run_checks(python, node, Path(reports))
             statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
         else:
-            statuses |= run_every_test(python, Path(reports))
+            statuses |= run_everything(python, node, Path(reports))
             last_line = counts(sorted(Path(reports).glob("*.xml")))
     for name, status in statuses.items():
         print(f"{name}: {'ok' if status == 0 else f'FAILED ({status})'}")
@@ -85,25 +86,35 @@ def main(arguments: "list[str]") -> int:
 
 
 def run_checks(python: Path, node: Path, reports: Path) -> "dict[str, int]":
-    """Status of each check by its name; those of the page run beside those of the Python code."""
-    with ThreadPoolExecutor(1) as thread:
-        page = thread.submit(run_page_checks, node, reports / "page.xml")
-        statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
-        return statuses | page.result()
+    """Status of each check by its name: those of the Python code, then those of the page."""
+    statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
+    return statuses | run_page_checks(node, reports / "page.xml")
 
 
-def run_every_test(python: Path, reports: Path) -> "dict[str, int]":
-    """Status of each run by its name; each writes its JUnit results into the folder."""
-    others = [f"--ignore={path}" for paths in AT_ONCE.values() for path in paths]
+def run_everything(python: Path, node: Path, reports: Path) -> "dict[str, int]":
+    """Status of each check and each run of tests by its name, two at a time; each run writes its JUnit results."""
 
-    def run(report: str, *arguments: str) -> int:
-        return run_in_environment(python, "-m", "pytest", f"--junitxml={reports / report}.xml", *arguments)
+    def run(name: str) -> int:
+        began = time.monotonic()
+        arguments = ("-m", "pytest", "-q", f"--junitxml={reports / name}.xml", *paths_of(name))
+        status = run_in_environment(python, *arguments, less_urgent=0 if name == IN_TIME else LESS_URGENT)
+        print(f"vfix: the tests of {name} took {time.monotonic() - began:.0f} s", flush=True)
+        return status
 
     with ThreadPoolExecutor(WORKERS) as threads:
-        runs = {name: threads.submit(run, name, "-q", *paths) for name, paths in AT_ONCE.items()}
-        statuses = {f"tests of {name}": run.result() for name, run in runs.items()}
-    statuses["other tests"] = run("others", *others)
-    return statuses
+        first, *others = RUNS
+        runs = {first: threads.submit(run, first)}
+        checks = threads.submit(run_checks, python, node, reports)  # beside the first run, which waits a lot
+        runs |= {name: threads.submit(run, name) for name in others}
+        return checks.result() | {f"tests of {name}": run.result() for name, run in runs.items()}
+
+
+def paths_of(name: str) -> "list[str]":
+    """What a run hands to pytest: its own paths, without what other runs name below them."""
+    own = [Path(path) for path in RUNS[name]]
+    others = [Path(path) for other, paths in RUNS.items() if other != name for path in paths]
+    left_out = [path for path in others if any(one in path.parents for one in own)]
+    return [str(path) for path in own] + [f"--ignore={path}" for path in left_out]
 
 
 def counts(reports: "list[Path]") -> str:

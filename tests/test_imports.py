@@ -12,8 +12,8 @@ ROOT = Path(__file__).resolve().parent.parent
 ENGINE_ROOMS = {
     "errors": 0,
     "resources": 0,
-    "frames": 1,
     "given": 1,
+    "frames": 2,
     "geometry": 2,
     "imaging": 3,
     "robots": 3,
@@ -22,6 +22,8 @@ ENGINE_ROOMS = {
     "runtime": 6,
     "simulation": 7,
     "lumen": 7,
+    "suggestion": 8,
+    "worlds": 8,
     "": 8,  # what a script may import from the top
 }
 LUMEN_ROOMS = {

@@ -213,9 +213,14 @@ def test_a_fault_in_a_page_module_fails_the_checks(node: tuple[Path, Path], tmp_
     assert "'spare' is assigned a value but never used" in says("eslint/bin/eslint.js", ".")
 
 
+@pytest.mark.parametrize("arguments", [["tests/one.py"], []])
 @pytest.mark.parametrize("failing", ["preparation", "ruff", "page's types", "pytest"])
 def test_whatever_fails_is_the_status_of_the_whole(
-    environment: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], failing: str
+    environment: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    failing: str,
+    arguments: list[str],
 ) -> None:
     """The preparation of the kernels too: without it the tests would measure something else."""
     script = the_test_script()
@@ -225,9 +230,33 @@ def test_whatever_fails_is_the_status_of_the_whole(
     page = {name: 3 if failing == name else 0 for name in ("page's types", "page's style")}
     monkeypatch.setattr(script, "run_page_checks", lambda node, report: page)
     monkeypatch.setattr(script, "ensure_browser", lambda python: "browser")
-    monkeypatch.setattr(script, "run_in_environment", lambda python, *words: 3 if failing in " ".join(words) else 0)
-    assert script.main(["tests/one.py"]) == 3
+
+    def run(python: Path, *words: str, less_urgent: int = 0) -> int:
+        return 3 if failing in " ".join(words) else 0
+
+    monkeypatch.setattr(script, "run_in_environment", run)
+    assert script.main(arguments) == 3
     assert "FAILED (3)" in capsys.readouterr().out
+
+
+def test_one_run_of_many_that_fails_is_named(
+    environment: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The others are made all the same, each with a report of its own; only what must not wait is not put back."""
+    script = the_test_script()
+    monkeypatch.setattr(script, "run_page_checks", lambda node, report: {})
+    made: dict[str, int] = {}
+
+    def run(python: Path, *words: str, less_urgent: int = 0) -> int:
+        made.update({word: less_urgent for word in words if word.startswith("--junitxml")})
+        return 1 if "tests/engine/lumen" in words else 0
+
+    monkeypatch.setattr(script, "run_in_environment", run)
+    statuses = script.run_everything(Path("python"), Path("node"), tmp_path)
+    assert [name for name, status in statuses.items() if status] == ["tests of the lumen"]
+    assert made == {
+        f"--junitxml={tmp_path / name}.xml": 0 if name == script.IN_TIME else script.LESS_URGENT for name in script.RUNS
+    }
 
 
 @pytest.mark.parametrize("name", ["start.py", "test.py"])
@@ -271,11 +300,34 @@ def test_the_last_line_counts_the_page_s_unit_tests(
 
 
 def test_every_test_is_run_once(page_checks: ModuleType) -> None:
-    """What is named for the runs that are made at once exists, and none of it lies in another one's folder."""
-    paths = [ROOT / path for paths in the_test_script().AT_ONCE.values() for path in paths]
-    assert all(path.exists() for path in paths)
-    assert len(set(paths)) == len(paths)
-    assert not [(path, other) for path in paths for other in paths if other in path.parents]
+    """By the one run that names it, or the folder next above it."""
+    script = the_test_script()
+    files = sorted(path.relative_to(ROOT) for path in (ROOT / "tests").rglob("test_*.py"))
+    named = [Path(path) for paths in script.RUNS.values() for path in paths]
+    assert len(set(named)) == len(named)
+    assert all((ROOT / path).exists() for path in named)
+    taken: dict[Path, list[str]] = {file: [] for file in files}
+    for name in script.RUNS:
+        words = script.paths_of(name)
+        below = {Path(word) for word in words if not word.startswith("--")}
+        without = {Path(word.removeprefix("--ignore=")) for word in words if word.startswith("--")}
+        for file in files:
+            where = {file, *file.parents}
+            if where & below and not where & without:
+                taken[file].append(name)
+    assert {len(names) for names in taken.values()} == {1}, taken
+    assert taken[Path("tests/test_scripts.py")] == ["docs, scripts and the wheel"]
+    assert taken[Path("tests/engine/lumen/test_snake_process.py")] == [script.IN_TIME]
+
+
+@pytest.mark.skipif(not hasattr(os, "setpriority"), reason="the system has no such steps")
+def test_runs_that_only_compute_give_way(environment: ModuleType, tmp_path: Path) -> None:
+    """With all that they start; a process that has ended already is none to fail for."""
+    tell = "import os, pathlib, sys, time; time.sleep(0.5); "
+    tell += "pathlib.Path(sys.argv[1]).write_text(str(os.getpriority(os.PRIO_PROCESS, 0)))"
+    wanted = min(os.getpriority(os.PRIO_PROCESS, 0) + 5, 19)
+    assert environment.run_in_environment(Path(sys.executable), "-c", tell, str(tmp_path / "told"), less_urgent=5) == 0
+    assert int((tmp_path / "told").read_text(encoding="utf-8")) == wanted
 
 
 def test_the_continuous_integration_runs_the_test_script_and_nothing_else() -> None:

@@ -5,7 +5,7 @@ One patient frame everywhere: DICOM LPS (x to the patient's left, y posterior, z
 Rotations are active; vectors are columns; transforms are named ``transform_<from>_to_<to>``.
 
 The engine never imports the application, a web framework or a viewer.
-What a script needs most can be imported from here; it is loaded when it is first asked for.
+Common names can be imported from here; they are loaded on first access.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# Where each name is from; a name that is a module of its own stands for itself.
+# Module of each name.
 _WHERE = {
     **dict.fromkeys(
         (

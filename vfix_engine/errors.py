@@ -1,9 +1,11 @@
 """The one error tree.
 
     VfixError
-    ├── InputError              something that came from outside is wrong
+    ├── InputError              an input is wrong
     │   ├── FrameError          frame or unit missing, unknown or contradictory
     │   ├── ImageError          a CT volume cannot be used
+    │   │   ├── SegmentationFound   it is a segmentation, which is imported into a case
+    │   │   └── SeriesUnclear       there are several DICOM series
     │   ├── MeshError           a surface cannot be used
     │   ├── PlanError           a plan cannot be used
     │   ├── RobotError          a robot or tool description cannot be used
@@ -11,9 +13,10 @@
     └── ControlError            the controller refuses
         └── StartRefused        the start pose violates a limit or the margin
 
-A message says what was wrong, with the values, and what to do about it.
-It never contains patient data.
+A message states what is wrong, with the values, and what to do. It contains no patient data.
 """
+
+from typing import Any
 
 
 class VfixError(Exception):
@@ -21,13 +24,13 @@ class VfixError(Exception):
 
 
 class InputError(VfixError):
-    """Something that came from outside is wrong."""
+    """An input is wrong."""
 
 
 class FrameError(InputError):
     """Frame or unit is missing, unknown or contradictory.
 
-    missing: what the file does not name and the user has to say: 'frame', 'unit', both or nothing.
+    missing: what the file does not name and the user has to give: 'frame', 'unit', both or nothing.
     """
 
     def __init__(self, message: str, missing: tuple[str, ...] = ()) -> None:
@@ -37,6 +40,26 @@ class FrameError(InputError):
 
 class ImageError(InputError):
     """A CT volume cannot be used."""
+
+
+class SegmentationFound(ImageError):
+    """The file is a segmentation; it is imported into a case, whose id the user has to give."""
+
+    missing = ("into",)
+
+
+class SeriesUnclear(ImageError):
+    """There are several DICOM series, of which the user has to choose one.
+
+    series: of each its number from 1, modality, description, size and spacing, to be shown and not kept: the
+    description may hold a name.
+    """
+
+    missing = ("series",)
+
+    def __init__(self, message: str, series: tuple[dict[str, Any], ...] = ()) -> None:
+        super().__init__(message)
+        self.series = series
 
 
 class MeshError(InputError):

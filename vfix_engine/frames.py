@@ -1,14 +1,13 @@
-"""Frames, transforms and units: what they mean everywhere in vfix, and the one place that composes image and base.
+"""Frames, transforms and units of vfix, and the only functions that compose image and base.
 
 Units
-    mm, rad, s, N. A file in metres or in RAS is converted where it is read, nowhere else.
+    mm, rad, s, N. Files in metres or in RAS are converted by their readers.
 
 Frames
-    image    of the CT or surface, LPS: +x to the patient's left, +y posterior, +z superior. What is drawn, planned and
-             measured is in it: points of a plan, structures, zones, clearances.
-    patient  where the patient lies while the robot works: the frame of a tracker or of the room. Without a registration
-             it is the image's frame, which is what a simulation drives in and what ``transform_base_to_patient`` of a
-             simulated robot is.
+    image    of the CT or surface, LPS: +x to the patient's left, +y posterior, +z superior. Points of a plan,
+             structures, zones and clearances are in it.
+    patient  of the patient during the procedure, such as a tracker's. Without a registration, as in a simulation, it is
+             the image's frame.
     base     of the robot. Its joints, and a master that is aligned with it, are in this frame.
 
     RAS has x and y reversed: ``RAS_TO_LPS`` is its own inverse.
@@ -22,7 +21,7 @@ Transforms
 Image and base
     Two transforms lie between them, and each has one owner:
 
-    placement     ``transform_base_to_patient``: where the robot stands. A plan may hold it.
+    placement     ``transform_base_to_patient``: the robot's base placement. A plan may contain it.
     registration  ``transform_image_to_patient``, or directly ``transform_image_to_base``: how the image lies on the
                   patient. A document of its own; see ``Registration``.
 
@@ -37,6 +36,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .errors import InputError
+from .given import rigid_transform
+
 Array = NDArray[np.float64]
 RegisteredTo = Literal["patient", "base"]
 
@@ -50,15 +52,27 @@ class Registration:
 
     transform: ``transform_image_to_patient`` (4, 4), rigid, mm; or ``transform_image_to_base`` where ``to`` is 'base',
         as a hand-eye calibration gives it.
+
+    Raises:
+        InputError: the transform is not rigid, or ``to`` is neither 'patient' nor 'base'.
     """
 
     transform: Array
     to: RegisteredTo = "patient"
 
+    def __post_init__(self) -> None:
+        if self.to not in ("patient", "base"):
+            raise InputError(f"an image is registered to 'patient' or to 'base', not to {self.to!r:.40}")
+        object.__setattr__(self, "transform", rigid_transform(self.transform, "the registration"))
+
 
 def inverse(transform: ArrayLike) -> Array:
-    """The inverse (4, 4) of a rigid transform; its rotation is the transpose, to the last bit."""
-    given = np.asarray(transform, dtype=np.float64)
+    """The inverse (4, 4) of a rigid transform; its rotation is exactly the transpose.
+
+    Raises:
+        InputError: the transform is not rigid.
+    """
+    given = rigid_transform(transform, "the transform")
     turned = given[:3, :3].T
     result = np.eye(4)
     result[:3, :3] = turned
@@ -67,12 +81,15 @@ def inverse(transform: ArrayLike) -> Array:
 
 
 def transform_base_to_image(transform_base_to_patient: ArrayLike, registration: Registration | None = None) -> Array:
-    """Where the base stands in the image (4, 4), mm: what a robot is drawn, placed and driven with.
+    """From the robot's base to the image (4, 4), mm: the transform with which a robot is drawn, placed and driven.
 
-    registration: None where image and patient are one frame, as in a simulation; then the placement itself, unchanged.
-        One to the base does not need the placement.
+    registration: None where image and patient are one frame, as in a simulation; the result is then the placement.
+        A registration to the base does not use the placement.
+
+    Raises:
+        InputError: the placement is not rigid.
     """
-    placement = np.array(transform_base_to_patient, dtype=np.float64)
+    placement = rigid_transform(transform_base_to_patient, "the robot's base")
     if registration is None:
         return placement
     back = inverse(registration.transform)

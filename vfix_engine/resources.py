@@ -1,4 +1,4 @@
-"""Where the files that travel with vfix are: in the wheel beside the code, in a checkout at the top."""
+"""Location of the shipped files: beside the code in a wheel, at the top of a checkout."""
 
 from __future__ import annotations
 

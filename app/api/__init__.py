@@ -2,10 +2,46 @@
 
 from fastapi import APIRouter
 
-from app.api import cases, jobs, pictures, plan_files, plans, robots, runs
+from app.api import (
+    cases,
+    jobs,
+    labels,
+    overlays,
+    pictures,
+    plan_files,
+    plan_parts,
+    plan_reports,
+    plan_versions,
+    plans,
+    robots,
+    runs,
+    segmentation,
+    structures,
+    suggestions,
+    tool_poses,
+    volumes,
+)
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/api")
-for part in (cases, pictures, plans, plan_files, robots, jobs, runs):
+for part in (
+    cases,
+    structures,
+    segmentation,
+    labels,
+    volumes,
+    overlays,
+    pictures,
+    plans,
+    plan_parts,
+    plan_reports,
+    plan_versions,
+    suggestions,
+    tool_poses,
+    plan_files,
+    robots,
+    jobs,
+    runs,
+):
     router.include_router(part.router)

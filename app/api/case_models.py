@@ -1,4 +1,4 @@
-"""What the API says about cases."""
+"""Models of cases in the API."""
 
 from typing import Annotated
 
@@ -13,14 +13,14 @@ Triple = tuple[float, float, float]
 
 
 class FramePublic(BaseModel):
-    """Frame of the file that the case was made of; everything here is LPS mm."""
+    """Frame of the imported file; all values here are LPS mm."""
 
     name: str
     assumed: bool
 
 
 class DroppedPublic(BaseModel):
-    """Loose pieces that were left out of a surface; extent_mm is the largest diagonal of a piece's box."""
+    """Components removed from a surface; extent_mm is the largest diagonal of a component's box."""
 
     pieces: int
     triangles: int
@@ -28,11 +28,18 @@ class DroppedPublic(BaseModel):
 
 
 class SurfaceReportPublic(BaseModel):
-    """What making a surface cost: how far thinning moved it, at every vertex both ways, and what was left out."""
+    """Deviation of a surface by decimation, measured at every vertex of both surfaces, and removed components.
+
+    certified_mm: no point of the source is farther from the surface; null where only vertices were measured.
+    put_back: triangles of the source that decimation had moved too far. smoothed_mm: what smoothing moved at most.
+    """
 
     mean_deviation_mm: float
     max_deviation_mm: float
     dropped: DroppedPublic
+    certified_mm: float | None
+    put_back: int
+    smoothed_mm: float
 
 
 class SurfacePublic(BaseModel):
@@ -43,11 +50,14 @@ class SurfacePublic(BaseModel):
 
 
 class VolumePublic(BaseModel):
+    """A volume; window: width and centre of grey values that the scanner's files suggest, null where they do not."""
+
     name: str
     spacing_mm: Triple
     shape: tuple[int, int, int]
     bounds_lps_mm: tuple[Triple, Triple]
     slice_thickness_mm: float | None
+    window: tuple[float, float] | None
 
 
 class BeadPublic(BaseModel):
@@ -56,17 +66,23 @@ class BeadPublic(BaseModel):
 
 
 class ProvenancePublic(BaseModel):
-    """Where a structure's surface comes from; threshold_hu: the value of a CT that it was extracted at."""
+    """Source of a structure's surface; threshold_hu: isovalue in a CT.
+
+    label: number in a segmentation; voxel_mm: largest spacing of its grid.
+    """
 
     origin: Origin
     threshold_hu: float | None
+    label: int | None
+    voxel_mm: float | None
 
 
 class StructurePublic(BaseModel):
-    """A structure, which everything else refers to by its id.
+    """A structure, referred to by its id.
 
-    geometry: hash of its surface, `surface` which of the case's surfaces that is. deviation_mm: the largest distance
-    measured from the surface that it was thinned from. has_inside: whether it is closed; null where not examined.
+    surface: name among the case's surfaces; geometry: hash of it. deviation_mm: largest measured distance from the
+    surface before decimation. has_inside: whether it is closed; null where not examined. colour: '#rrggbb'; null where
+    it has none. notes: doubts about it.
     """
 
     id: str
@@ -78,6 +94,22 @@ class StructurePublic(BaseModel):
     deviation_mm: float | None
     has_inside: bool | None
     frame: str
+    colour: str | None
+    notes: list[str]
+
+
+class OverlayPublic(BaseModel):
+    """An MR or another scan that can be laid over the case; its voxels are had by its id as `volume`.
+
+    window, level: its values from black to white, and the value in their middle.
+    """
+
+    id: str
+    name: str
+    window: float
+    level: float
+    volume: VolumePublic
+    notes: list[str]
 
 
 class CasePublic(BaseModel):
@@ -95,6 +127,7 @@ class CasePublic(BaseModel):
     structures: list[StructurePublic]
     surfaces: list[SurfacePublic]
     volumes: list[VolumePublic]
+    overlays: list[OverlayPublic]
     has_volume: bool
     beads: list[BeadPublic]
     notes: list[str]
@@ -104,8 +137,21 @@ class CasePublic(BaseModel):
         return cls.model_validate(case, from_attributes=True)
 
 
+class StructureUpdate(Wish):
+    """Changes of an imported structure; omitted fields stay."""
+
+    name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)] | None = None
+    colour: Annotated[str, Field(pattern=r"^#[0-9a-f]{6}$")] | None = None
+
+
+class OverlayUpdate(Wish):
+    """Another name of a volume that can be laid over a case."""
+
+    name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
+
+
 class CaseUpdate(Wish):
-    """Changes of a case; what is left out stays."""
+    """Changes of a case; omitted fields stay."""
 
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)] | None = None
     deleted: bool | None = None

@@ -7,31 +7,16 @@ from fastapi import APIRouter, Query, Request
 from app.api.case_models import CasePublic, CaseUpdate
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.uploads import receive
+from app.api.uploads import MAX_FILES, form_of, receive
 from app.services.importing import ImportRequest
 
 router = APIRouter(prefix="/cases", tags=["cases"], responses=ERRORS)
 
 MAX_CASE_BYTES = 2 << 30  # [byte] of a case's file (HAZ-30)
-_FORM: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "multipart/form-data": {
-                "schema": {
-                    "type": "object",
-                    "required": ["file"],
-                    "properties": {
-                        "file": {"type": "string", "format": "binary", "description": "CT volume or bone surface"},
-                        "name": {"type": "string", "description": "of the case; else the file's"},
-                        "frame": {"type": "string", "enum": ["LPS", "RAS"], "description": "where the file names none"},
-                        "units": {"type": "string", "enum": ["mm", "m"], "description": "where the file names none"},
-                    },
-                }
-            }
-        },
-    }
-}
+_FORM = form_of(
+    {"file": "CT volume or bone surface", "names": "names of a segmentation"},
+    {"name": "of the case; else its kind of file"},
+)
 
 
 @router.get("")
@@ -42,14 +27,19 @@ def list_cases(services: ServicesDep, include_deleted: Annotated[bool, Query()] 
 
 @router.post("", status_code=202, openapi_extra=_FORM)
 async def import_case(request: Request, services: ServicesDep) -> JobPublic:
-    """Upload a head; the answer is a job to watch, whose result is the case's id.
+    """Upload a head; the response is a job whose result is the case's id.
 
-    A file that names neither frame nor unit is not guessed at: its job fails with `frame_error` and says what to name.
-    The file is kept meanwhile: `POST /api/jobs/{job_id}/answer` imports it without another upload.
+    Several files 'file' are the slices of a DICOM folder, or a header and its voxels. For a file that leaves its frame,
+    its unit or one of several series open, or is a segmentation, the job fails with what is `missing`. The file is
+    kept: `POST /api/jobs/{job_id}/answer` imports it without another upload.
     """
-    upload = await receive(request, services.store.scratch, MAX_CASE_BYTES, ("name", "frame", "units"))
-    told = upload.fields
-    wanted = ImportRequest(upload.path, name=told.get("name"), frame=told.get("frame"), unit=told.get("units"))
+    fields = ("name", "frame", "units")
+    limits: dict[str, Any] = {"max_files": MAX_FILES, "beside": ("names",)}
+    upload = await receive(request, services.store.scratch, MAX_CASE_BYTES, fields, **limits)
+    told, names = upload.fields, upload.beside.get("names")
+    wanted = ImportRequest(
+        upload.path, name=told.get("name"), names=names, frame=told.get("frame"), unit=told.get("units")
+    )
     return JobPublic.of(services.import_jobs.start(wanted, upload.remove))
 
 
@@ -61,7 +51,7 @@ def show_case(case_id: Identifier, services: ServicesDep) -> CasePublic:
 
 @router.patch("/{case_id}")
 def change_case(case_id: Identifier, change: CaseUpdate, services: ServicesDep) -> CasePublic:
-    """Rename a case; with `deleted`, take it off the lists or bring it back."""
+    """Rename a case; `deleted` removes it from the lists or restores it."""
     case = services.cases.get(case_id)
     if change.name is not None:
         case = services.cases.rename(case_id, change.name)
@@ -72,11 +62,11 @@ def change_case(case_id: Identifier, change: CaseUpdate, services: ServicesDep) 
 
 @router.delete("/{case_id}")
 def delete_case(case_id: Identifier, services: ServicesDep) -> CasePublic:
-    """Take a case off the lists; it can be restored."""
+    """Remove a case from the lists; it can be restored."""
     return CasePublic.of(services.cases.delete(case_id))
 
 
 @router.post("/{case_id}/restore")
 def restore_case(case_id: Identifier, services: ServicesDep) -> CasePublic:
-    """Bring a deleted case back."""
+    """Restore a deleted case."""
     return CasePublic.of(services.cases.restore(case_id))

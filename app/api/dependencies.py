@@ -1,10 +1,10 @@
-"""What every router needs: the services, the errors that it may answer, and identifiers that are checked."""
+"""Shared by all routers: services, error responses, checked identifiers."""
 
 import re
 from typing import Annotated, Any, cast
 
 from fastapi import Depends, Header, Path, Request, Response
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.error_statuses import ERROR_STATUSES
 from app.services import Services
@@ -21,29 +21,29 @@ Identifier = Annotated[str, Path(min_length=1, max_length=64, pattern=r"^[A-Za-z
 
 
 class Condition:
-    """What a request asks of a document's revision by If-Match, and what the answer tells of it by ETag."""
+    """Condition on a document's revision: If-Match of the request, ETag of the response."""
 
     def __init__(
         self,
         response: Response,
         if_match: Annotated[
-            str | None, Header(description="the ETag that was seen; when the plan has moved on, 412 and no change")
+            str | None, Header(description="the ETag that was seen; when the document has moved on, 412 and no change")
         ] = None,
     ) -> None:
         self._response = response
         match = _ETAG.fullmatch(if_match or "")
         self._wanted = int(match[1]) if match else None
         if match is None and if_match not in (None, "*"):
-            raise InputError('If-Match must be * or one ETag of the plan: its revision in quotes, such as "7".')
+            raise InputError('If-Match must be * or one ETag: a revision in quotes, such as "7".')
 
     def expected(self, revision: int | None = None) -> int | None:
-        """The revision that the plan must have; revision: what the body of the request says."""
+        """The expected revision; revision: that in the body of the request."""
         if None not in (revision, self._wanted) and revision != self._wanted:
             raise InputError(f"If-Match says revision {self._wanted} and the request {revision}; say one.")
         return self._wanted if revision is None else revision
 
     def tell(self, revision: int) -> None:
-        """The answer's ETag."""
+        """Set the ETag of the response."""
         self._response.headers["ETag"] = f'"{revision}"'
 
 
@@ -59,13 +59,16 @@ class ErrorWords(BaseModel):
 
 
 class ErrorPublic(BaseModel):
-    """The shape of every error."""
+    """The format of all errors."""
 
     error: ErrorWords
 
 
+Number = Annotated[float, Field(allow_inf_nan=False, strict=True)]  # a finite number, no text and no boolean
+
+
 class Wish(BaseModel):
-    """Base of what clients send: unknown fields are refused."""
+    """Base of request bodies: unknown fields are refused."""
 
     model_config = ConfigDict(extra="forbid")
 

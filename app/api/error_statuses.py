@@ -1,4 +1,4 @@
-"""The one table of HTTP's statuses for errors: what each means, and which kinds of error it is given for."""
+"""The table of HTTP statuses of errors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vfix_engine.errors import ControlError, InputError, VfixError
 
 
 class ErrorStatus(NamedTuple):
-    """A status, what the documentation says of it, and the kinds of error that it is given for."""
+    """A status, its description, and the error classes that it is used for."""
 
     status: int
     words: str
@@ -35,5 +35,5 @@ ERROR_STATUSES = (
 
 
 def status_of(error: VfixError) -> int:
-    """The status that an error is answered with, where no condition of the request gives another."""
+    """The status of an error, unless a condition of the request gives another."""
     return next(line.status for line in ERROR_STATUSES if isinstance(error, line.kinds))

@@ -1,21 +1,22 @@
-"""Jobs: how far an import or a dry run is, cancelling it, and the answer to what an import's file does not say."""
+"""Jobs: progress and cancellation of imports and dry runs, and missing frame or unit of an import."""
 
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query, Response
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, ErrorWords, Identifier, ServicesDep, Wish
 from app.error_shape import error_code, error_details
+from app.services.import_jobs import Answer
 from app.services.jobs import ENDED, Job, JobKind, JobState
 
 router = APIRouter(prefix="/jobs", tags=["jobs"], responses=ERRORS)
 
 
 class JobPublic(BaseModel):
-    """A job; `result` is the id of what it made, `error` is why it failed or was cancelled.
+    """A job; `result` is the id of its result, `error` the reason of a failure or cancellation.
 
-    case_id: of the case that it works on, null for an import. subject: what it works on, for people.
+    case_id: null for an import of a head. subject: name of what it works on, for display.
     """
 
     id: str
@@ -40,19 +41,19 @@ class JobPublic(BaseModel):
 
 @router.get("")
 def list_jobs(services: ServicesDep, case_id: Annotated[str | None, Query(max_length=64)] = None) -> list[JobPublic]:
-    """What runs and waits, and what ended lately, oldest first; of a case, or all."""
+    """Running, waiting and recently ended jobs, oldest first; of a case, or all."""
     return [JobPublic.of(job) for job in services.jobs.list(case_id)]
 
 
 @router.get("/{job_id}")
 def show_job(job_id: Identifier, services: ServicesDep) -> JobPublic:
-    """How far a job is."""
+    """State of a job."""
     return JobPublic.of(services.jobs.get(job_id))
 
 
 @router.delete("/{job_id}")
 def cancel_job(job_id: Identifier, services: ServicesDep) -> JobPublic:
-    """Cancel a job that waits or runs; take one that has ended off the list, with what is kept for it."""
+    """Cancel a waiting or running job; remove an ended one from the list, with its upload."""
     job = services.jobs.get(job_id)
     if job.state not in ENDED:
         return JobPublic.of(services.jobs.cancel(job_id))
@@ -61,19 +62,22 @@ def cancel_job(job_id: Identifier, services: ServicesDep) -> JobPublic:
 
 
 class ImportAnswer(Wish):
-    """Frame and unit of a file that does not name them."""
+    """What a file leaves open: frame, unit, one of several series, the case of a segmentation."""
 
     frame: Literal["LPS", "RAS"] | None = None
     units: Literal["mm", "m"] | None = None
+    series: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    into: Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")] | None = None
 
 
 @router.post("/{job_id}/answer", status_code=202)
 def answer_job(job_id: Identifier, answer: ImportAnswer, services: ServicesDep) -> JobPublic:
-    """Repeat an import that failed with `frame_error` on the file that is kept here; the answer is a new job."""
-    return JobPublic.of(services.import_jobs.answer(job_id, answer.frame, answer.units))
+    """Repeat an import that left something open on its stored upload; the response is a new job."""
+    given = Answer(answer.frame, answer.units, answer.series, answer.into)
+    return JobPublic.of(services.import_jobs.answer(job_id, given))
 
 
 @router.delete("/{job_id}/upload", status_code=204, response_class=Response)
 def discard_upload(job_id: Identifier, services: ServicesDep) -> None:
-    """Delete the file that is kept for the answer."""
+    """Delete the stored upload of a failed import."""
     services.import_jobs.discard(job_id)

@@ -1,4 +1,4 @@
-"""Pictures of a case: CT slices as JPEG, and surfaces as binary STL or bare arrays."""
+"""Pictures of a case: CT slices as JPEG, and surfaces as binary STL or arrays."""
 
 import json
 import struct
@@ -7,64 +7,16 @@ from typing import Annotated, Literal
 import cv2
 import numpy as np
 from fastapi import APIRouter, Query, Response
-from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
-from app.services.errors import NotFound
+from app.api.volumes import Axis, VolumeName, volume_of
 from app.services.plan_model import NOTICE
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.volume import Volume
 
 router = APIRouter(prefix="/cases/{case_id}", tags=["pictures"], responses=ERRORS)
 
-Axis = Literal["axial", "coronal", "sagittal"]
 _QUALITY = 90
-_NORMAL = {"sagittal": 0, "coronal": 1, "axial": 2}
 _FINITE = {"allow_inf_nan": False}
-
-
-class SliceRange(BaseModel):
-    """Positions [mm] that a slice may have: L for sagittal, P for coronal, S for axial."""
-
-    low: float
-    high: float
-    step: float
-
-
-class VolumeMetadata(BaseModel):
-    """Grid of a CT volume in LPS mm; `transform_index_to_lps` row by row."""
-
-    name: str
-    shape: tuple[int, int, int]
-    spacing_mm: tuple[float, float, float]
-    transform_index_to_lps: list[list[float]]
-    slices: dict[Axis, SliceRange]
-
-
-def _volume(services: ServicesDep, case_id: str, name: str | None) -> Volume:
-    volume = services.cases.volume(case_id, name)
-    if volume is None:
-        raise NotFound("this case was made of a surface; it has no CT.")
-    return volume
-
-
-VolumeName = Annotated[str | None, Query(max_length=64, description="of the case's volumes; else the widest")]
-
-
-@router.get("/volume")
-def volume_metadata(case_id: Identifier, services: ServicesDep, volume: VolumeName = None) -> VolumeMetadata:
-    """Where a CT volume is, and which slices it has."""
-    grid = _volume(services, case_id, volume)
-    k, j, i = grid.hu.shape
-    low, high = grid.bounds
-    step = float(grid.spacing.min())
-    return VolumeMetadata(
-        name=volume or services.cases.get(case_id).volumes[0].name,
-        shape=(i, j, k),
-        spacing_mm=(float(grid.spacing[0]), float(grid.spacing[1]), float(grid.spacing[2])),
-        transform_index_to_lps=grid.transform_index_to_lps.tolist(),
-        slices={axis: SliceRange(low=float(low[n]), high=float(high[n]), step=step) for axis, n in _NORMAL.items()},  # type: ignore[misc]
-    )
 
 
 @router.get(
@@ -81,8 +33,8 @@ def slice_picture(
     level: Annotated[float, Query(ge=-10_000, le=20_000, **_FINITE)] = 400.0,
     volume: VolumeName = None,
 ) -> Response:
-    """A slice at an LPS position; `X-Transform-Pixel-To-LPS` holds the 4x4 matrix of (column, row, 0, 1), in mm."""
-    image, transform = _volume(services, case_id, volume).slice_image(axis, position_mm, window, level)
+    """A slice at an LPS position; `X-Transform-Pixel-To-LPS` has the 4x4 matrix of (column, row, 0, 1), in mm."""
+    image, transform = volume_of(services, case_id, volume).slice_image(axis, position_mm, window, level)
     _, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
     headers = {
         "X-Transform-Pixel-To-LPS": json.dumps(transform.tolist(), separators=(",", ":")),

@@ -1,6 +1,6 @@
 """Plans as files: export and import."""
 
-from typing import Annotated, Any, cast, get_args
+from typing import Annotated, cast, get_args
 from urllib.parse import quote
 
 from fastapi import APIRouter, Query, Request, Response
@@ -8,7 +8,7 @@ from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.plan_models import PlanPublic
-from app.api.uploads import receive_small, safe_name
+from app.api.uploads import form_of, receive_small, safe_name
 from app.services.exchange import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
 from app.services.plan_model import NOTICE
 from vfix_engine.errors import InputError
@@ -17,38 +17,20 @@ router = APIRouter(tags=["plan files"], responses=ERRORS)
 
 MAX_PLAN_BYTES = 2 << 20  # all who are served wait while a file is parsed; on the command line it may be larger
 
-_FORM: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "multipart/form-data": {
-                "schema": {
-                    "type": "object",
-                    "required": ["file"],
-                    "properties": {
-                        "file": {
-                            "type": "string",
-                            "format": "binary",
-                            "description": ".json, .mrk.json, .csv or .fcsv",
-                        },
-                        "name": {"type": "string", "description": "of the plan; else the file's"},
-                        "frame": {"type": "string", "enum": ["LPS", "RAS"], "description": "where the file names none"},
-                        "points_as": {
-                            "type": "string",
-                            "enum": list(get_args(PointsAs)),
-                            "description": "what a list of points without a curve is",
-                        },
-                        "other_case": {
-                            "type": "string",
-                            "enum": ["yes"],
-                            "description": "made for another case: known",
-                        },
-                    },
-                }
-            }
+_FORM = form_of(
+    {"file": ".json, .mrk.json, .csv or .fcsv"},
+    {
+        "name": "of the plan; else the file's",
+        "frame": {"type": "string", "enum": ["LPS", "RAS"], "description": "where the file names none"},
+        "points_as": {
+            "type": "string",
+            "enum": list(get_args(PointsAs)),
+            "description": "what a list of points without a curve is",
         },
-    }
-}
+        "other_case": {"type": "string", "enum": ["yes"], "description": "made for another case: known"},
+    },
+    frame=False,
+)
 
 
 @router.get(
@@ -77,7 +59,7 @@ def export_plan(
 async def import_plan(
     case_id: Identifier, request: Request, services: ServicesDep, condition: ConditionDep
 ) -> PlanPublic:
-    """Make a plan of a file; its frame, and whether a list of points is a path, are not guessed at."""
+    """Create a plan from a file; a missing frame, or the meaning of a list of points, has to be given."""
     file_name, data, fields = await receive_small(request, MAX_PLAN_BYTES, ("name", "frame", "points_as", "other_case"))
 
     def work() -> PlanPublic:

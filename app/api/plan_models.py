@@ -1,13 +1,14 @@
-"""What the API says about plans, and what it takes."""
+"""Models of plans in the API."""
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
-from app.api.dependencies import Wish
+from app.api.dependencies import Number, Wish
 from app.services.names import MAX_NAME
 from app.services.plan_model import MAX_COORDINATE
 from app.services.plans import Plan
+from app.services.second_volume import IDENTITY, second_to_json
 from vfix_engine.imaging.soft_tissue import Surroundings
 
 # Strict: a true or a text is no length and no setting.
@@ -16,20 +17,29 @@ Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
 Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
 Label = Annotated[str, Field(max_length=MAX_NAME)]
 SettingsWish = Annotated[
-    dict[Annotated[str, Field(max_length=64)], Annotated[float, Field(allow_inf_nan=False, strict=True)]],
+    dict[Annotated[str, Field(max_length=64)], Number],
     Field(max_length=64),
 ]
-Revision = Annotated[int | None, Field(ge=0, description="the revision that was seen; another one gives 409")]
+Revision = Annotated[
+    int | None, Field(ge=0, strict=True, description="the revision that was seen; another one gives 409")
+]
 
 
 class PointPublic(BaseModel):
+    """A path point or a target, LPS mm.
+
+    direction: of the shaft at a path point, from the tip towards the tail, length 1; roll_deg: about it. Null: open.
+    """
+
     id: str
     label: str
     position: tuple[float, float, float]
+    direction: tuple[float, float, float] | None = None
+    roll_deg: float | None = None
 
 
 class EditedPoint(PointPublic):
-    """A point as an edit left it, and the revision of the plan that the edit made."""
+    """A point after an edit, and the plan's revision after it."""
 
     revision: int
 
@@ -37,7 +47,7 @@ class EditedPoint(PointPublic):
 class RobotPublic(BaseModel):
     """Base: transform_base_to_patient, 16 numbers row by row, mm.
 
-    urdf: SHA-256 of a URDF of one's own; tool_frame: its link that holds the tool. Both null of a shipped robot.
+    urdf: SHA-256 of a custom URDF; tool_frame: its link that holds the tool. Both null for a shipped robot.
     """
 
     name: str
@@ -47,8 +57,58 @@ class RobotPublic(BaseModel):
     tool_frame: str | None = None
 
 
+class PathPublic(BaseModel):
+    """A path of a plan; positions in LPS mm."""
+
+    id: str
+    name: str
+    points: list[PointPublic]
+    tool: str
+    tool_shape: dict[str, float]
+    entry_side: str
+
+
+class ZonePublic(BaseModel):
+    """A structure to spare; shape as in a file of zones, or of the kind 'capsules' or 'structure'."""
+
+    id: str
+    name: str
+    shape: dict[str, Any]
+    margin_mm: float
+    kind: str
+    stiffness_n_per_mm: float | None
+    max_depth_mm: float | None
+    colour: str
+    visible: bool
+
+
+class RemovedBonePublic(BaseModel):
+    """Bone that is to be removed before the tool goes in."""
+
+    id: str
+    name: str
+    shape: dict[str, Any]
+
+
+class SecondVolumePublic(BaseModel):
+    """What is laid over the head's slices: a volume of a case by its name, else that case's widest CT.
+
+    transform: 16 numbers row by row, from the second volume's LPS to the head's, mm, rigid. opacity: from 0 to 1.
+    window, level: its values from black to white, and the value in their middle.
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    case: Annotated[str, Field(max_length=64)]
+    volume: Annotated[str | None, Field(max_length=64)] = None
+    transform: Annotated[list[Number], Field(min_length=16, max_length=16)] = list(IDENTITY)
+    opacity: Number = 0.5
+    window: Number = 2500.0
+    level: Number = 600.0
+
+
 class PlanPublic(BaseModel):
-    """A plan; positions in LPS mm."""
+    """A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`."""
 
     schema_: Annotated[str, Field(alias="schema")]
     id: str
@@ -70,12 +130,22 @@ class PlanPublic(BaseModel):
     deleted_at: str | None
     unreadable: Annotated[str, Field(description="in a list: why the content cannot be read; '' where it can")]
     notice: str
+    path_id: str
+    paths: list[PathPublic]
+    entry_side: Annotated[str, Field(description="of the chosen path: '', left, right or midline")]
+    zones: list[ZonePublic]
+    removed_bone: list[RemovedBonePublic]
+    notes: str
+    second_volume: SecondVolumePublic | None
 
     @classmethod
     def of(cls, plan: Plan) -> "PlanPublic":
         values: dict[str, Any] = {name: getattr(plan, name) for name in cls.model_fields if name != "schema_"}
-        points = {name: [vars(point) for point in values.pop(name)] for name in ("points", "targets")}
-        return cls.model_validate({**values, **points, "schema": plan.schema})
+        listed = ("points", "targets", "zones", "removed_bone")
+        parts = {name: [vars(part) for part in values.pop(name)] for name in listed}
+        paths = [{**vars(path), "points": [vars(point) for point in path.points]} for path in values.pop("paths")]
+        second = second_to_json(values.pop("second_volume"))
+        return cls.model_validate({**values, **parts, "paths": paths, "second_volume": second, "schema": plan.schema})
 
 
 class PlanCreate(Wish):
@@ -94,7 +164,7 @@ class RobotWish(Wish):
 
 
 class ToolWish(Wish):
-    """A shipped tool by its name; bend and radius of its shaft stay the shipped ones where they are left out."""
+    """A shipped tool by its name; omitted bend and shaft radius stay the shipped ones."""
 
     name: Name
     bend_deg: Annotated[float | None, Field(allow_inf_nan=False, strict=True)] = None
@@ -106,9 +176,9 @@ class ToolWish(Wish):
 
 
 class OwnRobotPublic(BaseModel):
-    """A URDF that was stored; name, urdf and tool_frame are what a plan's robot is set to.
+    """A stored URDF; name, urdf and tool_frame are the values for a plan's robot.
 
-    links: that may hold the tool; ends: those without a child. notes: what was assumed because the file does not say.
+    links: possible tool frames; ends: leaf links. notes: assumptions for values that the file lacks.
     """
 
     name: str
@@ -120,7 +190,7 @@ class OwnRobotPublic(BaseModel):
 
 
 class PlanUpdate(Wish):
-    """Changes of a plan; what is left out stays."""
+    """Changes of a plan; omitted fields stay."""
 
     name: Name | None = None
     deleted: bool | None = None
@@ -132,7 +202,7 @@ class PlanUpdate(Wish):
 
 
 class PointCreate(Wish):
-    """A path point or a target; index: before which path point, the end where it is left out."""
+    """A path point or a target; index: position among the path points, by default the end."""
 
     position: Position
     label: Label | None = None
@@ -147,7 +217,7 @@ class TargetCreate(Wish):
 
 
 class PointUpdate(Wish):
-    """Changes of a path point or a target; what is left out stays."""
+    """Changes of a path point or a target; omitted fields stay."""
 
     position: Position | None = None
     label: Label | None = None
@@ -165,7 +235,7 @@ class SnapWish(Wish):
 
 
 class SnapPublic(BaseModel):
-    """The nearest place clear of bone, LPS mm; lies_in: what the CT shows there, which does not move it."""
+    """The nearest point clear of bone, LPS mm; lies_in: what the CT shows there."""
 
     position: tuple[float, float, float]
     moved_mm: float
@@ -174,10 +244,10 @@ class SnapPublic(BaseModel):
 
 
 class SoftTissuePublic(BaseModel):
-    """Tissue above -300 HU that the tool's centreline passes in its worst pose, and where its tip is then.
+    """Largest length of the tool's centreline in tissue above -300 HU, and the arc length of the tip in that pose.
 
     length_mm and at_mm are null without a CT or outside of it; complete is false where the scan ends in tissue beside
-    the tool, so that more may be passed.
+    the tool, so that the length may be larger.
     """
 
     length_mm: float | None
@@ -186,10 +256,10 @@ class SoftTissuePublic(BaseModel):
 
 
 class EvaluationPublic(BaseModel):
-    """The plan as the controller would drive it.
+    """Result of a dry run of the plan.
 
-    bone_clearance_mm: of the whole tool per sample, null where it did not get; clearance_mm is the same under its older
-    name, as is min_clearance_mm. soft_tissue: what the tool passes besides.
+    bone_clearance_mm: of the whole tool per sample, null beyond the reached point; clearance_mm is its older name, as
+    is min_clearance_mm. soft_tissue: along the tool. removed_mm3: bone that the plan removes before, in mm³.
     """
 
     revision: int
@@ -207,3 +277,4 @@ class EvaluationPublic(BaseModel):
     degree: int
     transform_base_to_patient: list[list[float]]
     q_start: list[float]
+    removed_mm3: float

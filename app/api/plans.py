@@ -51,7 +51,7 @@ def list_plans_of_case(
 
 @router.post("/cases/{case_id}/plans", status_code=201)
 def create_plan(case_id: Identifier, wish: PlanCreate, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """Make a plan; If-Match is asked of the one that is copied."""
+    """Create a plan; If-Match refers to the copied one."""
     expected = condition.expected()
     if wish.copy_of is None:
         if expected is not None:
@@ -70,7 +70,7 @@ def show_plan(plan_id: Identifier, services: ServicesDep, condition: ConditionDe
 
 @router.patch("/plans/{plan_id}")
 def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """One of these at a time: rename, lock or unlock, set settings, robot or tool, take off the lists or bring back."""
+    """One per request: rename, lock or unlock, set settings, robot or tool, delete or restore."""
     wanted = change.model_dump(exclude={"revision"}, exclude_none=True)
     if len(wanted) != 1:
         raise PlanError(f"change one thing of a plan at a time, not {len(wanted)}.")
@@ -98,19 +98,19 @@ def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep, 
 def delete_plan(
     plan_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
 ) -> PlanPublic:
-    """Take a plan off the lists; it can be restored."""
+    """Remove a plan from the lists; it can be restored."""
     return _told(condition, services.plans.delete(plan_id, expected_revision=condition.expected(revision)))
 
 
 @router.post("/plans/{plan_id}/restore")
 def restore_plan(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """Bring a deleted plan back."""
+    """Restore a deleted plan."""
     return _told(condition, services.plans.restore(plan_id, expected_revision=condition.expected()))
 
 
 @router.post("/plans/{plan_id}/points", status_code=201)
 def add_point(plan_id: Identifier, wish: PointCreate, services: ServicesDep, condition: ConditionDep) -> EditedPoint:
-    """Add a path point where it is asked for; `snap` tells where it is clear of bone."""
+    """Add a path point at the given position; `snap` finds one that is clear of bone."""
     expected = condition.expected(wish.revision)
     add = services.plans.editor(plan_id).added_point
     return _point(condition, *add(wish.position, wish.label, wish.index, expected_revision=expected))
@@ -127,7 +127,7 @@ def add_target(plan_id: Identifier, wish: TargetCreate, services: ServicesDep, c
 def change_point(
     plan_id: Identifier, point_id: Identifier, change: PointUpdate, services: ServicesDep, condition: ConditionDep
 ) -> EditedPoint:
-    """Move a path point or a target, or give it another label: one of these at a time."""
+    """Move a path point or a target, or change its label: one per request."""
     if (change.position is None) == (change.label is None):
         raise PlanError("give either a position or a label.")
     editor, expected = services.plans.editor(plan_id), condition.expected(change.revision)
@@ -148,7 +148,7 @@ def delete_point(
     condition: ConditionDep,
     revision: Seen = None,
 ) -> PlanPublic:
-    """Take a path point or a target away."""
+    """Delete a path point or a target."""
     editor = services.plans.editor(plan_id)
     act = editor.delete_target if _is_target(editor.plan, point_id) else editor.delete_point
     return _told(condition, act(point_id, expected_revision=condition.expected(revision)))
@@ -158,7 +158,7 @@ def delete_point(
 def undo(
     plan_id: Identifier, services: ServicesDep, condition: ConditionDep, wish: StepBack | None = None
 ) -> PlanPublic:
-    """Take the newest edit back."""
+    """Undo the newest edit."""
     expected = condition.expected(wish.revision if wish else None)
     return _told(condition, services.plans.editor(plan_id).undo(expected_revision=expected))
 
@@ -167,26 +167,28 @@ def undo(
 def redo(
     plan_id: Identifier, services: ServicesDep, condition: ConditionDep, wish: StepBack | None = None
 ) -> PlanPublic:
-    """Take the newest undo back."""
+    """Redo the newest undone edit."""
     expected = condition.expected(wish.revision if wish else None)
     return _told(condition, services.plans.editor(plan_id).redo(expected_revision=expected))
 
 
 @router.post("/cases/{case_id}/snap")
 def snap(case_id: Identifier, wish: SnapWish, services: ServicesDep) -> SnapPublic:
-    """The nearest place clear of bone, and what it lies in."""
-    return SnapPublic.model_validate(services.planning.snap(case_id, wish.position), from_attributes=True)
+    """The nearest point clear of bone, and what surrounds it."""
+    return SnapPublic.model_validate(
+        services.planning.snap(services.cases.get(case_id), wish.position), from_attributes=True
+    )
 
 
 @router.post("/plans/{plan_id}/evaluation", status_code=202)
 def start_evaluation(plan_id: Identifier, services: ServicesDep) -> JobPublic:
-    """Drive the plan dry as a job; when it is done, the evaluation is there at once."""
+    """Start a dry run of the plan as a job; afterwards the evaluation is available at once."""
     return JobPublic.of(services.dry_runs.start(services.plans.get(plan_id)))
 
 
 @router.get("/plans/{plan_id}/evaluation")
 def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
-    """Drive the plan dry with the controller; takes seconds the first time."""
+    """Dry run of the plan; takes seconds the first time."""
     plan = services.plans.get(plan_id)
     result = services.dry_runs.evaluate(plan)
     clearance = [None if math.isnan(value) else value for value in result.clearance.tolist()]
@@ -206,6 +208,7 @@ def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
         degree=result.degree,
         transform_base_to_patient=result.base.tolist(),
         q_start=result.q_start.tolist(),
+        removed_mm3=result.removed_mm3,
     )
 
 
@@ -222,5 +225,5 @@ def _point(condition: Condition, point_id: str, plan: Plan) -> EditedPoint:
     condition.tell(plan.revision)
     for point in (*plan.points, *plan.targets):
         if point.id == point_id:
-            return EditedPoint(id=point.id, label=point.label, position=point.position, revision=plan.revision)
+            return EditedPoint(**vars(point), revision=plan.revision)
     raise NotFound(f"there is no point {point_id!r:.80} in this plan.")

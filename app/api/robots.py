@@ -1,39 +1,21 @@
-"""Robots of one's own: URDFs that are read, checked and stored."""
-
-from typing import Any
+"""Custom robots: URDFs that are read, checked and stored."""
 
 from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, ServicesDep
 from app.api.plan_models import OwnRobotPublic
-from app.api.uploads import receive_small
+from app.api.uploads import form_of, receive_small
 from app.services.instruments import MAX_URDF_BYTES
 
 router = APIRouter(tags=["robots"], responses=ERRORS)
 
-_FORM: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "multipart/form-data": {
-                "schema": {
-                    "type": "object",
-                    "required": ["file"],
-                    "properties": {
-                        "file": {"type": "string", "format": "binary", "description": "a URDF, UTF-8; without meshes"},
-                        "tool_frame": {"type": "string", "description": "the link that holds the tool"},
-                    },
-                }
-            }
-        },
-    }
-}
+_FORM = form_of({"file": "a URDF, UTF-8; without meshes"}, {"tool_frame": "the link that holds the tool"}, frame=False)
 
 
 @router.post("/robots", status_code=201, openapi_extra=_FORM)
 async def add_robot(request: Request, services: ServicesDep) -> OwnRobotPublic:
-    """Store a URDF by its hash once it can be read; `PATCH /api/plans/{plan_id}` makes it the robot of a plan."""
+    """Check a URDF and store it by its hash; `PATCH /api/plans/{plan_id}` makes it the robot of a plan."""
     file_name, data, fields = await receive_small(request, MAX_URDF_BYTES, ("tool_frame",))
 
     def work() -> OwnRobotPublic:

@@ -1,4 +1,4 @@
-"""Runs: what every drive left, read-only but for deleting."""
+"""Runs of drives; read-only except for deletion."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class RunFilePublic(BaseModel):
 
 
 class RunTitle(BaseModel):
-    """A run; ticks, lost: how many steps were recorded, and how many the recorder came too late for.
+    """A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
 
-    whole is false, and ticks and lost are null, for a run that was cut off.
+    whole is false, and ticks and lost are null, for an interrupted run.
     """
 
     id: str
@@ -42,7 +42,7 @@ class RunTitle(BaseModel):
 
     @classmethod
     def values(cls, run: StoredRun) -> dict[str, Any]:
-        """The fields out of a stored run."""
+        """The fields of a stored run."""
         end = run.end or {}
         files = {name: vars(file) for name, file in run.files.items()}
         told = {"world": run.world, "whole": run.whole, "ticks": end.get("ticks"), "lost": end.get("lost")}
@@ -50,7 +50,7 @@ class RunTitle(BaseModel):
 
 
 class RunPublic(RunTitle):
-    """A run with its manifest: what was driven, settings, hashes, seed, versions and columns."""
+    """A run with its manifest: spec, settings, hashes, seed, versions and columns."""
 
     manifest: dict[str, Any]
 
@@ -87,5 +87,5 @@ def run_file(run_id: Identifier, name: Identifier, services: ServicesDep) -> Fil
 
 @router.delete("/runs/{run_id}", status_code=204, response_class=Response)
 def delete_run(run_id: Identifier, services: ServicesDep) -> None:
-    """Delete a run; that cannot be taken back."""
+    """Delete a run permanently."""
     services.runs.delete(run_id)

@@ -1,4 +1,4 @@
-"""`vfix bench`: measure the engine on this machine, against its peers where it has any."""
+"""`vfix bench`: measure the engine on this machine, and compare it with peers."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol, cast
 
-from benchmarks import BENCHMARKS
+from benchmarks import BENCHMARKS, MODULES
 
 _WIDTH = 34  # columns of a name
 _COLUMN = 13  # columns of a figure in a table
 
 
 class Benchmark(Protocol):
-    """What a module of a benchmark offers."""
+    """Interface of a benchmark's module."""
 
     SUMMARY: str
 
@@ -38,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Exit status 0, or 1 where the benchmark found an answer of the engine wrong."""
+    """Exit status 0, or 1 where the benchmark found a wrong result of the engine."""
     result = {"benchmark": args.benchmark} | _module(args.benchmark).run(args)
     print(json.dumps(result, allow_nan=False) if args.json else "\n".join(table(result)))
     if result.get("correct") is False:
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def table(result: Mapping[str, Any], depth: int = 0) -> Iterator[str]:
-    """Lines for people: names and figures, what belongs together indented, rows of one kind under one head."""
+    """The result as text: names and values, nested values indented, equal rows as tables."""
     margin = "  " * depth
     for name, value in result.items():
         words = str(name).replace("_", " ")
@@ -63,7 +63,7 @@ def table(result: Mapping[str, Any], depth: int = 0) -> Iterator[str]:
 
 
 def figure(value: Any) -> str:
-    """A value as a person reads it: four digits of a number, 'not measured' for None."""
+    """A value as text: four digits of a number, 'not measured' for None."""
     if value is None:
         return "not measured"
     if isinstance(value, bool):
@@ -95,4 +95,4 @@ def _rows(rows: list[dict[str, Any]], depth: int) -> Iterator[str]:
 
 
 def _module(name: str) -> Benchmark:
-    return cast(Benchmark, importlib.import_module(f"benchmarks.{name}"))
+    return cast(Benchmark, importlib.import_module(f"benchmarks.{MODULES.get(name, name)}"))

@@ -1,4 +1,4 @@
-"""`vfix case`: list, show, rename, delete and restore cases."""
+"""`vfix case`: list, show, rename, delete and restore cases, and their structures."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 import json
 from typing import Any
 
+from app.commands import case_labels, case_purge, case_segment, case_structures
 from app.services import build_services
 from app.services.cases import Case
 from app.services.resolve import find
@@ -31,19 +32,32 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         every[-1].add_argument("case", metavar="CASE", help="id or name")
         if action == "rename":
             every[-1].add_argument("name", metavar="NAME", help="the new name")
+    every += [case_structures.add_parser(actions), case_purge.add_parser(actions), case_segment.add_parser(actions)]
+    every.append(case_labels.add_parser(actions))
     for each in every:
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    """Do it, and say what is there now. Raises VfixError, which becomes exit status 2."""
-    cases = build_services(Settings.from_environment()).cases
+    """Execute the action and print the result. Raises VfixError, which becomes exit status 2."""
+    services = build_services(Settings.from_environment())
+    cases = services.cases
     if args.action == "list":
         found = cases.list(include_deleted=args.deleted)
         _say(args, {"cases": [summary(case) for case in found]}, [_line(case) for case in found])
         return 0
+    if args.action == "purge":
+        services.purge.finish()  # one that was killed has left no case to be found by, but files
     case = find(cases.list(include_deleted=True), args.case, "case")
+    if args.action == "purge":
+        return case_purge.run(args, services, case)
+    if args.action == "structures":
+        return case_structures.run(args, services, case)
+    if args.action == "labels":
+        return case_labels.run(args, services, case)
+    if args.action == "segment":
+        return case_segment.run(args, services, case)
     lines = surface_lines(case) if args.action == "show" else []
     if args.action == "rename":
         case = cases.rename(case.id, args.name)
@@ -56,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def summary(case: Case) -> dict[str, Any]:
-    """What `--json` prints of a case."""
+    """The JSON of a case."""
     return {
         "case": case.id,
         "name": case.name,
@@ -72,7 +86,7 @@ def summary(case: Case) -> dict[str, Any]:
 
 
 def surface_lines(case: Case) -> list[str]:
-    """What making the surfaces cost, how far bone may lie off its surface, and what is doubtful about the file."""
+    """Deviation of the surfaces, uncertainty of the bone surface, and doubts about the file, as lines."""
     lines = [f"  {item.name}: {item.triangles:,} triangles; {item.words}" for item in case.surfaces if item.words]
     return [*lines, *(f"  {words}" for words in (case.uncertainty.words(), *case.notes) if words)]
 

@@ -1,4 +1,4 @@
-"""`vfix doctor`: check this machine and say what would not work."""
+"""`vfix doctor`: check this machine and report problems."""
 
 import argparse
 import json
@@ -27,13 +27,13 @@ _REMEDY = "run scripts/start.py again, or pip install 'vfix[app]'"
 
 @dataclass(frozen=True)
 class Health:
-    """What was found; `problems` holds a sentence for everything that stands in the way.
+    """Result of the check; `problems` has a sentence for each problem.
 
-    app_installed: whether the page, the store and the server are there; `packages` has null for each of theirs that is
-        not. An installation of the engine alone has none of them, and that is no problem.
-    kernel_cache: folder of the compiled kernels, null where none can be kept; compiled_kernels: how many are in it.
-    worker_is_kept_from: what the process that reads a file from outside is kept from here, found by trying.
-    real_time_priority: whether a rehearsal gets one; without_priority_because: why not, '' where it does.
+    app_installed: whether page, store and server are installed; `packages` has null for missing packages of theirs,
+        which is no problem for an installation of the engine alone.
+    kernel_cache: folder of the compiled kernels, null without a cache; compiled_kernels: their number.
+    worker_is_kept_from: restrictions of the import worker on this machine, tested.
+    real_time_priority: whether a rehearsal gets one; without_priority_because: the reason, '' where it does.
     """
 
     vfix: str
@@ -61,7 +61,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print what was found; 1 when something stands in the way."""
+    """Print the result; 1 when there is a problem."""
     health = examine(Settings.from_environment())
     if args.json:
         print(json.dumps(asdict(health)))
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def examine(settings: Settings) -> Health:
-    """Look at this machine without changing it."""
+    """Check this machine without changing it."""
     packages = {name: _version(name) for name in sorted((*PACKAGES, *APP_PACKAGES))}
     home_writable = _is_writable(settings.home)
     kernels, without = _kernel_folder(), why_not()
@@ -98,13 +98,13 @@ def examine(settings: Settings) -> Health:
 
 
 def _missing(packages: dict[str, str | None]) -> list[str]:
-    """Packages that ought to be there: those of the engine, and those of the page where it is installed in part."""
+    """Missing packages: of the engine, and of the page if it is partly installed."""
     absent = [name for name, version in packages.items() if version is None]
     return [name for name in absent if name in PACKAGES or not set(APP_PACKAGES) <= set(absent)]
 
 
 def _worker() -> dict[str, bool]:
-    """What a worker finds closed, with a file of another folder to try at; nothing where it cannot even run."""
+    """Restrictions of a worker, tested with a file of another folder; empty where it does not run."""
     with tempfile.TemporaryDirectory(prefix="vfix-doctor-") as folder:
         file = Path(folder) / "file"
         file.touch()
@@ -115,7 +115,7 @@ def _worker() -> dict[str, bool]:
 
 
 def _kernel_folder() -> Path | None:
-    """Where compiled kernels are kept: NUMBA_CACHE_DIR where it is set, else the user's cache folder."""
+    """Folder of compiled kernels: NUMBA_CACHE_DIR where it is set, else the user's cache folder."""
     named = os.environ.get("NUMBA_CACHE_DIR")
     return Path(named) if named else kernel_cache.cache_folder()
 
@@ -128,7 +128,7 @@ def _version(package: str) -> str | None:
 
 
 def _is_writable(folder: Path) -> bool:
-    """Whether a file can be made in `folder`, or in the nearest folder above it that exists."""
+    """Whether `folder`, or its nearest existing parent, is writable."""
     existing = next(place for place in (folder, *folder.parents) if place.is_dir())
     try:
         with tempfile.TemporaryFile(dir=existing):

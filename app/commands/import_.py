@@ -1,4 +1,4 @@
-"""`vfix import`: a new case out of a CT or a surface, with progress on stderr."""
+"""`vfix import`: create a case from a CT or a surface, or structures from a segmentation; progress on stderr."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from app.commands import case_structures
 from app.commands.head_options import add_file_options, say_notes, told_of_file
-from app.services import build_services
+from app.services import Services, build_services
 from app.services.case_model import Case
-from app.services.importing import ImportRequest
+from app.services.importing import ImportRequest, OverlayRequest
+from app.services.resolve import find
 from app.settings import Settings
+from vfix_engine.errors import InputError
+from vfix_engine.imaging.labels.reading import SegmentationRequest
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
@@ -21,17 +25,33 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "path",
         type=Path,
         metavar="PATH",
-        help="CT as .nrrd, .nii, .nii.gz, .mha, a folder or zip of one DICOM series; or a surface as .ply, .stl, .obj",
+        help="CT as .nrrd, .nii, .nii.gz, .mha, .nhdr, .mhd or .hdr with their voxels, a DICOM folder, zip or enhanced "
+        "file; a surface as .ply, .stl, .obj, .glb, .vtk, .vtp; or a segmentation, with --into",
     )
     add_file_options(parser)
-    parser.add_argument("--name", help="name of the case (else the file's)")
+    parser.add_argument("--name", help="name of the case (else its kind of file)")
+    parser.add_argument(
+        "--into", metavar="CASE", help="import a segmentation into this case (id or name): a structure for each label"
+    )
+    parser.add_argument(
+        "--names", type=Path, metavar="TABLE", help="with --into: names of the labels, JSON, CSV or TSV"
+    )
+    parser.add_argument(
+        "--over", metavar="CASE", help="import an MR or another CT that is laid over this case's slices (id or name)"
+    )
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 
 
 def run(args: argparse.Namespace) -> int:
-    """Import, and say what came of it. Raises VfixError, which becomes exit status 2."""
+    """Import and print the result. Raises VfixError, which becomes exit status 2."""
     services = build_services(Settings.from_environment())
+    if args.over is not None:
+        return _run_over(args, services)
+    if args.into is not None:
+        return _run_into(args, services)
+    if args.names is not None:
+        raise InputError("--names is said of a segmentation, together with --into.")
     case = services.importing.run(ImportRequest(args.path, name=args.name, **told_of_file(args)), _show)
     say_notes(case.notes)
     if words := case.uncertainty.words():
@@ -44,8 +64,42 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _run_into(args: argparse.Namespace, services: Services) -> int:
+    """Import a segmentation; by default LPS mm is assumed and noted, as for a head."""
+    if args.name is not None or args.series is not None:
+        raise InputError("--name and --series are said of a head, not of a segmentation; rename structures afterwards.")
+    case = find(services.cases.list(), args.into, "case")
+    told = SegmentationRequest(args.path, names=args.names, frame=args.frame, unit=args.units, assume=True)
+    made = services.importing.add_structures(case.id, told, _show)
+    say_notes(list(dict.fromkeys(note for item in made for note in item.notes)))
+    case = services.cases.get(case.id)
+    if args.json:
+        found = [case_structures.summary(case, item) for item in made]
+        print(json.dumps({"case": case.id, "name": case.name, "structures": found}))
+    else:
+        print("\n".join(line for item in made for line in case_structures.lines(case, item)[:1]))
+        print(f"{len(made)} structures imported into {case.name}. Not for clinical use.")
+    return 0
+
+
+def _run_over(args: argparse.Namespace, services: Services) -> int:
+    """Import a volume that is laid over a case; by default LPS mm is assumed and noted, as for a head."""
+    if args.into is not None or args.names is not None:
+        raise InputError("--over is said of a volume to look at; --into and --names are said of a segmentation.")
+    case = find(services.cases.list(), args.over, "case")
+    told = OverlayRequest(args.path, name=args.name, **told_of_file(args))
+    made = services.importing.add_overlay(case.id, told, _show)
+    say_notes(made.notes)
+    if args.json:
+        fields = {"id": made.id, "name": made.name, "spacing_mm": list(made.volume.spacing_mm)}
+        print(json.dumps({"case": case.id, "overlay": {**fields, "shape": list(made.volume.shape)}}))
+    else:
+        print(f"{made.id}: {made.name}, laid over {case.name}. Not for clinical use.")
+    return 0
+
+
 def summary(case: Case) -> dict[str, Any]:
-    """What `--json` prints of a case."""
+    """The JSON of a case."""
     return {
         "case": case.id,
         "name": case.name,

@@ -1,4 +1,4 @@
-"""`vfix lumen`: a snake robot through a hollow organ, without a page; one JSON object with what was measured."""
+"""`vfix lumen`: drive a snake robot through a hollow organ without the page; prints the measurements."""
 
 from __future__ import annotations
 
@@ -9,24 +9,33 @@ import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.errors import FrameError, InputError, MeshError
+from app.commands.head_options import say_notes
+from app.extras import has_app
+from app.settings import Settings
+from vfix_engine.errors import FrameError, InputError, MeshError, VfixError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.frame_report import FRAMES, MM_PER_UNIT, FrameReport
 from vfix_engine.imaging.mesh_files import read_mesh, write_ply
 from vfix_engine.lumen.drive.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
-from vfix_engine.lumen.drive.drive_state import CONTROLS
+from vfix_engine.lumen.drive.drive_state import CONTROLS, Observer
 from vfix_engine.lumen.drive.look_plan import view_of
+from vfix_engine.lumen.drive.lumen import Lumen
+from vfix_engine.lumen.drive.snake_drive import SnakeDrive
 from vfix_engine.lumen.pathway.pathway import TissueMotion
 from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
 from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.lumen.picture.picture import LumenPictures
+from vfix_engine.lumen.system import DriveRecorder, DriveSpec
 from vfix_engine.robots.snake import SnakeModel
+
+if TYPE_CHECKING:  # a drive without a store keeps no run
+    from app.commands.recorded_run import RecordedRun
 
 Array = NDArray[np.float64]
 
@@ -81,7 +90,7 @@ def place(text: str) -> Array:
 
 
 def links(text: str) -> int | None:
-    """A whole number from 1 on, or None for 'auto'."""
+    """An integer of at least 1, or None for 'auto'."""
     if text == "auto":
         return None
     if not text.isascii() or not text.isdigit() or int(text) == 0:
@@ -90,7 +99,7 @@ def links(text: str) -> int | None:
 
 
 def natural(text: str) -> int:
-    """A whole number from 0 on."""
+    """An integer of at least 0."""
     number = int(text)
     if number < 0:
         raise argparse.ArgumentTypeError(f"{number} is negative")
@@ -98,7 +107,7 @@ def natural(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Exit status 0 when the tip came as far as it was to go and no link left its bound, 1 otherwise."""
+    """Exit status 0 when the tip reached its target and no link left its bound, 1 otherwise."""
     if args.pathway is not None and args.pathway.suffix.lower() != ".ply":
         raise InputError(f"the pathway is written as .ply, not to {args.pathway.name}")
     mesh, read = _surface(args.surface, args.frame, args.unit)
@@ -116,12 +125,18 @@ def run(args: argparse.Namespace) -> int:
     )
     snake = SnakeModel(1) if args.radius is None else SnakeModel(1, radius_mm=args.radius)
     album = None if args.pictures is None else Album(args.pictures, mesh, landmarks, settings)
-    report = drive_lumen(
-        mesh, args.start, args.end, args.links, landmarks, args.operator, settings, album, snake=snake,
-        tissue=_tissue(args.breathing, args.peristalsis), seed=args.seed,
-        progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
-    )  # fmt: skip
+    recording = Recording(args.seed if args.operator == "adversarial" else None)
+    try:
+        report = drive_lumen(
+            mesh, args.start, args.end, args.links, landmarks, args.operator, settings, album, snake=snake,
+            tissue=_tissue(args.breathing, args.peristalsis), seed=args.seed,
+            progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True), observe=recording.begin,
+        )  # fmt: skip
+    except BaseException:
+        recording.drop()
+        raise
     result = {"surface": args.surface.name, "landmarks_from": file} | report.to_dict()
+    result["run"] = recording.keep()
     result["surface_assumed"] = _ASSUMED if read.assumed else None
     result["pictures"] = [] if album is None else album.files
     result["pathway"] = _written(args.pathway, report)
@@ -134,8 +149,41 @@ def run(args: argparse.Namespace) -> int:
     return 0 if report.reached and report.within_bounds else 1
 
 
+class Recording:
+    """The run of the drive; none without a store, nor, told on stderr, with one that takes nothing."""
+
+    def __init__(self, seed: int | None) -> None:
+        self._seed = seed
+        self._run: RecordedRun | None = None
+
+    def begin(self, drive: SnakeDrive, lumen: Lumen) -> Observer | None:
+        """Who hears of every step of the drive, which is at its start."""
+        if not has_app():
+            return None
+        from app.commands.recorded_run import RecordedRun
+        from app.services import build_services
+
+        spec = DriveSpec.of(drive, lumen)
+        try:
+            services = build_services(Settings.from_environment())
+            self._run = RecordedRun(services, spec, spec.columns, self._seed)
+        except (OSError, VfixError) as error:
+            say_notes([f"the run is not recorded: {error}"])
+            return None
+        return DriveRecorder(drive, self._run)
+
+    def keep(self) -> str | None:
+        """The drive has ended: the id of its run."""
+        return None if self._run is None else self._run.keep()
+
+    def drop(self) -> None:
+        """The drive has failed, and what was written of it with it."""
+        if self._run is not None:
+            self._run.drop()
+
+
 def _tissue(breathing_mm: float | None, peristalsis_share: float | None) -> TissueMotion | None:
-    """How the pathway moves; None: not at all."""
+    """The motion of the pathway; None for a static one."""
     motions: list[TissueMotion] = []
     if breathing_mm is not None:
         motions.append(breathing(_TO_THE_HEAD, breathing_mm, falloff_s=_ENTRY_MM))
@@ -145,7 +193,7 @@ def _tissue(breathing_mm: float | None, peristalsis_share: float | None) -> Tiss
 
 
 def _written(file: Path | None, report: DriveReport) -> str | None:
-    """The pathway at rest, as a surface in a file."""
+    """Write the pathway at rest as a surface."""
     if file is None:
         return None
     try:
@@ -156,7 +204,7 @@ def _written(file: Path | None, report: DriveReport) -> str | None:
 
 
 class Album:
-    """Draws a picture for every landmark and keeps it in a folder as a PNG."""
+    """Draws a picture for every landmark and writes it as a PNG."""
 
     def __init__(
         self, folder: Path, mesh: TriangleMesh, landmarks: Mapping[str, Array], settings: DriveSettings
@@ -171,7 +219,7 @@ class Album:
             raise InputError(f"the folder {folder} cannot be made: {error.strerror}") from error
 
     def __call__(self, shot: Shot) -> None:
-        """One more picture."""
+        """Draw and write one picture."""
         if shot.name not in self._names:
             self._names.append(shot.name)
         picture = self._pictures.draw(
@@ -202,7 +250,7 @@ class Album:
 
 
 def _turned(shot: Shot) -> int:
-    """How far the view is turned from the straight one, in whole degrees."""
+    """Angle between the view and the straight view, in whole degrees."""
     straight = shot.snake.camera(shot.state.q_conformed, shot.state.base)
     return round(math.degrees(view_of(straight, shot.camera[:3, 2]).turned))
 
@@ -215,7 +263,7 @@ def _surface(path: Path, frame: str | None, unit: str | None) -> tuple[TriangleM
 
 
 def _landmarks(given: str | None, surface: Path) -> tuple[str | None, dict[str, Array]]:
-    """The file that landmarks come from, and their places (3,) by name; by default one beside the surface."""
+    """The file of the landmarks, by default one beside the surface, and their positions (3,) by name."""
     if given == "none":
         return None, {}
     if given is not None:
@@ -228,10 +276,10 @@ def _landmarks(given: str | None, surface: Path) -> tuple[str | None, dict[str, 
 
 
 def read_landmarks(file: Path) -> dict[str, Array]:
-    """Places by name from JSON: an object `landmarks` of names, each with [x, y, z] or with that as its `lps`.
+    """Positions by name from JSON: an object `landmarks` with [x, y, z] or an object with `lps` per name.
 
     Raises:
-        InputError: a file that cannot be read, or is not of that kind.
+        InputError: an unreadable or malformed file.
     """
     try:
         with file.open("rb") as stream:

@@ -7,11 +7,12 @@ import json
 from pathlib import Path
 from typing import Any, get_args
 
+from app.commands import plan_evaluate, plan_suggest, plan_versions
 from app.commands.head_options import say_notes
 from app.services import Services, build_services
 from app.services.exchange import FORMATS, PointsAs, export_text, format_of, read_plan, to_native_json, write_export
 from app.services.plans import Plan
-from app.services.resolve import find, outside_notes, read_bytes
+from app.services.resolve import find, path_notes, read_bytes
 from app.settings import Settings
 
 
@@ -39,6 +40,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["rename"].add_argument("name", metavar="NAME", help="the new name")
     every["import"] = actions.add_parser("import", help="make a plan of a file")
     _add_import_options(every["import"])
+    every["evaluate"] = plan_evaluate.add_parser(actions)
+    every |= plan_versions.add_actions(actions)
+    every |= plan_suggest.add_actions(actions)
     for each in every.values():
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
@@ -54,8 +58,10 @@ def _add_import_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Do it, and say what is there now. Raises VfixError, which becomes exit status 2."""
+    """Execute the action and print the result. Raises VfixError, which becomes exit status 2."""
     services = build_services(Settings.from_environment())
+    if args.action in plan_suggest.ACTIONS:
+        return plan_suggest.run(services, args)
     if args.action == "list":
         case_id = find(services.cases.list(), args.case, "case").id if args.case else None
         found = services.plans.list(case_id, include_deleted=args.deleted)
@@ -63,6 +69,10 @@ def run(args: argparse.Namespace) -> int:
     elif args.action == "import":
         plan = _import(services, args)
         _say(args, summary(plan), [_line(plan)])
+    elif args.action == "evaluate":
+        plan_evaluate.run(services, args)
+    elif args.action in plan_versions.ACTIONS:
+        plan_versions.run(services, args)
     else:
         _run_named(services, args)
     return 0
@@ -95,12 +105,12 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
 def _import(services: Services, args: argparse.Namespace) -> Plan:
     case = find(services.cases.list(), args.case, "case")
     file = read_plan(args.file.name, read_bytes(args.file), args.frame, args.points_as)
-    say_notes(outside_notes(file.content.points, case.surfaces[0].bounds_lps_mm))
+    say_notes(path_notes(file.content.points, case.surfaces[0].bounds_lps_mm))
     return services.plans.add_file(case.id, file, name=args.name, other_case=args.other_case)
 
 
 def summary(plan: Plan) -> dict[str, Any]:
-    """What `--json` prints of a plan."""
+    """The JSON of a plan."""
     return {
         "plan": plan.id,
         "name": plan.name,

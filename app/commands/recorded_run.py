@@ -1,9 +1,8 @@
-"""The run of a drive on the command line: written beside it, kept by the store."""
+"""The run of a drive on the command line: recorded during the drive, then stored."""
 
 from __future__ import annotations
 
 from contextlib import suppress
-from shutil import rmtree
 from typing import Any
 
 import numpy as np
@@ -11,25 +10,21 @@ from numpy.typing import NDArray
 
 from app.commands.head_options import say_notes
 from app.services import Services
-from app.services.plan_model import Plan
-from app.services.resolve import ResolvedCase
 from vfix_engine.errors import VfixError
 from vfix_engine.runtime.run import RunWriter
-from vfix_engine.simulation.rehearsal import Rehearsal
-from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
+from vfix_engine.runtime.system import Column, SystemSpec
 
 Array = NDArray[np.float64]
 
 
 class RecordedRun:
-    """Writes the run of one drive. A disk that does not take it ends the recording and is told; the drive goes on."""
+    """Records the run of one drive. A disk error ends the recording with a message; the drive continues."""
 
-    def __init__(self, services: Services, rehearsal: Rehearsal, seed: int | None) -> None:
-        """Raises StorageError where nothing can be written."""
+    def __init__(self, services: Services, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None) -> None:
+        """Raises StorageError where the folder is not writable."""
         self._services = services
         self._folder = services.runs.new_folder()
-        spec = RigidSpec(SceneSpec.of(rehearsal.scene), rehearsal.settings)
-        self._writer: RunWriter | None = RunWriter(self._folder, spec, rehearsal.system.row_layout, seed)
+        self._writer: RunWriter | None = RunWriter(self._folder, spec, columns, seed)
 
     def tick(self, line: Array) -> None:
         if self._writer is not None:
@@ -46,21 +41,20 @@ class RecordedRun:
                 self._give_up(error)
 
     def drop(self) -> None:
-        """The drive has failed: what was written of it is removed."""
+        """Remove the recording of a failed drive."""
         writer, self._writer = self._writer, None
         if writer is not None:
             with suppress(OSError):
                 writer.abandon()
-        rmtree(self._folder.parent, ignore_errors=True)
+        self._services.runs.discard(self._folder)
 
-    def keep(self, case: ResolvedCase, plan: Plan) -> str | None:
-        """The drive has ended: the id of its run; None, told on stderr, where it could not be kept."""
+    def keep(self, case_id: str | None = None, plan_id: str | None = None) -> str | None:
+        """Store the run and return its id; None, with a message on stderr, on failure."""
         if self._writer is None:
             return None
-        plan_id = plan.id if plan.revision else None  # one of a file has none
         try:
             self._writer.close()
-            return self._services.runs.keep(self._folder, origin="command line", case_id=case.id, plan_id=plan_id).id
+            return self._services.runs.keep(self._folder, origin="command line", case_id=case_id, plan_id=plan_id).id
         except (OSError, VfixError) as error:
             say_notes([f"the run was not kept: {error}"])
             return None

@@ -1,4 +1,4 @@
-"""`vfix rehearse`: the engine without a page; one JSON object with what was measured."""
+"""`vfix rehearse`: a rehearsal without the page; prints the measurements."""
 
 from __future__ import annotations
 
@@ -17,17 +17,24 @@ import numpy as np
 from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.extras import has_app
 from app.services import Services, build_services
+from app.services.case_settings import settings_in_case
+from app.services.fields import plan_tissue
 from app.services.instruments import Instruments, plan_robot, plan_tool
+from app.services.openings import opened_tree
 from app.services.placing import stored_placing
 from app.services.plan_model import Plan
+from app.services.plan_shaft import shaft_of
+from app.services.remote_centre import ENTRY, Place
 from app.services.resolve import (
     ResolvedCase,
-    outside_notes,
+    path_notes,
     resolve_case,
     resolve_plan,
+    resolve_plan_zones,
     resolve_targets,
     resolve_zones,
 )
+from app.services.switches import NO_SWITCHES, Switches, standing
 from app.settings import Settings
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
@@ -42,6 +49,7 @@ from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.placing import place_robot
 from vfix_engine.simulation.recorder import CsvRecorder
 from vfix_engine.simulation.rehearsal import Rehearsal
+from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.snapshot import Snapshot
 
@@ -58,6 +66,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--case", required=True, help="a case's id or name, or a surface or CT file")
     add_file_options(parser)
     parser.add_argument("--plan", required=True, help="a plan's id or name, or a .json, .mrk.json or .csv file")
+    parser.add_argument(
+        "--path", metavar="NAME", help="one of the plan's paths by name or id, instead of the chosen one"
+    )
     parser.add_argument("--operator", choices=("scripted", "pushing"), default="scripted", help="whose hand it is")
     parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
     parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
@@ -65,7 +76,20 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--robot", help="a shipped robot's name, its configuration or a URDF, instead of the plan's")
     parser.add_argument("--tool-frame", metavar="LINK", help="link of the robot that holds the tool")
     parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
-    parser.add_argument("--zones", type=Path, metavar="FILE", help="no-fly zones and soft zones")
+    parser.add_argument(
+        "--zones", type=Path, metavar="FILE", help="no-fly zones and soft zones, beside the plan's structures to spare"
+    )
+    parser.add_argument(
+        "--soft-tissue", action="store_true", help="skin and mucosa, as the CT shows them, yield up to a bound"
+    )
+    parser.add_argument(
+        "--remote-centre",
+        nargs="?",
+        const="entry",
+        metavar="PLACE",
+        help="the tool passes a place of the path: mm from its start, or a point's label; by default its entry",
+    )
+    parser.add_argument("--speed-limit", action="store_true", help="the tip's speed and turn are limited")
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
     parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
     parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
@@ -76,7 +100,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def natural(text: str) -> int:
-    """A whole number from 0 on."""
+    """An integer of at least 0."""
     number = int(text)
     if number < 0:
         raise argparse.ArgumentTypeError(f"{number} is negative")
@@ -84,7 +108,7 @@ def natural(text: str) -> int:
 
 
 def positive(text: str) -> int:
-    """A whole number from 1 on."""
+    """An integer of at least 1."""
     number = natural(text)
     if number == 0:
         raise argparse.ArgumentTypeError("0 steps are none")
@@ -92,19 +116,24 @@ def positive(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Exit status 0 when the job was done, 1 when the tool did not get there."""
+    """Exit status 0 when the task was completed, 1 otherwise."""
     if args.free and (args.operator != "pushing" or args.task != "path"):
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
     services = build_services(Settings.from_environment()) if has_app() else None
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     plan = resolve_plan(services, case, args.plan)
-    notes = (*case.notes, *outside_notes(plan.points, case.mesh.bounds))
+    plan = plan if args.path is None else plan.along(args.path)
+    notes = (*case.notes, *path_notes(plan.points, case.mesh.bounds))
     say_notes(notes)
-    scene, settings, obstacle = build_scene(case, plan, args, None if services is None else services.instruments)
+    scene, settings, obstacle, held_by = build_scene(
+        case, plan, args, None if services is None else services.instruments
+    )
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
+    if held_by:
+        report["standing"] = held_by
     poses = Poses()
     rehearsal = Rehearsal(scene, settings)
     recorded = _recorded(services, rehearsal, args)
@@ -115,7 +144,7 @@ def run(args: argparse.Namespace) -> int:
             recorded.drop()
         raise
     if recorded is not None:
-        report["run"] = recorded.keep(case, plan)
+        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None)  # a plan of a file has none
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
@@ -123,7 +152,8 @@ def run(args: argparse.Namespace) -> int:
     if notes:
         report["notes"] = list(notes)
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
-    report["warnings"] = [words] if (words := case.uncertainty.warning(settings.margin_mm)) else []
+    unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
+    report["warnings"] = [words] if (words := case.uncertainty.warning(settings.margin_mm) or unknown) else []
     say_notes([f"{words}." for words in report["warnings"]])
     report["notice"] = NOTICE
     if args.json:
@@ -134,7 +164,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 class Poses:
-    """Poses of the tool in a drive, each half a millimetre or more from the one before, as `tissue_passed` has them."""
+    """Poses of the tool in a drive, at least 0.5 mm apart, for `tissue_passed`."""
 
     def __init__(self) -> None:
         self.kept: list[tuple[float, np.ndarray, np.ndarray]] = []
@@ -149,7 +179,7 @@ class Poses:
 
 
 def prepare_engine() -> None:
-    """Compile what is not compiled yet on two cores, and say so; where that fails it is done where it is needed."""
+    """Compile missing kernels on two cores, with a message; on failure they are compiled when needed."""
     if not preparation.is_prepared():
         print("vfix: preparing the geometry engine, on the first start only ...", file=sys.stderr, flush=True)
         with suppress(subprocess.SubprocessError, OSError):
@@ -158,9 +188,12 @@ def prepare_engine() -> None:
 
 def build_scene(
     case: ResolvedCase, plan: Plan, args: argparse.Namespace, instruments: Instruments | None = None
-) -> tuple[Scene, ControlSettings, str]:
-    """Scene and settings of a plan; a plan without a robot placing gets one, and in words why it does not arrive."""
-    settings = ControlSettings.from_dict(dict(plan.settings))
+) -> tuple[Scene, ControlSettings, str, str]:
+    """Scene and settings of a plan, why its placing does not arrive, and what its switches stand for, in words.
+
+    A plan without a robot placing gets one.
+    """
+    settings = settings_in_case(plan.settings, case.uncertainty)
     if args.margin is not None:
         settings = replace(settings, margin_mm=args.margin)
     if args.view_distance is not None:
@@ -173,27 +206,56 @@ def build_scene(
         targets, names = _targets(plan, args.targets)
     else:
         targets, names = np.zeros((0, 3)), ()
-    zones = ZoneSet() if args.zones is None else resolve_zones(args.zones, case)
+    zones = _zones(plan, case, args.zones)
     prepare_engine()  # everything that was given has been read
+    switches = _switches(plan, args)
+    scan = None if switches == NO_SWITCHES else case.scan()
+    stands = standing(switches, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
+    fixtures, shaft = (*zones.soft_zones, *stands.fixtures), shaft_of(plan, path)
+    tree, _ = opened_tree(case.tree, case.scan() if plan.removed_bone else None, plan)
     # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
-    others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones)
+    others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None)
     stored = stored_placing(plan.robot)
     if stored is not None and all(other is None for other in others):
         base, q_start = stored
         obstacle = ""
     else:
         placing = place_robot(
-            case.tree, robot, tool, path, settings, zones.zones, zones.soft_zones, structure_names=case.structure_names
-        )
+            tree, robot, tool, path, settings, zones.zones, fixtures, structure_names=case.structure_names,
+            shaft=shaft,
+        )  # fmt: skip
         base, q_start, obstacle = placing.base, placing.q_start, placing.run.reason
     scene = Scene(
-        case.tree, robot, tool, base, q_start, path, targets, names, zones.zones, zones.soft_zones, case.structure_names
+        tree, robot, tool, base, q_start, path, targets, names, zones.zones, fixtures, case.structure_names, shaft
     )
-    return scene, settings, obstacle
+    return scene, settings, obstacle, stands.words
+
+
+def _zones(plan: Plan, case: ResolvedCase, file: Path | None) -> ZoneSet:
+    """The plan's structures to spare, and beside them the zones of a file."""
+    own, more = resolve_plan_zones(plan, case), ZoneSet() if file is None else resolve_zones(file, case)
+    return ZoneSet((*own.zones, *more.zones), (*own.soft_zones, *more.soft_zones))
+
+
+def _switches(plan: Plan, args: argparse.Namespace) -> Switches:
+    """The switches that are asked for. Raises InputError for a place that the plan does not have."""
+    place = ENTRY
+    if args.remote_centre not in (None, "entry"):
+        named = [point.id for point in plan.points if args.remote_centre in (point.id, point.label)]
+        try:
+            place = Place(named[0]) if named else Place(at_mm=float(args.remote_centre))
+        except ValueError:
+            labels = ", ".join(point.label for point in plan.points)
+            raise InputError(
+                f"--remote-centre {args.remote_centre!r:.80} is neither a number of mm nor a path point: {labels}"
+            ) from None
+        if place.at_mm is not None and not 0.0 <= place.at_mm < math.inf:
+            raise InputError("--remote-centre takes mm from the start of the path, from 0 on")
+    return Switches(args.soft_tissue, args.remote_centre is not None, args.speed_limit, place)
 
 
 def _robot(plan: Plan, args: argparse.Namespace, instruments: Instruments | None) -> RobotModel:
-    """The robot that is asked for, else the plan's."""
+    """The requested robot, else the plan's."""
     if args.robot is None and args.tool_frame is None:
         return plan_robot(plan, instruments)
     if args.robot is None and plan.robot.get("urdf") is not None:
@@ -202,7 +264,7 @@ def _robot(plan: Plan, args: argparse.Namespace, instruments: Instruments | None
 
 
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Targets from a file, from the plan, or the corridor's end where neither names one."""
+    """Targets from a file, from the plan, or the path's end."""
     targets = resolve_targets(file) if file is not None else plan.targets
     if targets:
         return np.array([t.position for t in targets]), tuple(t.label for t in targets)
@@ -210,13 +272,15 @@ def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]
 
 
 def _recorded(services: Services | None, rehearsal: Rehearsal, args: argparse.Namespace) -> RecordedRun | None:
-    """What writes the run; None without a store, and, told on stderr, with one that takes nothing."""
+    """The recorder of the run; None without a writable store."""
     if services is None:
         return None
     from app.commands.recorded_run import RecordedRun
 
     try:
-        return RecordedRun(services, rehearsal, args.seed if args.operator == "pushing" else None)
+        spec = RigidSpec(SceneSpec.of(rehearsal.scene), rehearsal.settings)
+        seed = args.seed if args.operator == "pushing" else None
+        return RecordedRun(services, spec, rehearsal.system.row_layout, seed)
     except (OSError, VfixError) as error:
         say_notes([f"the run is not recorded: {error}"])
         return None
@@ -268,7 +332,7 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _stopped(last: Snapshot) -> dict[str, Any]:
-    """Where the tool stopped and what is there, LPS mm; on stderr with what can be done about it."""
+    """Where the tool stopped and what blocks it, LPS mm; printed on stderr with advice."""
     at = [round(float(x), 1) for x in last.tip]
     blocked = None if last.blocking_point is None else [round(float(x), 1) for x in last.blocking_point]
     remedy = "Lead the path another way there, or place the robot anew with another --robot or --tool."

@@ -35,7 +35,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until interrupted; the process ends with it."""
+    """Serve until interrupted, then end the process."""
     if args.allow_remote and not os.environ.get("VFIX_TOKEN"):
         raise InputError("--allow-remote needs a token of your own: set VFIX_TOKEN first.")
     settings = Settings.from_environment(host=args.host, port=args.port, allow_remote=args.allow_remote)
@@ -67,9 +67,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def bind(settings: Settings, *, may_move: bool) -> socket.socket:
-    """Take the port before anything is started; with `may_move` a free one when it is taken.
+    """Bind the port before anything is started; with `may_move` a free one if it is taken.
 
-    Raises InputError when the address cannot be had.
+    Raises InputError when the address is not available.
     """
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
@@ -91,14 +91,14 @@ def bind(settings: Settings, *, may_move: bool) -> socket.socket:
 
 
 def _has_screen() -> bool:
-    """Without a screen, Python would open a text browser in this very terminal."""
+    """Whether there is a screen; without one Python would open a text browser in the terminal."""
     if sys.platform in ("win32", "darwin"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def _open_browser(server: "uvicorn.Server", url: str) -> None:
-    """Show the page once it is there; what leads the browser to it stays until a slow one must have read it."""
+    """Open the page once it answers; the redirecting file stays long enough for a slow browser."""
     while not server.started:
         if server.should_exit:
             return

@@ -1,4 +1,4 @@
-"""Under which names the planner answers: exact Host and Origin values, nothing resembling them."""
+"""The Host and Origin values that the planner accepts, compared exactly."""
 
 from app.settings import Settings
 from vfix_engine.errors import InputError
@@ -12,7 +12,7 @@ _WILDCARDS = frozenset({"0.0.0.0", "::", "*", ""})
 
 
 def allowed_hosts(settings: Settings) -> frozenset[str]:
-    """Values of the Host header that are answered, such as '127.0.0.1:8765'.
+    """Accepted values of the Host header, such as '127.0.0.1:8765'.
 
     Raises InputError for a wildcard address: a page that answers to any name can be reached by DNS rebinding.
     """
@@ -34,7 +34,7 @@ def login_url(settings: Settings) -> str:
 
 
 def cookie_name(settings: Settings) -> str:
-    """Cookies do not know ports, so the name does: two planners on one machine keep their own."""
+    """Name of the cookie, with the port: cookies do not depend on ports, and planners may share a machine."""
     return f"vfix_token_{settings.port}"
 
 

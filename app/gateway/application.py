@@ -20,13 +20,13 @@ from app.settings import Settings
 
 
 class Closable(Protocol):
-    """What the gateway needs to know of the services."""
+    """Interface of the services for the gateway."""
 
     def close(self) -> None: ...
 
 
 class GuardedApplication(FastAPI):
-    """FastAPI with the guard outside everything, its own middleware included."""
+    """FastAPI with the guard as the outermost layer, outside its own middleware."""
 
     def __init__(self, settings: Settings, lifespan: Lifespan[FastAPI]) -> None:
         super().__init__(

@@ -1,4 +1,4 @@
-"""A request's body is small unless its route says otherwise: counted as it arrives, refused before it is kept."""
+"""Limit of request bodies, counted while they arrive; a route may set a larger one."""
 
 from typing import Any
 
@@ -11,10 +11,9 @@ _WORDS = f"the request's body is larger than {MAX_BODY_BYTES >> 10} KiB, which i
 
 
 class BodyLimit:
-    """Refuses with 413 what claims or brings more than MAX_BODY_BYTES.
+    """Refuses bodies of more than MAX_BODY_BYTES, claimed or received, with 413.
 
-    A route that takes more sets `request.state.max_body_bytes` before it reads, and `too_large`: the words of the
-    refusal.
+    A route with a larger limit sets `request.state.max_body_bytes` before it reads, and `too_large`, the message.
     """
 
     def __init__(self, app: ASGIApp) -> None:

@@ -1,8 +1,8 @@
-"""Connections are bounded before anybody has shown a token: how many wait, how long, and what they write to the log.
+"""Limits of unauthenticated connections: their number, their waiting time, and their lines in the log.
 
-A connection waits while no request of its own is being answered: before its first head, between two, and while the
-body of an answered one still arrives. Each has HEAD_DEADLINE_S for a whole head, however slowly bytes drip in, and
-of more than MAX_WAITING the one that has waited longest goes: somebody who honestly asks does so at once.
+A connection waits while none of its requests is being answered: before its first head, between two requests, and while
+the body of an answered one still arrives. Each has HEAD_DEADLINE_S for a complete head. Beyond MAX_WAITING the one that
+has waited longest is closed: honest clients send their request at once.
 """
 
 import asyncio
@@ -25,7 +25,7 @@ _NOISY_LOGGERS = ("asyncio", "uvicorn.error", "websockets.server")
 
 
 class BoundedHttp(H11Protocol):
-    """uvicorn's HTTP/1.1, whose own time-out begins after the first answer and anew with every byte."""
+    """uvicorn's HTTP/1.1 with a deadline for each head; uvicorn's own time-out restarts with every byte."""
 
     waiting_since: asyncio.TimerHandle | None = None
 
@@ -75,7 +75,7 @@ class BoundedHttp(H11Protocol):
 
 
 class BoundedWebSocket(ServerConnection):
-    """The same for the scene's inner server, which gives up a connection without a handshake after 10 s by itself."""
+    """The same for the scene's inner server, which closes a connection without a handshake after 10 s by itself."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -85,7 +85,7 @@ class BoundedWebSocket(ServerConnection):
 
 
 class FewLines(logging.Filter):
-    """Lets through _SAME_LINES records of one kind a minute and says how many more there were with the next."""
+    """Passes _SAME_LINES records of one kind a minute; the next one has the number of those left out."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -106,7 +106,7 @@ class FewLines(logging.Filter):
 
 
 def quieten_log() -> None:
-    """Keep what anybody can provoke without a token from filling the disk."""
+    """Prevent unauthenticated clients from filling the disk with log lines."""
     for name in _NOISY_LOGGERS:
         logger = logging.getLogger(name)
         if not any(isinstance(known, FewLines) for known in logger.filters):
@@ -114,7 +114,7 @@ def quieten_log() -> None:
 
 
 def raise_descriptor_limit() -> None:
-    """Let this process open as many files and sockets as it may, within reason; many systems begin with 1,024."""
+    """Raise the soft limit of open files and sockets of this process; many systems start with 1,024."""
     try:
         import resource
     except ImportError:  # Windows knows no such limit

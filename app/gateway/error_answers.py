@@ -1,4 +1,4 @@
-"""Every error of a route leaves in the one JSON shape, and none shows a traceback."""
+"""All errors of routes have one JSON format, without tracebacks."""
 
 import contextlib
 import logging
@@ -21,7 +21,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def install_error_answers(app: FastAPI) -> None:
-    """Register the handlers; a router may register narrower ones of its own."""
+    """Register the handlers; a router may register more specific ones."""
     app.add_exception_handler(VfixError, _refused)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _http)
@@ -60,7 +60,7 @@ async def _unexpected(_: Request, __: Exception) -> JSONResponse:
 
 
 class DiscreetErrors:
-    """Logs where an unexpected error came from, without its message or values: they may be a patient's."""
+    """Logs the location of an unexpected error without its message and values, which may contain patient data."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app

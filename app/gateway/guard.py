@@ -1,11 +1,11 @@
 """Guard in front of every route, HTTP and WebSocket alike: exact Host, exact Origin, token. Deny by default.
 
-Order of the checks, each with its own answer:
-1. Host must be exactly one of ours, else 403 (DNS rebinding).
+Order of the checks, each with its status:
+1. Host must be exactly one of the planner's, else 403 (DNS rebinding).
 2. An Origin, when there is one, must be exactly the page's, else 403; 'null' is not.
-3. A browser that says that another site or another port of this machine asks (`Sec-Fetch-Site`) gets 403, unless the
-   user goes to the page itself: cookies do not know ports, so a GET from there carries ours and needs no Origin.
-4. The token must come as a cookie, as `Authorization: Bearer`, or once as `/?token=`, else 401.
+3. A browser request from another site or another port of this machine (`Sec-Fetch-Site`) gets 403, unless the user
+   navigates to the page itself: cookies do not depend on ports, so a GET from there has ours and needs no Origin.
+4. The token must be present as a cookie, as `Authorization: Bearer`, or once as `/?token=`, else 401.
 5. A browser's WebSocket or changing request (known by its cookie) must carry an Origin, else 403.
 """
 
@@ -29,7 +29,7 @@ _LOGIN_PATH = "/"
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a request is not let in."""
+    """Reason for which a request is refused."""
 
     status: int
     code: str
@@ -48,7 +48,7 @@ _TOKEN_WRONG = Refusal(
 
 
 class Guard:
-    """ASGI application that lets through to `app` only what carries the token under the right names."""
+    """ASGI application that passes to `app` only requests with valid Host, Origin and token."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
@@ -87,7 +87,7 @@ class Guard:
 
     @staticmethod
     def _check_site(scope: Scope, headers: Headers) -> Refusal | None:
-        """A browser names who asks; other clients and browsers before 2023 do not. 'none' is a typed address."""
+        """Check `Sec-Fetch-Site`; other clients and browsers before 2023 lack it, 'none' is a typed address."""
         sites = headers.getlist("sec-fetch-site")
         if not sites or sites in (["same-origin"], ["none"]):
             return None
@@ -116,9 +116,9 @@ class Guard:
         return _is_page(scope) and "token" in _query(scope)
 
     def _log_in(self, scope: Scope) -> Response:
-        """Trade the token of the address for a cookie, so that it does not stay in the address bar.
+        """Replace the token of the address by a cookie, so that it does not stay in the address bar.
 
-        Lax: a link from elsewhere opens the page, which a Strict cookie would show as locked.
+        SameSite=Lax, because with Strict a link from elsewhere would open the page without the cookie.
         """
         tokens = _query(scope)["token"]
         if len(tokens) != 1 or not self._matches(tokens[0]):
@@ -129,7 +129,7 @@ class Guard:
 
 
 class _SecuredSend:
-    """`send` that puts the security headers on the start of every HTTP answer."""
+    """`send` that adds the security headers to every HTTP response."""
 
     def __init__(self, send: Send, path: str, host: str | None) -> None:
         self._send, self._path, self._host = send, path, host
@@ -164,7 +164,7 @@ def _refusal_page(refusal: Refusal, address: str) -> HTMLResponse:
 
 
 async def _refuse_websocket(refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:
-    """Answer the handshake with the same status and body as over HTTP; nothing is ever accepted."""
+    """Refuse the handshake with the same status and body as over HTTP."""
     await receive()
     if "websocket.http.response" in scope.get("extensions", {}):
         await _refusal_json(refusal)(scope, receive, send)

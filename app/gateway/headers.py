@@ -1,4 +1,4 @@
-"""Security headers of every answer."""
+"""Security headers of all responses."""
 
 from starlette.datastructures import MutableHeaders
 
@@ -15,12 +15,12 @@ def _policy(*directives: str) -> str:
 
 
 def _sockets(host: str | None) -> str:
-    """Our own WebSockets by name: not every browser counts them to 'self'."""
+    """The planner's WebSockets by name, since not every browser includes them in 'self'."""
     return "" if host is None else f" ws://{host}"
 
 
 def page_policy(host: str | None) -> str:
-    """Policy of our own pages: scripts from our own files only, no inline script, no other host."""
+    """Content security policy of our pages: scripts from our own files only, no inline script, no other host."""
     return _policy(
         "default-src 'self'",
         "script-src 'self'",
@@ -32,10 +32,10 @@ def page_policy(host: str | None) -> str:
 
 
 def scene_policy(host: str | None) -> str:
-    """Policy of viser's client, one file that unpacks and builds its own scripts; it reaches no other host either.
+    """Content security policy of viser's client, one file that unpacks its own scripts; no other host.
 
-    Its sandbox holds in the page's frame and outside of it: no windows, no downloads, no forms, no going elsewhere with
-    the page around it. The page speaks with its frame, so they stay of one origin.
+    Its sandbox applies inside and outside of the page's frame: no windows, no downloads, no forms, no navigation of the
+    outer page. The page accesses its frame, so both have one origin.
     """
     return _policy(
         "sandbox allow-scripts allow-same-origin",
@@ -50,7 +50,7 @@ def scene_policy(host: str | None) -> str:
 
 
 def secure(headers: MutableHeaders, path: str, host: str | None) -> None:
-    """Set the headers on one answer to `host` (None: not one of ours); what a route says about caching stays."""
+    """Set the headers of one response to `host` (None: not one of ours); a route's caching headers stay."""
     is_scene = path.startswith("/scene/")
     headers["Content-Security-Policy"] = scene_policy(host) if is_scene else page_policy(host)
     headers["X-Content-Type-Options"] = "nosniff"

@@ -1,4 +1,4 @@
-"""The page's shell, its static files, and the readable list of the REST routes."""
+"""The page's shell, its static files, and the documentation of the REST routes."""
 
 import html
 import re
@@ -15,7 +15,7 @@ WEB_DIR = Path(__file__).resolve().parent.parent / "web"
 
 
 def page_router() -> APIRouter:
-    """Routes / (the shell), /steps/ (the steps' panels) and /docs (the REST routes, made without any other host)."""
+    """Routes / (the shell), /steps/ (the steps' panels) and /docs (the REST routes, without other hosts)."""
     router = APIRouter(include_in_schema=False)
 
     @router.get("/")

@@ -1,8 +1,8 @@
-"""Relay of the scene's WebSocket between a browser tab and viser: bytes both ways, nothing kept.
+"""Relay of the scene's WebSocket between a browser tab and viser, without storage.
 
-Each side waits for the other, so a slow browser holds back its own picture only: viser then keeps the newest
-value of every property and drops the rest. A browser that sends too much is read no faster than the relay's pace,
-what it has sent waits in its own buffers, and it is let go when that does not end.
+Each side waits for the other, so a slow browser delays its own picture only: viser then keeps the newest value of every
+property and drops the rest. A browser is read at the relay's pace at most; one that keeps sending more is
+disconnected.
 """
 
 import asyncio

@@ -1,7 +1,7 @@
-"""What a picture has to say to its server: where the camera is, a click, and a drag, each in exactly viser's form.
+"""The messages that a scene may send: camera, click and drag, each in exactly viser's form.
 
-Everything else that viser's client can send is refused: uploads, browser storage, the public share tunnel, values of
-controls, rendered pictures. The names of types and fields are viser's; a test holds them to the pinned version.
+All other messages of viser's client are refused: uploads, browser storage, the public share tunnel, values of controls,
+rendered pictures. The names of types and fields are viser's; a test ties them to the pinned version.
 """
 
 from typing import Annotated, Literal
@@ -55,7 +55,7 @@ _DECODER = msgspec.msgpack.Decoder(ViewerCameraMessage | ScenePointerMessage | S
 
 
 def is_allowed(data: bytes) -> bool:
-    """Whether a browser's frame is one of these messages, whole and with nothing beside it."""
+    """Whether a browser's frame is exactly one of these messages."""
     try:
         _DECODER.decode(data)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):

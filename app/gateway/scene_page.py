@@ -1,9 +1,12 @@
-"""viser's client as the page embeds it: the canvas alone, talking to our relay."""
+"""viser's client for the page: the canvas only, connected to our relay."""
 
 import functools
 from pathlib import Path
 
 import viser
+
+# What lets the page reach the canvas; it has to be there before viser's script.
+_ANNOUNCE = Path(__file__).resolve().parent.parent / "web" / "js" / "scene-layer" / "announce.js"
 
 # The client reads its server from `?websocket=`, and looks for a lost server only while its document has the
 # focus, which a frame often has not.
@@ -30,9 +33,10 @@ html, body { overscroll-behavior: none; }
 
 @functools.cache
 def scene_page() -> str:
-    """viser's single-file client with our script and style ahead of its own."""
+    """viser's single-file client with our scripts and style ahead of its own."""
     page = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
     before, script_tag, after = page.partition("<script")
     if not script_tag:
         raise RuntimeError("viser's client has no script; the installed version is not the pinned one.")
-    return f"{before}<style>{_STYLE}</style><script>{_SCRIPT}</script>{script_tag}{after}"
+    announce = _ANNOUNCE.read_text(encoding="utf-8")
+    return f"{before}<style>{_STYLE}</style><script>{_SCRIPT}</script><script>{announce}</script>{script_tag}{after}"

@@ -1,4 +1,4 @@
-"""The scene's server: viser on a loopback port of its own, reached only through the relay, paired with browser tabs."""
+"""The scene's server: viser on a loopback port, reached only through the relay, paired with browser tabs."""
 
 import contextlib
 import hmac
@@ -33,7 +33,7 @@ TabGone = Callable[[str], None]
 
 
 class TabRefused(Exception):
-    """A tab cannot have a scene; `status` is the HTTP status that says why."""
+    """A tab is refused a scene, with the HTTP status `status`."""
 
     def __init__(self, status: int, code: str, message: str) -> None:
         super().__init__(message)
@@ -48,15 +48,15 @@ class _PrivateViser(viser.ViserServer):
         return None
 
     def disconnect_share_url(self) -> None:
-        """Nothing is ever shared, so there is nothing to end."""
+        """Do nothing: nothing is shared."""
 
 
 class SceneServer:
-    """Starts viser, admits only the relay, and knows which viser client belongs to which browser tab.
+    """Starts viser, admits only the relay, and maps browser tabs to viser clients.
 
-    A tab is a random word that the page makes up anew each time it is loaded. One connection at a time holds
-    it; another one that names the same word is refused as long as the first lives.
-    Callbacks run one after another on a thread of their own, a tab's connection before its end.
+    A tab is a random word that the page chooses at each load. One connection at a time uses it; another one with the
+    same word is refused while the first exists.
+    Callbacks run one after another on a separate thread, a tab's connection before its end.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The server of the one public port: uvicorn with bounded connections, told to end what runs before it waits for it."""
+"""The server of the public port: uvicorn with bounded connections, which ends running work when it shuts down."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import socket
 import uvicorn
 from fastapi import FastAPI
 
-from app.gateway.connections import MAX_MESSAGE_BYTES, BoundedHttp, quieten_log
+from app.gateway.connections import HEAD_DEADLINE_S, MAX_MESSAGE_BYTES, BoundedHttp, quieten_log
 
 GRACE_S = 2  # for the answers that are due when the planner is told to end
 
 
 class PlannerServer(uvicorn.Server):
-    """Ends within seconds: a dry run or an import that somebody waits for is answered with a refusal."""
+    """Shuts down within seconds: clients of a running dry run or import get an error."""
 
     def __init__(self, app: FastAPI) -> None:
         super().__init__(
@@ -22,6 +22,9 @@ class PlannerServer(uvicorn.Server):
                 http=BoundedHttp,
                 ws_max_size=MAX_MESSAGE_BYTES,
                 ws_per_message_deflate=False,
+                # Clients drop a connection that was idle for 5 s. That is uvicorn's own time too, so that a request in
+                # that very instant would be reset. BoundedHttp closes it later.
+                timeout_keep_alive=int(2 * HEAD_DEADLINE_S),
                 backlog=128,  # asyncio takes so many at a time, and logs each that it cannot take
                 log_level="warning",
                 access_log=False,  # it would write the token of the address down

@@ -1,4 +1,4 @@
-"""Work that makes the first click quick, done in the background while the page already opens."""
+"""Background work that makes the first click fast, while the page already opens."""
 
 import logging
 import threading
@@ -10,9 +10,9 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class WarmUpStep:
-    """A piece of work and the words shown while it runs, which may tell how far it is.
+    """A piece of work and the text shown while it runs, which may include its progress.
 
-    needed: asked when its turn comes. spare: when it fails the next step begins, which then does without it.
+    needed: evaluated when its turn comes. spare: when it fails, the next step begins without it.
     """
 
     text: str | Callable[[], str]
@@ -23,7 +23,7 @@ class WarmUpStep:
 
 @dataclass(frozen=True)
 class WarmUpStatus:
-    """What the page shows: `text` is empty once everything is ready; `failed` says why it never will be."""
+    """Status for the page: `text` is empty once everything is ready; `failed` is the reason of a failure."""
 
     text: str
     ready: bool
@@ -31,26 +31,29 @@ class WarmUpStatus:
 
 
 class WarmUp:
-    """Runs its steps once, in order, on a thread; `status` may be read from any thread."""
+    """Runs its steps once, in order, on a thread; `status` is thread-safe.
 
-    def __init__(self, steps: Sequence[WarmUpStep]) -> None:
-        self._steps = tuple(steps)
+    later: steps that begin when everything is ready and that nobody waits for; one that fails is told in the log.
+    """
+
+    def __init__(self, steps: Sequence[WarmUpStep], later: Sequence[WarmUpStep] = ()) -> None:
+        self._steps, self._later = tuple(steps), tuple(later)
         self._done = threading.Event()
         self._text: str | Callable[[], str] = "Getting ready"
         self._ready, self._failed = False, ""
 
     @property
     def status(self) -> WarmUpStatus:
-        """Where it is now."""
+        """The present status."""
         text = self._text
         return WarmUpStatus(text if isinstance(text, str) else text(), self._ready, self._failed)
 
     def start(self) -> None:
-        """Begin; the thread does not keep the process alive."""
+        """Start the thread, which does not keep the process alive."""
         threading.Thread(target=self._run, name="warm-up", daemon=True).start()
 
     def wait(self, timeout: float) -> bool:
-        """Wait until it has ended, well or not; False when it has not within `timeout` seconds."""
+        """Wait for the end, successful or not; False after `timeout` seconds."""
         return self._done.wait(timeout)
 
     def _run(self) -> None:
@@ -64,14 +67,17 @@ class WarmUp:
         finally:
             self._text = ""
             self._done.set()
+        for step in self._later if self._ready else ():
+            self._take(step, shown=False)
 
-    def _take(self, step: WarmUpStep) -> None:
+    def _take(self, step: WarmUpStep, shown: bool = True) -> None:
         if not step.needed():
             return
-        self._text = step.text
+        if shown:
+            self._text = step.text
         try:
             step.work()
         except Exception:
-            if not step.spare:
+            if shown and not step.spare:
                 raise
             _LOG.exception("getting ready goes on without a step that failed")

@@ -31,7 +31,7 @@ def read_hello(text: str) -> Hello:
     version = message.get("version") if isinstance(message, dict) and message.get("type") == "hello" else None
     if version is None:
         raise NotUnderstood(f"say hello first, with version {VERSION}")
-    if version != VERSION:
+    if type(version) is not int or version != VERSION:
         raise NotUnderstood(f"the planner speaks version {VERSION}; reload the page")
     try:
         return Hello.model_validate_json(text)

@@ -11,6 +11,7 @@ import trimesh
 import viser
 
 from app.scene import palette
+from app.scene.labels import Labels
 from app.scene.picking import Cut
 from vfix_engine.geometry.mesh import TriangleMesh
 
@@ -96,7 +97,7 @@ class AnatomyNodes:
     def __init__(self, view: SceneView, mesh: TriangleMesh, bounds: Floats) -> None:
         """bounds: (2, 3), LPS mm."""
         self._bone = BoneNode(view.scene, mesh)
-        self._letters = LetterNodes(view.scene, bounds)
+        self._letters = LetterNodes(view.labels, bounds)
 
     def show(self, look: Look) -> None:
         self._bone.show(look)
@@ -160,13 +161,14 @@ class SliceNodes:
 class LetterNodes:
     """R L A P I S around the head."""
 
-    def __init__(self, scene: viser.SceneApi, bounds: Floats) -> None:
+    def __init__(self, labels: Labels, bounds: Floats) -> None:
         centre, half = bounds.mean(axis=0), (bounds[1] - bounds[0]) / 2.0
         rise = np.array([0.0, 0.0, LETTER_RISE * half[2]])  # the middle of the face is where one works
         self._nodes = [
-            scene.add_label(
+            labels.add(
                 f"/head/letter_{letter}",
                 letter,
+                "letter",
                 position=centre + np.array(side) * (half + LETTER_GAP_MM) + (rise if side[2] == 0 else 0.0),
                 font_screen_scale=1.1,
                 anchor="center-center",

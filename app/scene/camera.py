@@ -1,4 +1,4 @@
-"""Standard views of the head, and the way between canvas and patient frame."""
+"""Standard views of the head, and the transforms between canvas and patient frame."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ class Lens:
 
     def ray(self, screen_x: float, screen_y: float) -> tuple[Floats, Floats]:
         """Origin and unit direction through a place on the canvas, in parts of its size from the upper left."""
-        x = (screen_x - 0.5) * self.width / self.focal_px
-        y = (screen_y - 0.5) * self.height / self.focal_px
-        direction = self.rotation_camera_to_lps @ np.array([x, y, 1.0])
+        up = 2.0 * np.tan(0.5 * self.field_of_view)  # height of the picture at unit distance
+        across = up * self.width / self.height
+        direction = self.rotation_camera_to_lps @ np.array([(screen_x - 0.5) * across, (screen_y - 0.5) * up, 1.0])
         return self.position.copy(), direction / np.linalg.norm(direction)
 
     def project(self, points: npt.ArrayLike) -> Floats:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from app.scene.floor import FloorNodes
 from app.scene.hand import HandNodes
 from app.scene.robot import RobotNodes, ToolNodes
 from app.scene.view import SceneView
@@ -22,7 +23,8 @@ class DriveNodes:
         self._view = view
         self._robot = RobotNodes(view.scene, visuals)
         self._tool = ToolNodes(view.scene)
-        self.hand = HandNodes(view.scene, view.events.grip_dragged)
+        self._floor = FloorNodes(view.scene, visuals)
+        self.hand = HandNodes(view.scene, view.labels, view.events.grip_dragged)
 
     def show(
         self, link_placements: Floats, tool: tuple[Floats, Floats, Floats], grip: Floats, force: Floats, mine: bool
@@ -33,10 +35,11 @@ class DriveNodes:
         """
         with self._view.atomic():
             self._robot.place(link_placements)
+            self._floor.place(link_placements[0])
             self._tool.place(*tool)
             self.hand.show(grip, force, mine)
         self._view.flush()
 
     def remove(self) -> None:
-        for part in (self._robot, self._tool, self.hand):
+        for part in (self._robot, self._tool, self._floor, self.hand):
             part.remove()

@@ -12,6 +12,7 @@ import viser
 
 from app.scene import palette
 from app.scene.checks import finite_position
+from app.scene.labels import Labels
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,7 +32,7 @@ class GripDrag:
 class HandNodes:
     """What the user takes hold of. The ball follows the hand while it is dragged, else the tool."""
 
-    def __init__(self, scene: viser.SceneApi, on_drag: Callable[[GripDrag], object]) -> None:
+    def __init__(self, scene: viser.SceneApi, labels: Labels, on_drag: Callable[[GripDrag], object]) -> None:
         self._on_drag = on_drag
         self._grip_at = np.zeros(3)
         self._hand: Floats | None = None  # where the hand is, set on viser's loop and read on the session's thread
@@ -40,7 +41,7 @@ class HandNodes:
         self._ball = scene.add_icosphere(
             "/hand/grip", GRIP_RADIUS_MM, color=palette.GRIP_WATCHED, cast_shadow=False, receive_shadow=False
         )
-        self._label = scene.add_label("/hand/label", "drag", font_screen_scale=0.85, anchor="bottom-center")
+        self._label = labels.add("/hand/label", "drag", "grip", font_screen_scale=0.85, anchor="bottom-center")
         line = np.zeros((1, 2, 3), dtype=np.float32)
         self._spring = scene.add_line_segments("/hand/spring", line, palette.GRIP, thickness=0.9, visible=False)
         self._arrow = scene.add_arrows(

@@ -8,17 +8,17 @@ import numpy.typing as npt
 BONE = (226, 216, 198)
 ACCENT = (109, 179, 242)
 SELECTED = (255, 255, 255)
-GHOST = (255, 255, 255)
 TARGET = (229, 143, 208)
-UNKNOWN = (150, 158, 170)
+UNKNOWN = (84, 92, 106)  # far from every colour of the scale, its pale middle too
 TOOL = (206, 212, 220)
 ROBOT = (92, 104, 120)
 GRIP = (109, 179, 242)
 GRIP_WATCHED = (130, 138, 150)
 FORCE = (250, 204, 92)
 BLOCKED = (240, 133, 125)
+CENTRE = (126, 211, 165)
 
-# Orange to blue through near-white: told apart with every common kind of colour blindness.
+# Orange to blue through near-white: distinguishable with every common kind of colour blindness.
 _SCALE_HEX = ("#d9480f", "#f59f45", "#f7e3c0", "#b9d8ee", "#5aa5dd")
 CLEARANCE_LOW_MM = 0.0
 CLEARANCE_HIGH_MM = 2.0
@@ -29,6 +29,11 @@ _SCALE = np.array([[int(code[i : i + 2], 16) for i in (1, 3, 5)] for code in _SC
 def scale_colours() -> list[str]:
     """The stops of the scale for the legend, evenly spaced from low to high."""
     return list(_SCALE_HEX)
+
+
+def hex_colour(rgb: tuple[int, int, int]) -> str:
+    """A colour as the page writes it."""
+    return "#{:02x}{:02x}{:02x}".format(*rgb)
 
 
 def clearance_colours(clearance_mm: npt.ArrayLike) -> npt.NDArray[np.uint8]:

@@ -28,7 +28,7 @@ class Hit:
 
 @dataclass(frozen=True)
 class Plane:
-    """A CT slice as it stands in the scene: the axis it is normal to, where, and the rectangle it fills."""
+    """A CT slice in the scene: the axis it is normal to, where, and the rectangle it fills."""
 
     axis: int
     position: float
@@ -56,7 +56,8 @@ class BonePicker:
             origin[None], direction[None], multiple_hits=cut != "whole"
         )
         locations = np.asarray(locations, dtype=np.float64).reshape(-1, 3)
-        locations = locations[is_shown(locations, cut, cut_at)]
+        if cut != "whole":
+            locations = locations[is_shown(locations, cut, cut_at)]
         if len(locations) == 0:
             return None
         distance = (locations - origin) @ direction

@@ -11,7 +11,9 @@ import numpy.typing as npt
 import viser
 
 from app.scene import palette, shapes
-from app.scene.checks import finite_position
+from app.scene.dragging import DragEvent, Draggable
+from app.scene.labels import Labels
+from app.scene.lines import ring
 
 if TYPE_CHECKING:
     from app.scene.view import SceneView
@@ -21,6 +23,9 @@ Floats = npt.NDArray[np.float64]
 POINT_RADIUS_MM = 1.15
 TARGET_RADIUS_MM = 1.6
 CURVE_THICKNESS_MM = 0.7
+GHOST_RADIUS_MM = 2.2
+GHOST_THICKNESS_MM = 0.45
+PROSPECT_THICKNESS_MM = 0.35
 
 
 @dataclass(frozen=True)
@@ -33,22 +38,13 @@ class PlanItem:
     position: tuple[float, float, float]  # LPS [mm]
 
 
-@dataclass(frozen=True)
-class DragEvent:
-    """A drag of an item in the plane of the view: phase 'start', 'update' or 'end'; position LPS [mm]."""
-
-    item_id: str
-    phase: str
-    position: tuple[float, float, float]
-
-
 class ItemNode:
     """One point or target: a ball or a diamond, with its label, draggable unless locked."""
 
-    def __init__(self, scene: viser.SceneApi, item: PlanItem, on_drag: Callable[[DragEvent], object]) -> None:
-        self._item, self._on_drag = item, on_drag
-        self._offset = np.zeros(3)
-        self._locked = True
+    def __init__(
+        self, scene: viser.SceneApi, labels: Labels, item: PlanItem, on_drag: Callable[[DragEvent], object]
+    ) -> None:
+        self._item = item
         name = f"/plan/{item.kind}_{item.id}"
         if item.kind == "target":
             vertices, faces = shapes.diamond(TARGET_RADIUS_MM)
@@ -59,19 +55,27 @@ class ItemNode:
             self._node = scene.add_icosphere(
                 name, POINT_RADIUS_MM, color=palette.ACCENT, cast_shadow=False, receive_shadow=False
             )
-        self._label = scene.add_label(
-            f"{name}_label", item.label, font_screen_scale=0.8, anchor="bottom-left", depth_test=False, visible=False
+        self._label = labels.add(
+            f"{name}_label",
+            item.label,
+            "item",
+            visible=False,
+            font_screen_scale=0.8,
+            anchor="bottom-left",
+            depth_test=False,
         )
         self._selected = False
-        self.place(np.array(item.position))
+        self.drag = Draggable(self._node, item.id, item.position, on_drag)
+        self._place(item)
 
-    def place(self, position: Floats) -> None:
+    def _place(self, item: PlanItem) -> None:
+        self.drag.position, position = item.position, np.array(item.position)
         self._node.position = position
         self._label.position = position + np.array([0.0, 0.0, 1.6])
 
     def update(self, item: PlanItem, selected: bool, locked: bool) -> None:
         if item.position != self._item.position:
-            self.place(np.array(item.position))
+            self._place(item)
         if item.label != self._item.label:
             self._label.text = item.label
         self._item = item
@@ -80,25 +84,7 @@ class ItemNode:
             plain = palette.TARGET if item.kind == "target" else palette.ACCENT
             self._node.color = palette.SELECTED if selected else plain
             self._label.visible = selected
-        if locked != self._locked:
-            self._locked = locked
-            if locked:
-                self._node.remove_drag_callback("all")
-            else:
-                self._node.on_drag("left")(self._dragged)
-
-    async def _dragged(self, event: viser.SceneNodeDragEvent[Any]) -> None:
-        end = finite_position(event.end_position)
-        if event.phase == "start" and end is not None:
-            self._offset = np.array(self._item.position) - end
-        position = None if end is None else finite_position(end + self._offset)
-        if position is None:
-            if event.phase != "end":
-                return
-            position = np.array(self._item.position)  # a drag ends wherever it is said to end
-        self._on_drag(
-            DragEvent(self._item.id, event.phase, (float(position[0]), float(position[1]), float(position[2])))
-        )
+        self.drag.lock(locked)
 
     def remove(self) -> None:
         self._label.remove()
@@ -120,7 +106,9 @@ class ItemNodes:
                 self._items.pop(item_id).remove()
             for item in known.values():
                 if item.id not in self._items:
-                    self._items[item.id] = ItemNode(self._view.scene, item, self._view.events.item_dragged)
+                    self._items[item.id] = ItemNode(
+                        self._view.scene, self._view.labels, item, self._view.events.item_dragged
+                    )
                 self._items[item.id].update(item, item.id == selected, locked)
 
     def remove(self) -> None:
@@ -160,30 +148,32 @@ class CurveNodes:
 
 
 class GhostNodes:
-    """Where a click would add something, and what is said of the place."""
+    """Where a click would add something: a ring in the accent colour, and the path as it would be."""
 
     def __init__(self, view: SceneView) -> None:
-        self._scene = view.scene
-        self._ball: viser.IcosphereHandle | None = None
-        self._label: viser.LabelHandle | None = None
+        self._view = view
+        self._lines: dict[str, viser.LineSegmentsHandle] = {}
 
-    def show(self, position: Floats | None, words: str) -> None:
-        if position is None:
-            for node in (self._ball, self._label):
-                if node is not None:
-                    node.visible = False
+    def show(self, position: Floats | None, path: Floats | None = None) -> None:
+        """position (3,); path (n, 3): the spline with the new point, None where it is no path point."""
+        self._line("ring", None if position is None else ring(position, GHOST_RADIUS_MM), GHOST_THICKNESS_MM)
+        self._line("path", None if position is None else path, PROSPECT_THICKNESS_MM)
+
+    def _line(self, name: str, places: Floats | None, thickness: float) -> None:
+        line = self._lines.get(name)
+        if places is None or len(places) < 2:
+            if line is not None:
+                line.visible = False
             return
-        if self._ball is None or self._label is None:
-            self._ball = self._scene.add_icosphere(
-                "/plan/ghost", 1.4, color=palette.GHOST, opacity=0.55, cast_shadow=False, receive_shadow=False
+        segments = np.stack([places[:-1], places[1:]], axis=1).astype(np.float32)
+        if line is None or len(segments) != len(line.points):
+            self._lines[name] = self._view.scene.add_line_segments(
+                f"/plan/ghost_{name}", segments, palette.ACCENT, thickness=thickness, thickness_units="world"
             )
-            self._label = self._scene.add_label("/plan/ghost_label", words, font_screen_scale=0.8, anchor="bottom-left")
-        self._ball.position = position
-        self._label.position = position + np.array([0.0, 0.0, 2.0])
-        self._label.text = words
-        self._ball.visible = self._label.visible = True
+            return
+        line.points = segments
+        line.visible = True
 
     def remove(self) -> None:
-        for node in (self._ball, self._label):
-            if node is not None:
-                node.remove()
+        for line in self._lines.values():
+            line.remove()

@@ -54,8 +54,8 @@ class RobotNodes:
 class ToolNodes:
     """The tool as the controller sees it: capsules around axis segments."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi, name: str = "/robot/tool", opacity: float | None = None) -> None:
+        self._scene, self._name, self._opacity = scene, name, opacity
         self._nodes: list[tuple[float, float, viser.MeshHandle]] = []
 
     def place(self, start: Floats, end: Floats, radius: Floats) -> None:
@@ -76,7 +76,13 @@ class ToolNodes:
     def _add(self, index: int, radius: float, length: float) -> viser.MeshHandle:
         vertices, faces = shapes.capsule(radius, length)
         return self._scene.add_mesh_simple(
-            f"/robot/tool_{index}", vertices, faces, color=palette.TOOL, cast_shadow=False, receive_shadow=False
+            f"{self._name}_{index}",
+            vertices,
+            faces,
+            color=palette.TOOL,
+            opacity=self._opacity,
+            cast_shadow=False,
+            receive_shadow=False,
         )
 
     def remove(self) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import cast
 
@@ -15,9 +14,10 @@ import viser
 from app.scene import camera
 from app.scene.camera import Lens
 from app.scene.checks import finite_numbers, finite_position
+from app.scene.dragging import DragEvent
 from app.scene.hand import GripDrag
+from app.scene.labels import Labels
 from app.scene.lights import add_lights
-from app.scene.plan import DragEvent
 
 Floats = npt.NDArray[np.float64]
 MAX_PIXELS = 1e5  # of a canvas along a side
@@ -42,50 +42,44 @@ class SceneEvents:
 
 
 class SceneView:
-    """One viser client: its scene, its camera and its events. Not thread-safe: one session's thread calls it."""
+    """One viser client: its scene, its camera and its events. Not thread-safe: one session's thread calls it.
+
+    labels: words at places, which the page may write itself.
+    lens: the camera as the browser reported it last; None until it has, or where that was no camera.
+    atomic(): a context; what is changed within reaches the browser as one. It holds all other messages back, so compute
+    nothing in it. flush(): send what has changed now instead of with the next window of 1/60 s.
+    """
 
     def __init__(self, client: viser.ClientHandle, events: SceneEvents) -> None:
         self._client, self.scene, self.events = client, client.scene, events
+        self.labels = Labels(self.scene)
+        self.atomic, self.flush = client.atomic, client.flush
         client.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self.scene.set_up_direction("+z")
         add_lights(self.scene)
         # viser takes coroutines here too, and keeps their order; its annotation does not say so
         self.scene.on_click()(cast(Callable[[viser.SceneClickEvent], None], self._clicked))
         client.camera.on_update(self._camera_updated)
-
-    def atomic(self) -> AbstractContextManager[None]:
-        """What is changed within reaches the browser as one; it holds all other messages back, so compute nothing."""
-        return self._client.atomic()
-
-    def flush(self) -> None:
-        """Send what has changed now instead of with the next window of 1/60 s."""
-        self._client.flush()
+        self.lens = read_lens(client.camera) if client.camera._state.update_timestamp else None
 
     # -- the camera
 
     def look_from(self, pose: camera.CameraPose) -> None:
         handle = self._client.camera
-        with self._client.atomic():
+        with self.atomic():
             handle.fov = camera.FIELD_OF_VIEW
             handle.near, handle.far = 1.0, 8000.0
             handle.up_direction = (0.0, 0.0, 1.0)
             handle.position = pose.position
             handle.look_at = pose.look_at
 
-    def lens(self) -> Lens | None:
-        """The browser's camera, None until it has reported."""
-        handle = self._client.camera
-        if handle._state.update_timestamp == 0.0:
-            return None
-        return read_lens(handle)
-
     async def _camera_updated(self, handle: viser.CameraHandle) -> None:
-        lens = read_lens(handle)
+        self.lens = lens = read_lens(handle)
         if lens is not None:
             self.events.camera_moved(lens)
 
     async def _clicked(self, event: viser.SceneClickEvent) -> None:
-        lens = self.lens()
+        lens = self.lens
         place = finite_numbers(event.screen_pos, 2)
         if lens is None or lens.width <= 0 or lens.height <= 0 or place is None or np.abs(place - 0.5).max() > 0.5:
             return

@@ -9,18 +9,31 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
     from app.services.dry_runs import DryRuns
+    from app.services.fields import Fields
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
     from app.services.instruments import Instruments
+    from app.services.island_previews import IslandPreviews
     from app.services.jobs import Jobs
+    from app.services.labels import Labels
+    from app.services.overlays import Overlays
+    from app.services.path_reports import PathReports
+    from app.services.plan_versions import PlanVersions
     from app.services.planning import Planning
     from app.services.plans import PlanService
+    from app.services.prospects import Prospects
+    from app.services.purge import Purge
     from app.services.recordings import Recordings
     from app.services.registration import RegistrationContent
+    from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
+    from app.services.segmenting import Segmenting
+    from app.services.suggestions import Suggestions
+    from app.services.switches import SwitchBoard
     from app.settings import Settings
     from app.store import Store
 
@@ -34,21 +47,35 @@ class Services:
     settings: Settings
     store: Store
     cases: CaseService
+    structures: CaseStructures
+    overlays: Overlays
+    purge: Purge
     plans: PlanService
+    versions: PlanVersions
     instruments: Instruments
     registrations: Documents[RegistrationContent]
+    fields: Fields
     planning: Planning
     importing: ImportService
     jobs: Jobs
     import_jobs: ImportJobs
     dry_runs: DryRuns
+    prospects: Prospects
+    path_reports: PathReports
+    removed_volumes: RemovedVolumeService
+    suggestions: Suggestions
     runs: RunService
     recordings: Recordings
+    switches: SwitchBoard
+    segmenting: Segmenting
+    labels: Labels
+    islands: IslandPreviews
 
     def sweep(self) -> None:
         """Remove what planners that ended without doing so have left."""
         self.store.sweep()
         self.runs.sweep()
+        self.purge.finish()
 
     def end(self) -> None:
         """End what takes long, before anybody waits for it: the running import, and dry runs."""
@@ -64,40 +91,67 @@ class Services:
 
 def build_services(settings: Settings) -> Services:
     """Open the store of a home folder, migrated, with the embedded case in it."""
+    from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
     from app.services.dry_runs import DryRuns
     from app.services.embedded import ensure_head_phantom
+    from app.services.fields import Fields
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
     from app.services.instruments import Instruments
+    from app.services.island_previews import IslandPreviews
     from app.services.jobs import Jobs
+    from app.services.labels import Labels
+    from app.services.overlays import Overlays
+    from app.services.path_reports import PathReports
+    from app.services.plan_versions import PlanVersions
     from app.services.planning import Planning
     from app.services.plans import PlanService
+    from app.services.prospects import Prospects
+    from app.services.purge import Purge
     from app.services.recordings import Recordings
     from app.services.registration import REGISTRATION
+    from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
+    from app.services.segmenting import Segmenting
+    from app.services.suggestions import Suggestions
+    from app.services.switches import SwitchBoard
     from app.store import Store
 
     store = Store(settings)
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
-    instruments = Instruments(store.files)
-    planning, importing, jobs = Planning(cases, plans, instruments), ImportService(cases), Jobs()
-    runs = RunService(store)
+    instruments, fields = Instruments(store.files), Fields(cases)
+    planning, importing, jobs = Planning(cases, instruments, fields), ImportService(cases), Jobs()
+    runs, dry_runs = RunService(store), DryRuns(jobs, planning)
+    removed_volumes = RemovedVolumeService(cases)
     registrations, import_jobs = Documents(store, REGISTRATION), ImportJobs(jobs, importing)
     return Services(
         settings=settings,
         store=store,
         cases=cases,
+        structures=CaseStructures(cases),
+        overlays=Overlays(cases),
+        purge=Purge(store),
         plans=plans,
+        versions=PlanVersions(store, plans),
         instruments=instruments,
         registrations=registrations,
+        fields=fields,
         planning=planning,
         importing=importing,
         jobs=jobs,
         import_jobs=import_jobs,
-        dry_runs=DryRuns(jobs, planning),
+        dry_runs=dry_runs,
+        prospects=Prospects(cases, planning),
+        path_reports=PathReports(planning, dry_runs, removed_volumes),
+        removed_volumes=removed_volumes,
+        suggestions=Suggestions(jobs, cases, instruments, fields, planning),
         runs=runs,
         recordings=Recordings(jobs, runs),
+        switches=SwitchBoard(),
+        segmenting=Segmenting(cases, jobs),
+        labels=Labels(store, cases, jobs),
+        islands=IslandPreviews(cases, jobs),
     )

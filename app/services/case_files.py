@@ -71,4 +71,4 @@ def surface_info(name: str, mesh: TriangleMesh, source: str, report: SurfaceRepo
 def volume_info(name: str, volume: Volume, source: str) -> VolumeInfo:
     k, j, i = volume.hu.shape
     spacing, bounds = to_triple(volume.spacing), to_bounds(volume.bounds)
-    return VolumeInfo(name, spacing, (i, j, k), bounds, source, volume.slice_thickness_mm)
+    return VolumeInfo(name, spacing, (i, j, k), bounds, source, volume.slice_thickness_mm, volume.window)

@@ -19,7 +19,7 @@ from app.services.structures import (
 )
 from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.surface import BONE_HU, Dropped
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, report_words
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, describe_report
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 
@@ -60,7 +60,7 @@ class SurfaceInfo:
     def words(self) -> str:
         """What making it cost, for people; '' for a surface on show of which nothing is known."""
         if self.report is not None:
-            return report_words(self.report)
+            return describe_report(self.report)
         return "what was left out or thinned is not recorded" if self.name == BONE else ""
 
     def summary(self) -> dict[str, Any]:
@@ -83,7 +83,23 @@ class VolumeInfo:
     shape: tuple[int, int, int]  # voxels along i, j, k
     bounds_lps_mm: Bounds
     source: str
-    slice_thickness_mm: float | None = None  # as the scanner told it
+    slice_thickness_mm: float | None = None  # as the file of the scanner says
+    window: tuple[float, float] | None = None  # width and centre that it suggests [HU]
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """An MR or another scan that can be laid over the case's slices, and is only looked at.
+
+    window, level: its values from black to white, and the value in their middle. notes: doubts about its file.
+    """
+
+    id: str
+    name: str
+    window: float
+    level: float
+    volume: VolumeInfo
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -106,6 +122,7 @@ class Case:
     notes: tuple[str, ...] = ()  # what was doubtful about the file, in sentences
     kind: CaseKind = "head"
     structures: tuple[Structure, ...] = ()
+    overlays: tuple[Overlay, ...] = ()
 
     @property
     def anatomy(self) -> Structure:
@@ -125,8 +142,23 @@ class Case:
         return next((item.name for item in self.structures if item.id == structure_id), structure_id)
 
     def structure_names(self) -> dict[str, str]:
-        """The name of every structure by its id, as it stands within a sentence: 'bone', 'optic nerve', 'ICA'."""
+        """The name of every structure by its id, as it is written within a sentence: 'bone', 'optic nerve', 'ICA'."""
         return {item.id: within_a_sentence(self.structure_words(item.id)) for item in self.structures}
+
+    @property
+    def spared(self) -> tuple[Structure, ...]:
+        """The structures that were imported beside its anatomy."""
+        return tuple(item for item in self.structures if item.role == "spare")
+
+    @property
+    def own_surfaces(self) -> tuple[SurfaceInfo, ...]:
+        """The surfaces that the case was made with: all but those of imported structures."""
+        imported = {item.surface for item in self.spared}
+        return tuple(item for item in self.surfaces if item.name not in imported)
+
+    def structure_errors(self) -> dict[str, float]:
+        """By the id of each structure to spare, how far smoothing or thinning may have moved its surface, in mm."""
+        return {item.id: item.deviation_mm or 0.0 for item in self.structures if item.role == "spare"}
 
     @property
     def has_volume(self) -> bool:
@@ -134,14 +166,23 @@ class Case:
 
     @property
     def slice_thickness_mm(self) -> float | None:
-        """Of its widest CT, where the file told it."""
+        """Of its widest CT, where the file says it."""
         return self.volumes[0].slice_thickness_mm if self.volumes else None
 
     @property
     def uncertainty(self) -> SurfaceUncertainty:
         """How far the anatomy may lie from its surface, as far as that is known."""
-        thinning = self.anatomy.deviation_mm or 0.0
-        return SurfaceUncertainty(thinning, max(*(self.spacing_mm or (0.0,)), self.slice_thickness_mm or 0.0, 0.0))
+        return SurfaceUncertainty(
+            self._anatomy_error_mm, max(*(self.spacing_mm or (0.0,)), self.slice_thickness_mm or 0.0, 0.0)
+        )
+
+    @property
+    def _anatomy_error_mm(self) -> float:
+        """What thinning and smoothing may have moved the anatomy by; 0 where that was not measured."""
+        info = next((item for item in self.surfaces if item.name == self.anatomy.surface), None)
+        if info is None or info.report is None:
+            return self.anatomy.deviation_mm or 0.0
+        return info.report.error_mm
 
     @property
     def surface_uncertainty_mm(self) -> float | None:
@@ -151,7 +192,7 @@ class Case:
 
 @dataclass(frozen=True)
 class CaseContent:
-    """The part of a case that never changes once it is made."""
+    """What is stored of a case: what it was made of, which never changes, and what was imported into it."""
 
     frame: CaseFrame
     surfaces: tuple[SurfaceInfo, ...]
@@ -160,6 +201,7 @@ class CaseContent:
     notes: tuple[str, ...] = ()
     kind: CaseKind = "head"
     structures: tuple[Structure, ...] = ()
+    overlays: tuple[Overlay, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -183,6 +225,7 @@ class CaseContent:
             tuple(data.get("notes", ())),
             kind,
             structures,
+            tuple(_overlay(item) for item in data.get("overlays", ())),
         )
 
 
@@ -224,7 +267,15 @@ def _surface_info(item: Mapping[str, Any]) -> SurfaceInfo:
     return SurfaceInfo(**{**item, "bounds_lps_mm": to_bounds(item["bounds_lps_mm"]), "report": report})
 
 
+def _overlay(item: Mapping[str, Any]) -> Overlay:
+    notes = tuple(str(note) for note in item["notes"])
+    return Overlay(**{**item, "volume": _volume_info(item["volume"]), "notes": notes})
+
+
 def _volume_info(item: Mapping[str, Any]) -> VolumeInfo:
     i, j, k = item["shape"]
     spacing, bounds = to_triple(item["spacing_mm"]), to_bounds(item["bounds_lps_mm"])
-    return VolumeInfo(item["name"], spacing, (i, j, k), bounds, item["source"], item.get("slice_thickness_mm"))
+    window = item.get("window")
+    suggested = None if window is None else (float(window[0]), float(window[1]))
+    thickness = item.get("slice_thickness_mm")
+    return VolumeInfo(item["name"], spacing, (i, j, k), bounds, item["source"], thickness, suggested)

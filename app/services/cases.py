@@ -6,7 +6,7 @@ import hashlib
 import json
 import logging
 import secrets
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from sqlalchemy import select
@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from app.clock import utc_now
 from app.services.cache import Cache
-from app.services.case_files import CaseFiles
+from app.services.case_files import STORED, CaseFiles
 from app.services.case_model import (
     HEAD_PHANTOM,
     Bead,
@@ -29,6 +29,7 @@ from app.services.case_model import (
 )
 from app.services.errors import NotFound
 from app.services.names import check_name
+from app.services.referred import referred_files
 from app.services.structures import ANATOMY, CaseKind, Structure, is_closed
 from app.store import Store
 from app.store.errors import StoreDamaged, is_of_reading
@@ -51,13 +52,14 @@ class CaseService:
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._files = CaseFiles(store.files)
+        self.files = CaseFiles(store.files)
         self._surfaces: Cache[str, TriangleMesh] = Cache(12)
         self._volumes: Cache[str, Volume] = Cache(4)
+        self._revisions: Cache[str, str] = Cache(16)
         self._trees: Cache[str, ProximityTree] = Cache(4)
 
     def list(self, include_deleted: bool = False) -> tuple[Case, ...]:
-        """Cases, oldest first; one that is damaged is told in the log and left out."""
+        """Cases, oldest first; one that is damaged is named in the log and left out."""
         query = select(CaseRow.id).order_by(CaseRow.created, CaseRow.id)
         if not include_deleted:
             query = query.where(CaseRow.deleted_at.is_(None))
@@ -71,7 +73,7 @@ class CaseService:
 
     @property
     def scratch(self) -> Scratch:
-        """Folder for temporary data of cases on their way in."""
+        """Folder for temporary data of cases that are imported."""
         return self._store.scratch
 
     def embedded_case(self) -> Case:
@@ -103,8 +105,8 @@ class CaseService:
         if driven not in surfaces:
             raise InputError(f"a case needs a {driven} surface.")
         known = reports or {}
-        infos = tuple(self._files.put_surface(label, mesh, known.get(label)) for label, mesh in surfaces.items())
-        volumes = () if volume is None else (self._files.put_volume("ct", volume),)
+        infos = tuple(self.files.put_surface(label, mesh, known.get(label)) for label, mesh in surfaces.items())
+        volumes = () if volume is None else (self.files.put_volume("ct", volume),)
         surface = _named(infos, driven, "surface")
         made_from, inside = extracted_from(volume is not None), is_closed(surfaces[driven])
         structure = anatomy_structure(kind, surface, surface.source, made_from, inside)
@@ -120,6 +122,24 @@ class CaseService:
                 session.add(row)
             row.content_hash, row.document = content_hash, content.to_json()
         return self.get(case_id)
+
+    def change_content(self, case_id: str, change: Callable[[CaseContent, Session], CaseContent]) -> Case:
+        """Give a case another content, made of its present one in the same transaction; its hash stays.
+
+        The hash is that of what the case was made of; imported structures have hashes of their own.
+        Raises NotFound, and what `change` raises.
+        """
+        with self._store.writing() as session:
+            row = _row(session, case_id)
+            row.document = change(_content(row), session).to_json()
+        return self.get(case_id)
+
+    def remove_unused(self, source: str) -> None:
+        """Delete the stored file of a surface that no row names any more."""
+        key = source.removeprefix(STORED)
+        with self._store.writing() as session:
+            if source.startswith(STORED) and key not in referred_files(session):
+                self._store.files.remove(key)
 
     def rename(self, case_id: str, name: str) -> Case:
         """Give a case another name."""
@@ -138,7 +158,7 @@ class CaseService:
         """A surface of a case, that of the structure it is driven in unless a name is given. Raises NotFound."""
         case = self.get(case_id)
         info = _named(case.surfaces, case.anatomy.surface if name is None else name, "surface")
-        return self._surfaces.get(info.source, lambda: self._files.surface(info.source))
+        return self._surfaces.get(info.source, lambda: self.files.surface(info.source))
 
     def structure_mesh(self, case_id: str, structure_id: str) -> TriangleMesh:
         """The surface of a structure, by the structure's id. Raises NotFound."""
@@ -147,22 +167,38 @@ class CaseService:
     def display_meshes(self, case_id: str) -> dict[str, TriangleMesh]:
         """The surfaces to show, by name: all but the one that it is driven in, or that one where there is no other."""
         case = self.get(case_id)
-        names = [info.name for info in case.surfaces]
+        names = [info.name for info in case.own_surfaces]
         shown = [name for name in names if name != case.anatomy.surface] or names
         return {name: self.case_surface(case_id, name) for name in shown}
 
-    def volume(self, case_id: str, name: str | None = None) -> Volume | None:
-        """A CT volume of a case, the widest unless a name is given; None for a case that was made of a surface."""
-        case = self.get(case_id)
+    def volume(self, case: Case, name: str | None = None) -> Volume | None:
+        """A CT volume of a case, the widest unless a name is given; None for a case that was made of a surface.
+
+        What is laid over the case is had by its id.
+        """
         if not case.volumes and name is None:
             return None
-        info = case.volumes[0] if name is None else _named(case.volumes, name, "volume")
-        return self._volumes.get(info.source, lambda: self._files.volume(info.source))
+        info = volume_named(case, name)
+        return self._volumes.get(info.source, lambda: self.files.volume(info.source))
 
-    def tree(self, case_id: str) -> ProximityTree:
+    def volumes(self, case: Case) -> tuple[Volume, ...]:
+        """Every CT volume of a case, the widest first; none of a case that was made of a surface."""
+        return tuple(
+            self._volumes.get(info.source, lambda source=info.source: self.files.volume(source))  # type: ignore[misc]
+            for info in case.volumes
+        )
+
+    def volume_revision(self, case: Case, name: str | None = None) -> str:
+        """SHA-256 of a volume's grid and voxels, of the widest unless a name is given. Raises NotFound."""
+        volume = self.volume(case, name)
+        if volume is None:
+            raise NotFound("this case was made of a surface; it has no CT.")
+        info = volume_named(case, name)
+        return self._revisions.get(info.source, lambda: volume.content_hash)
+
+    def tree(self, case: Case) -> ProximityTree:
         """The proximity tree of the structure that a case is driven in; the first call builds it."""
-        geometry = self.get(case_id).anatomy.geometry
-        return self._trees.get(geometry, lambda: ProximityTree(self.case_surface(case_id)))
+        return self._trees.get(case.anatomy.geometry, lambda: ProximityTree(self.case_surface(case.id)))
 
     def _change(self, case_id: str, **values: str | None) -> Case:
         with self._store.writing() as session:
@@ -190,11 +226,11 @@ def _readable(session: Session, case_id: str) -> Case | None:
 def _case(session: Session, case_id: str) -> Case:
     try:
         row = _row(session, case_id)
-        content = CaseContent.from_json(row.document)
-    except (DBAPIError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
-        if isinstance(error, DBAPIError) and not is_of_reading(error):
+    except DBAPIError as error:
+        if not is_of_reading(error):
             raise
-        raise StoreDamaged(f"the stored case {case_id:.80} is damaged; import it again.") from error
+        raise _damaged(case_id) from error
+    content = _content(row)
     return Case(
         id=row.id,
         name=row.name,
@@ -209,7 +245,27 @@ def _case(session: Session, case_id: str) -> Case:
         notes=content.notes,
         kind=content.kind,
         structures=content.structures,
+        overlays=content.overlays,
     )
+
+
+def _content(row: CaseRow) -> CaseContent:
+    try:
+        return CaseContent.from_json(row.document)
+    except (DBAPIError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        if isinstance(error, DBAPIError) and not is_of_reading(error):
+            raise
+        raise _damaged(row.id) from error
+
+
+def _damaged(case_id: str) -> StoreDamaged:
+    return StoreDamaged(f"the stored case {case_id:.80} is damaged; import it again.")
+
+
+def volume_named(case: Case, name: str | None) -> VolumeInfo:
+    """A CT volume of a case, or one that is laid over it; the widest CT without a name. Raises NotFound."""
+    overlays = tuple(item.volume for item in case.overlays)
+    return case.volumes[0] if name is None else _named((*case.volumes, *overlays), name, "volume")
 
 
 def _named(items: Sequence[Info], name: str, what: str) -> Info:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import threading
+from collections.abc import Callable
 
-from app.services.jobs import ENDED, Job, Jobs, Progress
+from app.services.jobs import Job, Jobs, Progress
 from app.services.plan_model import Plan
 from app.services.planning import PlanEvaluation, Planning
+from app.services.switches import NO_SWITCHES, Switches
 
 
 class DryRuns:
@@ -14,36 +15,32 @@ class DryRuns:
 
     def __init__(self, jobs: Jobs, planning: Planning) -> None:
         self._jobs, self._planning = jobs, planning
-        self._lock = threading.RLock()  # a job that is refused is cleaned up by who starts it
-        self._started: dict[str, str] = {}  # job by what is driven
 
-    def start(self, plan: Plan) -> Job:
-        """Drive a plan as a job, whose result is the plan's id; the job that drives it already, where there is one."""
-        key = self._planning.content_key(plan)
+    def start(self, plan: Plan, switches: Switches = NO_SWITCHES) -> Job:
+        """Drive a plan as a job, whose result is the plan's id; the job that drives it already, where there is one.
+
+        switches: of the rehearsal, which hold the tool in the run as well.
+        """
 
         def work(progress: Progress) -> str:
-            self._planning.evaluate(plan, progress)
+            self._planning.evaluate(plan, progress, switches)
             return plan.id
 
-        with self._lock:
-            known = self._started.get(key)
-            if known is not None and (job := self._jobs.get(known)).state not in ENDED:
-                return job
-            lane = f"dry_run {plan.case_id}"
-            job = self._jobs.submit(
-                work, lambda: self._ended(key), kind="dry_run", lane=lane, case_id=plan.case_id, subject=plan.name
-            )
-            self._started[key] = job.id
-            return job
+        same = f"dry_run {self._planning.content_key(plan, switches)}"
+        lane = f"dry_run {plan.case_id}"
+        return self._jobs.submit(work, kind="dry_run", lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
 
-    def evaluate(self, plan: Plan) -> PlanEvaluation:
-        """The answer, awaited. Raises what the run fails with, JobCancelled where somebody cancels it."""
-        if not self._planning.is_evaluated(plan):
-            job = self._jobs.wait(self.start(plan).id)
+    def evaluate(
+        self, plan: Plan, switches: Switches = NO_SWITCHES, began: Callable[[str], object] = bool
+    ) -> PlanEvaluation:
+        """The answer, awaited. Raises what the run fails with, JobCancelled where somebody cancels it.
+
+        began: gets the id of the job that is waited for, where there is one.
+        """
+        if not self._planning.is_evaluated(plan, switches):
+            job_id = self.start(plan, switches).id
+            began(job_id)
+            job = self._jobs.wait(job_id)
             if job.error is not None:
                 raise job.error
-        return self._planning.evaluate(plan)
-
-    def _ended(self, key: str) -> None:
-        with self._lock:
-            self._started.pop(key, None)
+        return self._planning.evaluate(plan, switches=switches)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 
 from app.services.case_files import ASSET, CaseFiles, surface_info, volume_info
 from app.services.case_model import (
     HEAD_PHANTOM,
     Bead,
+    Case,
     CaseContent,
     CaseFrame,
     anatomy_structure,
@@ -22,8 +24,7 @@ from app.services.structures import BONE, Provenance, is_closed
 from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import DocumentRow
-from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
-from vfix_engine.imaging.phantom.shipped import BONE_REPORT
+from vfix_engine.imaging.phantom import BONE_REPORT, load_head_ct, load_nose_ct
 from vfix_engine.resources import assets_dir
 
 SAMPLE_PLAN = "head-phantom-sample"
@@ -49,7 +50,8 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
     except (NotFound, StoreDamaged):
         known = None
     if known is None or known.content_hash != content_hash or known.anatomy.has_inside is None:
-        cases.put(HEAD_PHANTOM, _NAME, _content(CaseFiles(store.files)), content_hash)
+        content = _with_imported(_content(CaseFiles(store.files)), known)
+        cases.put(HEAD_PHANTOM, _NAME, content, content_hash)
     with store.reading() as session:  # whether it is there: what is in it need not be readable to start
         missing = session.get(DocumentRow, SAMPLE_PLAN) is None
     if missing and cases.get(HEAD_PHANTOM).deleted_at is None:
@@ -81,6 +83,20 @@ def _content(files: CaseFiles) -> CaseContent:
         tuple(volume_info(name, volume, f"phantom:{name}") for name, volume in volumes.items()),
         tuple(Bead(bead["name"], to_triple(bead["centroid"])) for bead in description["beads"]),
         structures=(anatomy_structure("head", bone, geometry, Provenance("shipped"), inside),),
+    )
+
+
+def _with_imported(content: CaseContent, known: Case | None) -> CaseContent:
+    """The content with the structures and volumes that the user imported into the case before."""
+    if known is None or not known.spared:
+        return content
+    names = {item.surface for item in known.spared}
+    surfaces = tuple(item for item in known.surfaces if item.name in names)
+    return replace(
+        content,
+        surfaces=content.surfaces + surfaces,
+        structures=content.structures + known.spared,
+        overlays=known.overlays,
     )
 
 

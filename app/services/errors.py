@@ -1,5 +1,7 @@
 """What the services refuse beyond a wrong input: something that is not there, or that changed in between."""
 
+from typing import Any
+
 from vfix_engine.errors import InputError, PlanError, VfixError
 
 
@@ -15,6 +17,17 @@ class PointsUnclear(PlanError):
     """A file of one list of points does not say whether they are a path or targets."""
 
     missing = ("points_as",)
+
+
+class AnswerUnusable(InputError):
+    """An import that was repeated with an answer failed; the file is kept, and the question is open again.
+
+    missing, series: those of the question.
+    """
+
+    def __init__(self, message: str, missing: tuple[str, ...], series: tuple[dict[str, Any], ...] = ()) -> None:
+        super().__init__(message)
+        self.missing, self.series = missing, series
 
 
 class DocumentConflict(InputError):

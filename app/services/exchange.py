@@ -84,7 +84,7 @@ def from_native_json(text: str, default_name: str = "Imported plan") -> PlanFile
         raise PlanError("the case's hash must be text.")
     name = check_name(data.get("name", default_name), "plan's name")
     content = check_content(content_from_json(data))
-    for point in (*content.points, *content.targets):
+    for point in (*(point for path in content.paths for point in path.points), *content.targets):
         check_label(point.label, "label")
     return PlanFile(name, content, case_hash or None, _carried_urdf(data.get("urdf"), content.robot.get("urdf")))
 

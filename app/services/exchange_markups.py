@@ -19,6 +19,7 @@ from app.services.exchange_parts import (
     to_json_text,
     to_lps,
 )
+from app.services.exchange_regions import region_markups
 from app.services.names import MAX_NAME, check_name
 from app.services.plan_model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, Position, check_content, number
 from vfix_engine.errors import PlanError
@@ -39,6 +40,7 @@ _ORIENTATION = [-1.0, -0.0, -0.0, -0.0, -1.0, -0.0, 0.0, 0.0, 1.0]
 def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") -> str:
     """Control points as a curve, the path as driven as a resampled curve with clearances, targets as a point list.
 
+    Structures to spare and bone to be removed follow as lines and regions of interest.
     curve: samples of the path; those with a clearance carry it as a measurement per control point.
     remark: why there are no clearances, where there are none.
     """
@@ -59,6 +61,7 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     markups.append(_markup("Fiducial", plan.name + _TARGETS, plan.targets))
     for markup in markups:
         markup["description"] = f"{NOTICE}. {remark}".strip()
+    markups.extend(region_markups(plan))
     return to_json_text({"@schema": _SCHEMA, "notice": NOTICE, "markups": markups})
 
 

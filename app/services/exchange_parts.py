@@ -61,7 +61,7 @@ def parse_json(text: str) -> Any:
     """A JSON value of anybody's making, without NaN and infinity. Raises ValueError, for one nested too deeply too.
 
     How deep is not left to the interpreter, whose limit depends on where it is called: what is read here can be
-    written, compared and told.
+    written, compared and reported.
     """
     try:
         data = json.loads(text, parse_constant=_no_constant)
@@ -119,7 +119,7 @@ def mm_per_unit(unit: Any) -> float:
 def table_header(lines: Sequence[str], keys: Iterable[str], above: int) -> dict[str, str]:
     """What the comment lines `# key=value` say under these keys, whose case does not matter; others are remarks.
 
-    above: how many rows stand above the first point, such as that of the columns' names.
+    above: how many rows come before the first point, such as that of the columns' names.
     Raises PlanError for a key that is given twice with different values, or below the first point.
     """
     known, rows = {key.lower(): key for key in keys}, 0
@@ -131,11 +131,11 @@ def table_header(lines: Sequence[str], keys: Iterable[str], above: int) -> dict[
         word, separator, value = (part.strip() for part in line[1:].partition("="))
         if not separator or word.lower() not in known:
             continue
-        key, told = known[word.lower()], f"line {number}: '{word}={value:.40}' stands"
+        key, where = known[word.lower()], f"line {number}: '{word}={value:.40}' stands"
         if rows > above:
-            raise PlanError(f"{told} below the first point; say it above, once for all points, or split the file.")
+            raise PlanError(f"{where} below the first point; say it above, once for all points, or split the file.")
         if header.setdefault(key, value) != value:
-            raise PlanError(f"{told} after {key}={header[key]:.40}; keep the one that is right, or split the file.")
+            raise PlanError(f"{where} after {key}={header[key]:.40}; keep the one that is right, or split the file.")
     return header
 
 

@@ -1,16 +1,19 @@
-"""A new case out of a CT or a surface: read and its bone made by the engine's import, then stored."""
+"""Imports: a new case out of a CT or a surface, and structures of a case out of a segmentation."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
 
-from app.services.case_model import Case, CaseFrame
+from app.services.case_model import Case, CaseFrame, Overlay
+from app.services.case_structures import CaseStructures
 from app.services.cases import CaseService
-from app.services.names import MAX_NAME, check_name
-from app.services.structures import BONE
+from app.services.names import check_name
+from app.services.overlays import Overlays
+from app.services.structures import BONE, Structure
 from app.store.errors import StorageError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.head_import import (
@@ -23,15 +26,30 @@ from vfix_engine.imaging.head_import import (
     read_head,
 )
 from vfix_engine.imaging.isolated import Cancellation
+from vfix_engine.imaging.labels.reading import SegmentationRequest, read_segmentation
+from vfix_engine.imaging.mesh_files import is_mesh
+from vfix_engine.imaging.overlay import read_overlay
 from vfix_engine.imaging.readers import is_dicom
 
 DISPLAY = "display"
-DICOM_NAME = "CT series"
+DICOM_NAME, VOLUME_NAME, SURFACE_NAME = "CT series", "CT volume", "Bone surface"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImportRequest(HeadRequest):
-    """What to make a case of. name: of the case; None takes the file's."""
+    """What to make a case of.
+
+    name: of the case; None takes a plain one. names: a table that names labels, kept for a file that turns out to be a
+    segmentation.
+    """
+
+    name: str | None = None
+    names: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class OverlayRequest(HeadRequest):
+    """What to lay over a case. name: of the volume; None takes a plain one, never the file's (HAZ-33)."""
 
     name: str | None = None
 
@@ -41,6 +59,7 @@ class ImportService:
 
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
+        self._structures, self._overlays = CaseStructures(cases), Overlays(cases)
         self._cancellation = Cancellation()
 
     def cancel(self) -> None:
@@ -60,7 +79,7 @@ class ImportService:
         Raises FrameError, naming what is missing, when the file does not say its frame or unit and neither does the
         request; another InputError when the file cannot be used.
         """
-        name, ends = case_name(request), cancellation or self._cancellation
+        name, ends = self._unused(case_name(request), request.name), cancellation or self._cancellation
         with self._storage_errors():
             folder = self._cases.scratch.open()  # for what the worker decodes
             head = read_head(request, progress, cancellation=ends, folder=folder)
@@ -73,6 +92,55 @@ class ImportService:
         return self._cases.create(
             name, frame=frame, surfaces=surfaces, volume=head.volume, notes=head.notes, reports=reports
         )
+
+    def check_case(self, case_id: str) -> None:
+        """Raises NotFound where there is no such case."""
+        self._cases.get(case_id)
+
+    def _unused(self, name: str, wanted: str | None) -> str:
+        """A name that nobody asked for gets a number where another case has it."""
+        taken = {case.name for case in self._cases.list()} if wanted is None else set()
+        return next(one for n in count(1) if (one := name if n == 1 else f"{name} {n}") not in taken)
+
+    def add_structures(
+        self,
+        case_id: str,
+        request: SegmentationRequest,
+        progress: Progress = no_progress,
+        cancellation: Cancellation | None = None,
+    ) -> tuple[Structure, ...]:
+        """Import a segmentation into a case; returns the new structures.
+
+        Raises NotFound, FrameError as `run` does, and another InputError when the file cannot be used.
+        """
+        ends = cancellation or self._cancellation
+        with self._storage_errors():
+            progress("Comparing it with the case", 0.0)
+            place = self._structures.place(case_id)
+            part = _part(progress, 0.1, 0.9)
+            folder = self._cases.scratch.open()
+            found = read_segmentation(request, place, part, cancellation=ends, folder=folder)
+        progress("Storing the structures", 0.9)
+        return self._structures.add(case_id, found)
+
+    def add_overlay(
+        self,
+        case_id: str,
+        request: OverlayRequest,
+        progress: Progress = no_progress,
+        cancellation: Cancellation | None = None,
+    ) -> Overlay:
+        """Import a volume that is laid over a case: DICOM of CT or MR, or an image file.
+
+        Raises NotFound, FrameError as `run` does, and another InputError when the file cannot be used.
+        """
+        ends = cancellation or self._cancellation
+        self._overlays.check_room(case_id)
+        with self._storage_errors():
+            found, notes = read_overlay(request, progress, cancellation=ends, folder=self._cases.scratch.open())
+        progress("Storing the volume", 0.9)
+        with self._storage_errors():
+            return self._overlays.add(case_id, request.name, found, notes)
 
     def control_head(self, request: HeadRequest) -> ControlHead:
         """The head that a case made of the file would be driven in; nothing is stored."""
@@ -88,16 +156,15 @@ class ImportService:
 
 
 def case_name(request: ImportRequest) -> str:
-    """Name of the new case: the one asked for, or the file's stem without what a name may not hold.
+    """Name of the new case: the one asked for, or what kind of file it was made of.
 
-    A DICOM series is never named after its file: hospitals put the patient's name there.
+    Never the file's name: people put the patient's name there (HAZ-33).
     """
     if request.name is not None:
         return check_name(request.name.strip(), "case's name")
-    if is_dicom(request.path):
-        return DICOM_NAME
-    stem = re.sub(r"(?i)\.(nii\.gz|[a-z0-9]+)$", "", request.path.name)
-    return re.sub(r"[^\w.()+-]+", " ", stem).strip()[:MAX_NAME] or "Imported case"
+    if is_mesh(request.path):
+        return SURFACE_NAME
+    return DICOM_NAME if is_dicom(request.path) else VOLUME_NAME
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:

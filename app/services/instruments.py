@@ -7,7 +7,7 @@ import math
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -54,7 +54,7 @@ class OwnRobot:
 
 def plan_tool(plan: UsesInstruments) -> Tool:
     """The tool of a plan, in its shape. Raises RobotError."""
-    return shaped_tool(plan.tool, plan.tool_shape)
+    return shaped_tool(plan.tool, **plan.tool_shape)
 
 
 def plan_robot(plan: UsesInstruments, instruments: Instruments | None) -> RobotModel:
@@ -69,10 +69,10 @@ def plan_robot(plan: UsesInstruments, instruments: Instruments | None) -> RobotM
     return instruments.robot(robot)
 
 
-def shaped_tool(name: str, shape: Mapping[str, float]) -> Tool:
-    """A shipped tool with another bend and radius where the shape says so. Raises RobotError."""
-    bend = shape.get("bend_deg")
-    return Tool.load(name).shaped(None if bend is None else math.radians(bend), shape.get("shaft_radius_mm"))
+@lru_cache(maxsize=32)
+def shaped_tool(name: str, bend_deg: float | None = None, shaft_radius_mm: float | None = None) -> Tool:
+    """A shipped tool, with another bend and radius where they are given. Raises RobotError."""
+    return Tool.load(name).shaped(None if bend_deg is None else math.radians(bend_deg), shaft_radius_mm)
 
 
 @cache
@@ -88,10 +88,10 @@ def shipped_tools() -> tuple[Tool, ...]:
 
 
 def robot_words(robot: RobotModel) -> str:
-    """What a robot is: its joints, how it stands, and what was assumed."""
+    """What a robot is: its joints, how its base is placed, and what was assumed."""
     slide = int((~robot.revolute).sum())
     kinds = f"{len(robot.joints)} joints, {slide} of them sliding" if slide else f"{len(robot.joints)} turning joints"
-    base = "its base stands upright" if robot.stands else "its base is held as the path asks"
+    base = "its base stands upright" if robot.upright else "its base is held as the path asks"
     return f"{kinds}; {base}."
 
 

@@ -15,7 +15,7 @@ from app.clock import utc_now
 from app.services.errors import JobCancelled, NotFound, PlannerEnds
 from vfix_engine.errors import VfixError
 
-JobKind = Literal["import", "dry_run", "run"]
+JobKind = Literal["import", "structures", "dry_run", "run", "suggestion", "tools", "segmentation", "islands", "overlay"]
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[JobState] = frozenset({"done", "failed", "cancelled"})
 
@@ -96,6 +96,7 @@ class _Entry:
     clean_up: Callable[[], None]
     progress: Progress
     lane: str
+    same: str = ""
     done: threading.Event = field(default_factory=threading.Event)
 
 
@@ -119,18 +120,23 @@ class Jobs:
         lane: str,
         case_id: str | None = None,
         subject: str = "",
+        same: str = "",
     ) -> Job:
         """Queue a piece of work that reports progress and returns the id of what it made.
 
         clean_up: called when the work has ended, and also when it is never begun.
         lane: of the jobs of one lane one runs at a time, in their order: imports, which may take a gigabyte each, or
             the dry runs of one case.
+        same: equal for jobs that make the same. Whoever asks for what waits or runs already gets that job, and
+            `clean_up` is called at once; '' is like no other.
         """
         job = Job(f"job-{secrets.token_hex(6)}", kind, case_id, subject)
-        entry = _Entry(work, clean_up, Progress(lambda *told: self._tell(job.id, *told)), lane)
+        entry = _Entry(work, clean_up, Progress(lambda *progress: self._tell(job.id, *progress)), lane, same)
         with self._lock:
             closed = self._closed
-            if not closed:
+            goes_on = (job_id for job_id, other in self._entries.items() if same and other.same == same)
+            known = self._jobs.get(next(goes_on, ""))
+            if not closed and known is None:
                 self._jobs[job.id], self._entries[job.id] = job, entry
                 self._forget_old()
                 if lane in self._lanes:
@@ -138,10 +144,11 @@ class Jobs:
                 else:
                     self._lanes[lane] = deque()
                     self._pool.submit(self._run, job.id, entry)
-        if closed:
+        if closed or known is not None:
             clean_up()
+        if closed:
             raise PlannerEnds
-        return job
+        return known or job
 
     def get(self, job_id: str) -> Job:
         """How far a job is. Raises NotFound."""
@@ -165,7 +172,7 @@ class Jobs:
     def cancel(self, job_id: str) -> Job:
         """End a job that waits or runs; one that is past being ended goes on, and one that has ended stays as it is.
 
-        A job that runs is still told as running until its work has ended. Raises NotFound.
+        A job that runs is still reported as running until its work has ended. Raises NotFound.
         """
         with self._lock:
             job, entry = self._find(job_id), self._entries.get(job_id)

@@ -44,3 +44,15 @@ def check_stored_label(text: object, what: str) -> str:
     if any(unicodedata.category(c) in _REFUSED_CATEGORIES or c in _REORDERING for c in text):
         raise InputError(f"the {what} holds a control character; use letters, digits and signs.")
     return text
+
+
+def check_text(text: object, what: str, most: int) -> str:
+    """Text of several lines, as it was given. Raises InputError where it is too long or holds a refused character."""
+    if not isinstance(text, str):
+        raise InputError(f"the {what} must be text.")
+    if len(text) > most:
+        raise InputError(f"the {what} have {len(text):,} characters; {most:,} are allowed.")
+    inner = text.replace("\n", "").replace("\t", "")
+    if any(unicodedata.category(c) in _REFUSED_CATEGORIES or c in _REORDERING for c in inner):
+        raise InputError(f"the {what} hold a control character; use letters, digits, signs and line breaks.")
+    return text

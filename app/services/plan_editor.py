@@ -10,28 +10,38 @@ from app.services.documents import DocumentEditor
 from app.services.errors import NotFound
 from app.services.instruments import shaped_tool
 from app.services.names import check_label
+from app.services.plan_edits import BoneEdits, PathEdits, ZoneEdits
 from app.services.plan_kind import plan_of
 from app.services.plan_model import (
     Plan,
     PlanContent,
     PlanPoint,
+    check_content,
     check_position,
+    check_robot,
+    check_tool_shape,
     new_point_id,
     without_placing,
 )
+from app.services.plan_points import check_point
+from app.services.second_volume import SecondVolume, check_second
 from vfix_engine.errors import PlanError
 
 
 class PlanEditor:
-    """The one way to change a plan, for the page and every other client; may be called from any thread.
+    """The only interface for changes of a plan, for the page and every other client; may be called from any thread.
 
     Each edit is one of the plan's document and returns the plan that it made, or the id of what it added.
     `expected_revision` is the revision the caller saw: where the plan has moved on, PlanConflict is raised and nothing
     changes. A locked plan refuses every edit with PlanLocked.
+    Points are those of the chosen path. paths, zones, removed_bone: edits of these parts, with the same rules.
     """
 
     def __init__(self, document: DocumentEditor[PlanContent]) -> None:
         self._document = document
+        self.paths = PathEdits(self._edit)
+        self.zones = ZoneEdits(self._edit)
+        self.removed_bone = BoneEdits(self._edit)
 
     @property
     def plan(self) -> Plan:
@@ -75,17 +85,28 @@ class PlanEditor:
         label: str | None = None,
         index: int | None = None,
         *,
+        after: str | None = None,
         expected_revision: int | None = None,
     ) -> tuple[str, Plan]:
-        """As `add_point`, with the plan that it made."""
+        """As `add_point`, with the plan that it made. after: id of the point that it follows, instead of an index."""
+        point_id = new_point_id()
 
-        def place(points: Sequence[PlanPoint]) -> int:
+        def change(content: PlanContent) -> PlanContent:
+            points = list(content.points)
             where = len(points) if index is None else index
+            if after is not None:
+                where = _index(points, after) + 1
             if not 0 <= where <= len(points):
                 raise PlanError(f"there is no place {where} in a path of {len(points)} points.")
-            return where
+            points.insert(where, _new(point_id, position, label, "P", points))
+            return content.with_points(points)
 
-        return self._insert(position, label, place, expected_revision)
+        return point_id, self._edit(change, expected_revision)
+
+    def set_points(self, points: Sequence[PlanPoint], *, expected_revision: int | None = None) -> Plan:
+        """Another way for the chosen path: all of its points with the shaft's directions, as one edit."""
+        checked = [check_point(point) for point in points]
+        return self._edit(lambda content: content.with_points(checked), expected_revision)
 
     def insert_between(
         self,
@@ -96,24 +117,7 @@ class PlanEditor:
         expected_revision: int | None = None,
     ) -> str:
         """Add a path point right after the one called `before_id`; returns its id."""
-        return self._insert(position, label, lambda points: _index(points, before_id) + 1, expected_revision)[0]
-
-    def _insert(
-        self,
-        position: Sequence[float],
-        label: str | None,
-        place: Callable[[Sequence[PlanPoint]], int],
-        expected_revision: int | None,
-    ) -> tuple[str, Plan]:
-        """Add a path point at the index that `place` finds in the path as it is stored by then."""
-        point_id = new_point_id()
-
-        def change(content: PlanContent) -> PlanContent:
-            points = list(content.points)
-            points.insert(place(content.points), _new(point_id, position, label, "P", content.points))
-            return content.with_points(points)
-
-        return point_id, self._edit(change, expected_revision)
+        return self.added_point(position, label, after=before_id, expected_revision=expected_revision)[0]
 
     def move_point(self, point_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> Plan:
         """Put a path point somewhere else."""
@@ -170,11 +174,13 @@ class PlanEditor:
 
     def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
         """Keep a placing of the robot with the plan."""
-        return self._edit(lambda c: replace(c, robot=robot), expected_revision)
+        checked = check_robot(robot)
+        return self._edit(lambda c: replace(c, robot=checked), expected_revision)
 
     def choose_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
         """Another robot, without a placing: a shipped one's name, or name, urdf and tool_frame of one's own."""
-        return self._edit(lambda c: replace(c, robot=without_placing(robot)), expected_revision)
+        checked = check_robot(without_placing(robot))
+        return self._edit(lambda c: replace(c, robot=checked), expected_revision)
 
     def choose_tool(
         self, name: str, shape: Mapping[str, float] | None = None, *, expected_revision: int | None = None
@@ -183,12 +189,23 @@ class PlanEditor:
 
         Raises RobotError for a tool that there is not, or a shape that it cannot have.
         """
-        shaped_tool(name, shape or {})
+        checked = check_tool_shape(shape or {})
+        shaped_tool(name, **checked)
 
         def change(content: PlanContent) -> PlanContent:
-            return replace(content, tool=name, tool_shape=shape or {}, robot=without_placing(content.robot))
+            return replace(content, tool=name, tool_shape=checked, robot=without_placing(content.robot))
 
         return self._edit(change, expected_revision)
+
+    def become(self, content: PlanContent, *, expected_revision: int | None = None) -> Plan:
+        """Take over another content as one edit; the settings, which are no step of the history, stay."""
+        checked = check_content(content)
+        return self._edit(lambda c: replace(checked, settings=c.settings), expected_revision)
+
+    def lay_over(self, second: SecondVolume | None, *, expected_revision: int | None = None) -> Plan:
+        """Lay a second volume over the head's slices; None takes it away."""
+        checked = check_second(second)
+        return self._edit(lambda content: replace(content, second_volume=checked), expected_revision)
 
     def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> Plan:
         """Lock the plan against edits, or unlock it; not a step of the history."""
@@ -212,7 +229,9 @@ def _new(
     if label is None:
         taken = {point.label for point in others}
         label = next(text for n in range(1, len(others) + 2) if (text := f"{letter}{n}") not in taken)
-    return PlanPoint(point_id, check_label(label, "label"), check_position(position))
+    else:
+        check_label(label, "label")
+    return PlanPoint(point_id, label, check_position(position))
 
 
 def _index(points: Sequence[PlanPoint], point_id: str) -> int:

@@ -2,28 +2,48 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from app.services.documents import Document, DocumentErrors, DocumentKind, Ref
 from app.services.errors import PlanConflict, PlanLocked
 from app.services.plan_model import (
-    SCHEMA,
     Plan,
     PlanContent,
-    check_content,
+    check_size,
     content_from_json,
     content_to_json,
 )
+from app.services.plan_paths import FIRST_NAME, FIRST_PATH
 from app.services.structures import BONE
 from vfix_engine.errors import PlanError
+
+# Of a stored content. A vfix from before there were zones must refuse it, not drive without them; the schema of files,
+# which have had each new key beside the old ones, is another one.
+STORED = "vfix-plan/2"
+BEFORE_PATHS = "vfix-plan/1"
+
+
+def _with_paths(data: dict[str, Any]) -> dict[str, Any]:
+    """What was stored before there were several paths: its path is called 'Path 1'."""
+    return {**data, "path_id": FIRST_PATH, "paths": [{"id": FIRST_PATH, "name": FIRST_NAME}]}
+
+
+def _refs(content: PlanContent) -> tuple[Ref, ...]:
+    """The structure that the controller keeps away from, and those that zones are parts of."""
+    named = [zone.shape["structure"] for zone in content.zones if "structure" in zone.shape]
+    return tuple(Ref("structure", one) for one in dict.fromkeys([BONE, *named]))
+
 
 PLAN = DocumentKind(
     name="plan",
     noun="plan",
-    schema=SCHEMA,
+    schema=STORED,
     empty=PlanContent,
     read=content_from_json,
     write=content_to_json,
-    check=check_content,
-    refs=lambda content: (Ref("structure", BONE),),  # the structure that the controller keeps away from
+    check=check_size,  # values are checked where they come in: by PlanEditor, PlanService and read
+    refs=_refs,
+    upgrades={BEFORE_PATHS: (STORED, _with_paths)},
     errors=DocumentErrors(refused=PlanError, conflict=PlanConflict, locked=PlanLocked),
     undo_hint=(
         "Take its newest edit back with POST /api/plans/{id}/undo, set its settings anew with PATCH /api/plans/{id}, "
@@ -40,17 +60,13 @@ def plan_of(document: Document[PlanContent]) -> Plan:
         name=document.name,
         case_id=document.case_id,
         case_hash=document.case_hash,
-        points=content.points,
-        targets=content.targets,
-        tool=content.tool,
-        tool_shape=content.tool_shape,
-        robot=content.robot,
-        settings=content.settings,
+        **vars(content),
         created=document.created,
         modified=document.modified,
         revision=document.revision,
         locked=document.locked,
         deleted_at=document.deleted_at,
+        can_undo=document.can_undo,
+        can_redo=document.can_redo,
         unreadable=document.unreadable,
-        schema=document.schema,
     )

@@ -4,32 +4,39 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.services.cache import Cache
-from app.services.cases import CaseService
+from app.services.case_settings import settings_in_case
+from app.services.cases import Case, CaseService
 from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
-from app.services.instruments import Instruments, plan_tool
-from app.services.placing import stored_placing
-from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position
-from app.services.plans import PlanService
-from vfix_engine.control import ControlSettings
-from vfix_engine.errors import PlanError, VfixError
-from vfix_engine.geometry.fit import Inside, nearest_place
+from app.services.fields import Fields
+from app.services.instruments import Instruments, plan_tool, shaped_tool
+from app.services.openings import Openings, PlanBone
+from app.services.placing import StoredPlacing, stored_placing
+from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
+from app.services.plan_shaft import shaft_of
+from app.services.plan_zones import PlanZone, check_zone, zone_to_json
+from app.services.remote_centre import path_of
+from app.services.switches import NO_SWITCHES, Standing, Switches, standing
+from app.services.verdict import Profile, Verdict, profile_of, verdict_of
+from app.services.zone_sets import check_kept, near_zones, with_errors, zone_set
+from vfix_engine.errors import InputError, VfixError
+from vfix_engine.fixtures.zone_file import ZoneSet
+from vfix_engine.geometry.distance_field import DistanceField
+from vfix_engine.geometry.fit import Inside, nearest_free_point
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.side import SurfaceSide
 from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
-from vfix_engine.imaging.surface import BONE_HU
-from vfix_engine.robots import Tool
 from vfix_engine.simulation import preparation
-from vfix_engine.simulation.dry_run import DryRun, dry_run
-from vfix_engine.simulation.placing import place_robot
+from vfix_engine.simulation.dry_run import STEP_MM, DryRun, dry_run
+from vfix_engine.simulation.inspection_cone import InspectionCone, inspection_cone
+from vfix_engine.simulation.placing import place_robot, started_at
 from vfix_engine.simulation.scene import Scene
 
 Array = NDArray[np.float64]
@@ -37,6 +44,7 @@ Array = NDArray[np.float64]
 Tell = Callable[[str, float], None]
 
 SPACING_MM = 0.5  # between samples of the spline
+PROSPECT_STEP_MM = 0.2  # of the dry run while a hand drags; the least clearance is within some 0.03 mm
 _MOVED_MM = 0.01  # a shorter move is not worth a word
 
 
@@ -65,6 +73,10 @@ class PlanEvaluation:
     there, NaN where it did not get. soft_tissue: what the tool passes besides.
     base (4, 4) transform_base_to_patient and q_start: the placing that was driven.
     completed, reason: whether the end was reached, and what held the tool where it was not.
+    standing: the fixtures that the switches of the rehearsal stood for. zones: the plan's structures to spare.
+    profile: clearance and soft tissue along the path; verdict: what both mean, with words.
+    tool_radius (S,): of the tool's segments.
+    removed_mm3: volume of the bone that the plan removes first; the run is in what is left.
     """
 
     s: Array
@@ -79,6 +91,12 @@ class PlanEvaluation:
     reached_mm: float
     run: DryRun
     soft_tissue: TissuePassed
+    standing: Standing
+    profile: Profile
+    verdict: Verdict
+    tool_radius: Array
+    zones: ZoneSet
+    removed_mm3: float = 0.0
 
     @property
     def min_clearance_mm(self) -> float:
@@ -99,10 +117,13 @@ class PlanEvaluation:
 class Planning:
     """Runs the engine for plans in the caller's thread; answers are kept per content of the plan and head."""
 
-    def __init__(self, cases: CaseService, plans: PlanService, instruments: Instruments) -> None:
-        self._cases, self._plans, self._instruments = cases, plans, instruments
+    def __init__(self, cases: CaseService, instruments: Instruments, fields: Fields | None = None) -> None:
+        self._cases, self._instruments = cases, instruments
+        self._fields = fields or Fields(cases)
         self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
-        self._sides: Cache[str, SurfaceSide] = Cache(4)
+        self._cones: Cache[str, Mapping[str, InspectionCone]] = Cache(32)
+        self._openings = Openings(cases)
+        self._zones: Cache[str, ZoneSet] = Cache(16)
         self._ended = threading.Event()
 
     def end(self) -> None:
@@ -113,49 +134,97 @@ class Planning:
         if self._ended.is_set():
             raise PlannerEnds
 
-    def snap(
-        self, case_id: str, point: Sequence[float], *, tool: Tool | None = None, margin_mm: float | None = None
-    ) -> SnapResult:
-        """The nearest place clear of bone: outside of it, with room for the shaft and the margin all around.
+    def snap(self, case: Case, point: Iterable[float], plan: Plan | None = None) -> SnapResult:
+        """The nearest place clear of bone: outside of it, at least the shaft's radius and the margin away.
 
-        Without a CT the surface's normals tell the outside of bone. Soft tissue does not move a point; what it lies in
-        is told. Raises PlanError when there is no such place near.
+        plan: whose tool and margin count; the default ones where none is given.
+        Without a CT the surface's normals tell the outside of bone. Soft tissue does not move a point; the result says
+        what it lies in. The plan's hard structures to spare move a point as bone does, each by its own margin.
+        Raises PlanError when there is no such place near.
         """
         wanted = check_position(point)
         preparation.wait(self._go_on)
-        margin = ControlSettings().margin_mm if margin_mm is None else margin_mm
-        room = float((tool or Tool.load(DEFAULT_TOOL)).radius.max()) + margin
-        tree = self._cases.tree(case_id)
-        place = check_position(nearest_place(tree, wanted, room, inside_bone=self._inside_bone(case_id, tree)).tolist())
+        tool = shaped_tool(DEFAULT_TOOL) if plan is None else plan_tool(plan)
+        settings = settings_in_case({} if plan is None else plan.settings, case.uncertainty)
+        radius = float(tool.radius.max())
+        clearance = radius + settings.kept_mm
+        bone = self._openings.bone(case, plan)
+        tree, volume, inside = bone.tree, bone.volume, bone.inside
+        zones = () if plan is None else self.zones(plan).zones
+        taken: Inside = (lambda at: inside(at) | near_zones(zones, at, radius)) if zones else inside
+        found = nearest_free_point(tree, wanted, clearance, inside_bone=taken)
+        place = check_position(found.tolist())
         moved = float(np.linalg.norm(np.subtract(place, wanted)))
-        reason = f"moved {moved:.1f} mm, clear of bone" if moved > _MOVED_MM else ""
-        return SnapResult(place, moved, reason, surroundings(self._cases.volume(case_id), place))
+        away = "bone and of what is to be spared" if zones else "bone"
+        reason = f"moved {moved:.1f} mm, clear of {away}" if moved > _MOVED_MM else ""
+        return SnapResult(place, moved, reason, surroundings(volume, place))
 
-    def fit_point(self, plan_id: str, position: Sequence[float]) -> SnapResult:
-        """`snap` with the tool and the margin of a plan."""
-        plan = self._plans.get(plan_id)
-        settings = ControlSettings.from_dict(dict(plan.settings))
-        return self.snap(plan.case_id, position, tool=plan_tool(plan), margin_mm=settings.margin_mm)
-
-    def evaluate(self, plan: Plan, progress: Tell = _tell_nobody) -> PlanEvaluation:
+    def evaluate(self, plan: Plan, progress: Tell = _tell_nobody, switches: Switches = NO_SWITCHES) -> PlanEvaluation:
         """Spline, bone clearance of the whole tool along it, the soft tissue that it passes, and the placing.
 
         progress: gets the stage in words and the fraction of the whole before each step of the run; what it raises
             ends the run.
+        switches: of the rehearsal; what they stand for holds the tool in the run as in the drive.
         Raises PlanError for fewer than two points, and StartRefused when the tool does not fit at the entry.
         """
-        return self._evaluations.get(self.content_key(plan), lambda: self._evaluate(plan, progress))
+        key = self.content_key(plan, switches)
+        return self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches))
 
-    def content_key(self, plan: Plan) -> str:
+    def bone(self, plan: Plan) -> PlanBone:
+        """The bone that a plan is driven in: the case's, without what the plan removes. Raises PlanError."""
+        return self._openings.bone(self._cases.get(plan.case_id), plan)
+
+    def zones(self, plan: Plan) -> ZoneSet:
+        """The structures to spare of a plan, as the engine keeps them.
+
+        Raises PlanError, which names the one that cannot be kept.
+        """
+        if not plan.zones:
+            return ZoneSet()
+        case = self._cases.get(plan.case_id)
+        geometry = [(item.id, item.geometry) for item in case.structures]
+        key = json.dumps([case.id, geometry, [zone_to_json(zone) for zone in plan.zones]])
+        surface = partial(self._cases.structure_mesh, case.id)
+        return self._zones.get(
+            key, lambda: zone_set(with_errors(plan.zones, case.structure_errors()), surface, case.anatomy.id)
+        )
+
+    def check_zone(self, plan: Plan, zone: PlanZone) -> None:
+        """Raises PlanError for a structure to spare that no drive could keep, as far as that is quickly known."""
+        case = self._cases.get(plan.case_id)
+        check_kept(check_zone(zone), partial(self._cases.structure_mesh, case.id), case.anatomy.id)
+
+    def content_key(self, plan: Plan, switches: Switches = NO_SWITCHES) -> str:
         """Equal for plans that are driven alike."""
         case_hash = self._cases.get(plan.case_id).content_hash
-        points = [point.position for point in plan.points]
-        tool = [plan.tool, dict(plan.tool_shape)]
-        return json.dumps([plan.case_id, case_hash, tool, dict(plan.robot), dict(plan.settings), points])
+        # A point that the remote centre is at is known by its id.
+        on, ids = asdict(switches.in_force), [point.id for point in plan.points] if switches.centre.point else []
+        return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids])
 
-    def is_evaluated(self, plan: Plan) -> bool:
+    def is_evaluated(self, plan: Plan, switches: Switches = NO_SWITCHES) -> bool:
         """Whether the answer for a plan is there already."""
-        return self._evaluations.has(self.content_key(plan))
+        return self._evaluations.has(self.content_key(plan, switches))
+
+    def cones(self, plan: Plan, switches: Switches = NO_SWITCHES) -> Mapping[str, InspectionCone]:
+        """By the id of each target, the directions from which the tool of the path can inspect it.
+
+        The flood begins in the pose of the dry run whose tip is nearest to the target. Raises as `evaluate`.
+        """
+        targets = [(target.id, target.position) for target in plan.targets]
+        key = json.dumps([self.content_key(plan, switches), targets])
+        return self._cones.get(key, lambda: self._all_cones(plan, switches))
+
+    def _all_cones(self, plan: Plan, switches: Switches) -> Mapping[str, InspectionCone]:
+        evaluation, tool = self.evaluate(plan, switches=switches), plan_tool(plan)
+        case = self._cases.get(plan.case_id)
+        tree, kept = self._openings.bone(case, plan).tree, settings_in_case(plan.settings, case.uncertainty).kept_mm
+        placed = self._instruments.robot(plan.robot).placed(evaluation.base, tool)
+        found = {}
+        for target in plan.targets:
+            row = int(np.linalg.norm(evaluation.run.tip - target.position, axis=1).argmin())
+            rotation = placed.tip(evaluation.run.q[row]).rotation
+            found[target.id] = inspection_cone(tree, tool, target.position, kept, rotation)
+        return found
 
     def curve(self, plan: Plan) -> tuple[tuple[CurveSample, ...], str]:
         """Samples of a plan's path for an export, and a remark where there are no clearances."""
@@ -164,47 +233,69 @@ class Planning:
         try:
             evaluation = self.evaluate(plan)
         except VfixError as error:
-            path = _path(plan)
+            path = path_of(plan)
             s = _stations(path)
             places = path.position(s).tolist()
             samples = zip(s.tolist(), places, strict=True)
             return tuple(CurveSample(at, (p[0], p[1], p[2]), None) for at, p in samples), f"No clearances: {error}"
+        removed = f"{evaluation.removed_mm3:.0f} mm³ of bone are removed first." if evaluation.removed_mm3 else ""
         held = f"The tool gets {evaluation.reached_mm:.1f} of {evaluation.length_mm:.1f} mm: {evaluation.reason}."
-        return evaluation.samples(), "" if evaluation.completed else held
+        return evaluation.samples(), " ".join(filter(None, ["" if evaluation.completed else held, removed]))
 
-    def _inside_bone(self, case_id: str, tree: ProximityTree) -> Inside:
-        """What tells bone from air: the CT, or without one the side of the surface."""
-        volume = self._cases.volume(case_id)
-        if volume is not None:
-            return lambda places: volume.sample(places) >= BONE_HU
-        side = self._sides.get(tree.mesh.content_hash, lambda: SurfaceSide(tree))
-        return lambda places: ~side.outside(places)
+    def prospect(
+        self, plan: Plan, placing: StoredPlacing, progress: Tell = _tell_nobody, switches: Switches = NO_SWITCHES
+    ) -> PlanEvaluation:
+        """As `evaluate`, of a plan that is not stored yet, in coarser steps and with the robot's base kept.
 
-    def _evaluate(self, plan: Plan, progress: Tell) -> PlanEvaluation:
-        def go_on(stage: str, fraction: float) -> Callable[[], None]:
-            def act() -> None:
-                self._go_on()
-                progress(stage, fraction)
+        placing: of the robot for the path as it was. It is not placed anew, and nothing is kept of the answer.
+        Raises as `evaluate`, and StartRefused where the robot does not reach the entry from where it stands.
+        """
+        return self._evaluate(plan, progress, switches, placing)
 
-            return act
+    def _evaluate(
+        self, plan: Plan, progress: Tell, switches: Switches, kept: StoredPlacing | None = None
+    ) -> PlanEvaluation:
+        """kept: the placing of a prospect, None where the answer is to stay."""
 
-        path = _path(plan)
-        preparation.wait(go_on("Preparing the engine", 0.0))
-        settings = ControlSettings.from_dict(dict(plan.settings))
+        def tell(stage: str, fraction: float) -> None:
+            self._go_on()
+            progress(stage, fraction)
+
+        path = path_of(plan)
+        preparation.wait(lambda: tell("Preparing the engine", 0.0))
+        case = self._cases.get(plan.case_id)
+        settings = settings_in_case(plan.settings, case.uncertainty)
         robot, tool = self._instruments.robot(plan.robot), plan_tool(plan)
-        go_on("Building the tree of the surface", 0.1)()
-        tree, names = self._cases.tree(plan.case_id), self._cases.get(plan.case_id).structure_names()
+        tell("Building the tree of the surface", 0.0)
+        bone = self._openings.bone(case, plan)
+        tree, names, volume = bone.tree, case.structure_names(), bone.volume
+
+        def tissue() -> DistanceField | None:
+            return self._fields.of_plan(plan, lambda stage, fraction: tell(stage, 0.0)).tissue
+
+        stands, zones = standing(switches, plan, volume, tissue), self.zones(plan)
+        fixtures, shaft = (*zones.soft_zones, *stands.fixtures), shaft_of(plan, path)
         stored = stored_placing(plan.robot)
+        if stored is None and kept is not None:
+            placed = robot.placed(kept.base, tool)
+            stored = StoredPlacing(kept.base, started_at(placed, kept.q_start, path, shaft))
         if stored is None:
-            act = go_on("Placing the robot and driving the path", 0.2)
-            placing = place_robot(tree, robot, tool, path, settings, go_on=act, structure_names=names)
+            placing = place_robot(
+                tree, robot, tool, path, settings, zones.zones, fixtures, structure_names=names,
+                tell=lambda share: tell("Placing the robot and driving the path", 0.95 * share), shaft=shaft,
+            )  # fmt: skip
             base, q_start, run = placing.base, placing.q_start, placing.run
         else:
             base, q_start = stored
-            scene = Scene(tree, robot, tool, base, q_start, path, structure_names=names)
-            run = dry_run(scene, settings, go_on("Driving the path", 0.2))
-        go_on("Measuring the soft tissue", 0.95)()
+            scene = Scene(
+                tree, robot, tool, base, q_start, path, zones=zones.zones, fixtures=fixtures, structure_names=names,
+                shaft=shaft,
+            )  # fmt: skip
+            step_mm = STEP_MM if kept is None else PROSPECT_STEP_MM
+            run = dry_run(scene, settings, tell=lambda share: tell("Driving the path", 0.95 * share), step_mm=step_mm)
+        tell("Measuring the soft tissue", 0.95)
         s = _stations(path)
+        profile, passed = self._profile(plan, run, zones, tell), tissue_passed(volume, run.stations())
         return PlanEvaluation(
             s=s,
             positions=path.position(s),
@@ -217,14 +308,22 @@ class Planning:
             length_mm=path.length,
             reached_mm=run.reached_mm,
             run=run,
-            soft_tissue=tissue_passed(self._cases.volume(plan.case_id), run.stations()),
+            soft_tissue=passed,
+            standing=stands,
+            profile=profile,
+            verdict=verdict_of(run, profile, tool, tree, case, settings.kept_mm, passed.complete),
+            tool_radius=tool.radius,
+            zones=zones,
+            removed_mm3=bone.removed_mm3,
         )
 
-
-def _path(plan: Plan) -> SplinePath:
-    if len(plan.points) < 2:
-        raise PlanError("a path needs at least two points.")
-    return SplinePath(np.array([point.position for point in plan.points], dtype=np.float64))
+    def _profile(self, plan: Plan, run: DryRun, zones: ZoneSet, tell: Tell) -> Profile:
+        """Bone clearance and soft tissue along a dry run; without tissue where no place of the plan is in the scan."""
+        try:
+            tissue = self._fields.of_plan(plan, lambda stage, fraction: tell(stage, 0.95)).tissue
+        except InputError:
+            tissue = None
+        return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones)
 
 
 def _stations(path: SplinePath) -> Array:

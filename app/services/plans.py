@@ -8,12 +8,14 @@ from dataclasses import replace
 
 from app.services.documents import Documents, DocumentTitle
 from app.services.errors import OtherCase
+from app.services.instruments import shaped_tool
 from app.services.plan_editor import PlanEditor
 from app.services.plan_kind import PLAN, plan_of
-from app.services.plan_model import Plan, PlanContent, PlanFile, PlanPoint, without_placing
+from app.services.plan_model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placing
 from app.store import Store
 from app.store.models import CaseRow
 from vfix_engine.errors import PlanError
+from vfix_engine.robots import robot_from_urdf
 
 __all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
 
@@ -43,15 +45,17 @@ class PlanService:
         self, case_id: str, name: str, content: PlanContent | None = None, *, plan_id: str | None = None
     ) -> Plan:
         """Make a plan of a case; empty unless a content is given."""
-        return plan_of(self.documents.create(case_id, name, content, document_id=plan_id))
+        checked = None if content is None else check_content(content)
+        return plan_of(self.documents.create(case_id, name, checked, document_id=plan_id))
 
     def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
         """Make a plan out of an imported file. `name` wins over the file's.
 
         Raises OtherCase when the file was made for another head, unless `other_case` says that this is known; the
-        robot's placing is dropped then.
+        robot's placing is dropped then. Raises RobotError for a tool, its shape or a robot that cannot be.
         """
         content = file.content
+        shaped_tool(content.tool, **content.tool_shape)
         self._keep_urdf(file)
         with self._store.reading() as session:
             case = session.get(CaseRow, case_id)
@@ -62,14 +66,17 @@ class PlanService:
         return self.create(case_id, file.name if name is None else name, content)
 
     def _keep_urdf(self, file: PlanFile) -> None:
-        """The robot's URDF comes into the store with its plan. Raises PlanError where nobody has it."""
-        key, files = file.content.robot.get("urdf"), self._store.files
-        if key is None or files.has(key):
+        """The robot's URDF comes into the store with its plan. Raises PlanError where nobody has it, and RobotError."""
+        robot, files = file.content.robot, self._store.files
+        if (key := robot.get("urdf")) is None:
             return
-        if file.urdf is None:
+        stored = files.has(key)
+        if file.urdf is None and not stored:
             raise PlanError("the plan's robot is a URDF that its file does not carry; export the plan again.")
-        data = io.BytesIO(file.urdf)
-        files.put_with(lambda target: shutil.copyfileobj(data, target))
+        data = files.path(key).read_bytes() if file.urdf is None else file.urdf
+        robot_from_urdf(data, robot["name"], robot["tool_frame"])
+        if not stored:
+            files.put_with(lambda target: shutil.copyfileobj(io.BytesIO(data), target))
 
     def duplicate(self, plan_id: str, name: str | None = None, *, expected_revision: int | None = None) -> Plan:
         """Copy a plan as it is now, without its history. Raises PlanConflict when that is not the expected revision."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,7 +46,7 @@ class Recording:
         return self.runs.keep(self.folder, origin="page", case_id=self.plan.case_id, plan_id=self.plan.id).id
 
     def _remove(self) -> None:
-        shutil.rmtree(self.folder.parent, ignore_errors=True)
+        self.runs.discard(self.folder)
 
 
 class Recordings:
@@ -57,9 +56,10 @@ class Recordings:
         self._jobs, self._runs = jobs, runs
 
     def new(self, plan: Plan) -> Recording | None:
-        """A recording of a drive of a stored plan; None, told in the log, where the data folder takes nothing."""
+        """A recording of a drive of a stored plan; None, with a warning, where the data folder takes nothing."""
         try:
-            return Recording(self._runs.new_folder(), plan, self._runs, self._jobs)
+            folder = self._runs.new_folder("page", case_id=plan.case_id, plan_id=plan.id)
+            return Recording(folder, plan, self._runs, self._jobs)
         except StorageError as error:
             _LOG.warning("A drive is not recorded: %s", error)
             return None

@@ -13,7 +13,7 @@ from app.services.names import check_label
 from app.services.plan_model import Position, check_position, number
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo, Registration
-from vfix_engine.geometry.places import rigid_transform
+from vfix_engine.given import rigid_transform
 
 SCHEMA = "vfix-registration/1"
 MAX_PAIRS = 100

@@ -5,7 +5,7 @@ Files are read without a store, so that an installation of the engine alone can 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
@@ -21,7 +21,8 @@ from app.services.exchange import read_plan, read_targets
 from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
 from app.services.plan_model import Plan, PlanPoint
 from app.services.structures import BONE, structure_name, within_a_sentence
-from vfix_engine.errors import InputError
+from app.services.zone_sets import with_errors, zone_set
+from vfix_engine.errors import FrameError, InputError
 from vfix_engine.fixtures.zone_file import ZoneSet, zones_from_dict
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
@@ -30,6 +31,7 @@ from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.imaging.volume import Volume
 
 if TYPE_CHECKING:
+    from app.services.case_model import Case
     from app.services.cases import CaseService
     from app.services.importing import ImportService
     from app.services.plans import PlanService
@@ -44,6 +46,8 @@ class _Named(Protocol):
 
 
 Item = TypeVar("Item", bound=_Named)
+
+_TINY_PATH_MM = 2.0  # between any two points of a path; one that was written in metres lies within a tenth of this
 
 
 class HasServices(Protocol):
@@ -67,6 +71,8 @@ class ResolvedCase:
     where there is no CT; uncertainty: how far bone may lie off the surface; notes: what is doubtful about the file, in
     sentences.
     structures: surfaces of its structures by id; structure_names: their names within a sentence, by id.
+    structure_errors: of those to spare, how far their surface may be off, in mm.
+    more_scans: all its CTs, where there may be several.
     """
 
     id: str | None
@@ -79,6 +85,14 @@ class ResolvedCase:
     notes: tuple[str, ...] = ()
     structures: Mapping[str, TriangleMesh] = field(default_factory=dict)
     structure_names: Mapping[str, str] = field(default_factory=dict)
+    structure_errors: Mapping[str, float] = field(default_factory=dict)
+    more_scans: Callable[[], tuple[Volume, ...]] = tuple
+
+    @property
+    def scans(self) -> tuple[Volume, ...]:
+        """All its CTs, the widest first."""
+        scan = self.scan()
+        return self.more_scans() or (() if scan is None else (scan,))
 
     @cached_property
     def tree(self) -> ProximityTree:
@@ -86,16 +100,34 @@ class ResolvedCase:
         return self.grow()
 
 
-def resolve_case(services: HasServices | None, text: str, told: HeadRequest | None = None) -> ResolvedCase:
+class _Meshes(Mapping[str, TriangleMesh]):
+    """The surfaces of a case's structures by id, each read when it is asked for: there may be hundreds."""
+
+    def __init__(self, cases: CaseService, case: Case) -> None:
+        self._cases, self._case = cases, case
+
+    def __getitem__(self, structure_id: str) -> TriangleMesh:
+        if structure_id not in [item.id for item in self._case.structures]:
+            raise KeyError(structure_id)
+        return self._cases.structure_mesh(self._case.id, structure_id)
+
+    def __iter__(self) -> Iterator[str]:
+        return (item.id for item in self._case.structures)
+
+    def __len__(self) -> int:
+        return len(self._case.structures)
+
+
+def resolve_case(services: HasServices | None, text: str, request: HeadRequest | None = None) -> ResolvedCase:
     """A stored case by id or name, or the head in the surface or CT at a path, checked as an import checks it.
 
     services: None where there is no store; then only files are found.
-    told: the file with what the user says of it; without it, LPS mm is taken where the file does not say, and noted.
+    request: the file with what the user says of it; without it, LPS mm is taken where the file does not say, and noted.
 
     Raises NotFound, InputError for a file that cannot be used or a word that names a case and a file, or AppMissing.
     """
     path = Path(text)
-    asked = told or HeadRequest(path, assume=True)
+    asked = request or HeadRequest(path, assume=True)
     if services is None:
         if not is_head(path):
             raise need_app(f"{text!r:.80} is no surface or CT file; a stored case")
@@ -104,14 +136,14 @@ def resolve_case(services: HasServices | None, text: str, told: HeadRequest | No
     if _is_path(stored, text, "case", is_head(path)):
         return _case_of_file(path, services.importing.control_head(asked))
     case = find(stored, text, "case")
-    if told is not None and (told.frame or told.unit or told.series):
+    if request is not None and (request.frame or request.unit or request.series):
         raise InputError("--frame, --units and --series are said of a file; a stored case has its own.")
     mesh = services.cases.case_surface(case.id)
-    tree, scan = partial(services.cases.tree, case.id), partial(services.cases.volume, case.id)
-    structures = {item.id: services.cases.structure_mesh(case.id, item.id) for item in case.structures}
+    tree, scan = partial(services.cases.tree, case), partial(services.cases.volume, case)
+    structures = _Meshes(services.cases, case)
     return ResolvedCase(
         case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty, case.notes,
-        structures, case.structure_names(),
+        structures, case.structure_names(), case.structure_errors(), partial(services.cases.volumes, case),
     )  # fmt: skip
 
 
@@ -145,7 +177,7 @@ def resolve_plan(services: HasServices | None, case: ResolvedCase, text: str) ->
     """
     path = Path(text)
     stored = () if services is None or case.id is None else services.plans.titles(case.id)
-    if _is_path(stored, text, "plan of this case", path.is_file()):
+    if _is_path(stored, text, "plan of this case", is_file(path)):
         return _plan_of_file(case, path)
     if services is None:
         raise need_app(f"{text!r:.80} is no file of a plan; a stored plan")
@@ -155,7 +187,13 @@ def resolve_plan(services: HasServices | None, case: ResolvedCase, text: str) ->
 
 
 def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
-    file = read_plan(path.name, read_bytes(path), points_as="path")
+    try:
+        file = read_plan(path.name, read_bytes(path), points_as="path")
+    except FrameError as error:
+        if not error.missing:
+            raise
+        words = f"{error} Write it into the file, or store the plan first: vfix plan import --frame."
+        raise FrameError(words, error.missing) from error
     if case.id is not None and file.case_hash not in (None, case.hash):
         raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
     now, content = utc_now(), file.content
@@ -164,12 +202,7 @@ def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
         name=file.name,
         case_id=case.id or case.name,
         case_hash=case.hash,
-        points=content.points,
-        targets=content.targets,
-        tool=content.tool,
-        tool_shape=content.tool_shape,
-        robot=content.robot,
-        settings=content.settings,
+        **vars(content),
         urdf=file.urdf,
         created=now,
         modified=now,
@@ -186,9 +219,31 @@ def resolve_zones(path: Path, case: ResolvedCase) -> ZoneSet:
     return zones_from_dict(parse_json_object(decode(read_bytes(path))), case.mesh, case.structures)
 
 
-def outside_notes(points: Sequence[PlanPoint], bounds: npt.ArrayLike) -> tuple[str, ...]:
-    """Words for a path whose points lie, all of them, outside the box (2, 3) LPS mm around the anatomy."""
+def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:
+    """The structures to spare of a plan, in LPS mm. Raises PlanError, which names the one that cannot be kept."""
+
+    def surface(structure_id: str) -> TriangleMesh:
+        if structure_id not in case.structures:
+            raise NotFound(f"the case has no structure {structure_id!r:.60}; it has {', '.join(case.structures)}.")
+        return case.structures[structure_id]
+
+    return zone_set(with_errors(plan.zones, case.structure_errors), surface)
+
+
+def path_notes(points: Sequence[PlanPoint], bounds: npt.ArrayLike) -> tuple[str, ...]:
+    """What is doubtful about a path beside the box (2, 3) LPS mm around the anatomy: its place, and its size."""
     places = np.array([point.position for point in points]).reshape(-1, 3)
+    return (*_outside(places, bounds), *_tiny(places))
+
+
+def _tiny(places: npt.NDArray[np.float64]) -> tuple[str, ...]:
+    extent = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) > 1 else _TINY_PATH_MM
+    if extent >= _TINY_PATH_MM:
+        return ()
+    return (f"The points of the path lie within {extent:.2g} mm, which is no way into a head. Check the unit.",)
+
+
+def _outside(places: npt.NDArray[np.float64], bounds: npt.ArrayLike) -> tuple[str, ...]:
     low, high = np.asarray(bounds, dtype=np.float64)
     away = np.linalg.norm(np.maximum(np.maximum(low - places, places - high), 0.0), axis=1)
     if len(away) == 0 or away.min() == 0.0:
@@ -218,3 +273,11 @@ def read_bytes(path: Path) -> bytes:
             return file.read(MAX_TEXT + 1)
     except OSError as error:
         raise InputError(f"{path.name} cannot be read: {error.strerror}.") from None
+
+
+def is_file(path: Path) -> bool:
+    """Whether a file is there; what cannot be the name of one is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # too long, or with a null character
+        return False

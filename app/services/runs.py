@@ -6,6 +6,8 @@ Here the folder is taken apart into files by hash, and laid out again for who re
 
 from __future__ import annotations
 
+import json
+import logging
 import secrets
 import shutil
 from collections.abc import Iterator
@@ -23,13 +25,15 @@ from app.services.exchange_parts import parse_json
 from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, RunRow
-from vfix_engine.errors import InputError
+from vfix_engine.errors import InputError, VfixError
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SPEC, TICKS
+
+_LOG = logging.getLogger(__name__)
 
 Origin = Literal["page", "command line", "replay", "study"]
 
 FILES = (MANIFEST, SPEC, TICKS, EVENTS, END)
-MAX_BYTES = 4 << 30  # of all runs of a home together; the oldest give way
+MAX_BYTES = 4 << 30  # of all runs of a home together; the oldest are deleted
 MAX_JSON_BYTES = 4 << 20
 _FORGOTTEN_S = 3600.0  # a file that no run has may be one that is just being stored by another planner
 
@@ -77,20 +81,37 @@ class RunService:
 
     def __init__(self, store: Store, max_bytes: int = MAX_BYTES) -> None:
         self._store, self._max_bytes = store, max_bytes
+        store.drives.rescue = self._rescue
 
-    def new_folder(self) -> Path:
+    def new_folder(
+        self, origin: Origin | None = None, *, case_id: str | None = None, plan_id: str | None = None
+    ) -> Path:
         """Where a drive may write its run: a path that is not there yet. What is not kept ends with the planner.
 
+        With an origin, the next start keeps what a killed planner has left there, as `keep` does.
         Raises StorageError where the data folder takes nothing.
         """
         if not self._store.writable:
             raise StorageError("the data folder is only read.")
-        return self._store.scratch.new_place() / "run"
+        folder = self._store.drives.open() / f"run-{secrets.token_hex(8)}"  # no folder around it, which would stay
+        if origin is not None:
+            try:
+                _note(folder).write_text(json.dumps({"origin": origin, "case_id": case_id, "plan_id": plan_id}))
+            except OSError as error:
+                raise StorageError(f"the data folder takes no recording: {error.strerror or error}.") from error
+        return folder
+
+    @staticmethod
+    def discard(folder: Path) -> None:
+        """Delete the folder of a drive, whole or cut off, that is not kept."""
+        _note(folder).unlink(missing_ok=True)
+        for path in (folder, folder.with_name(folder.name + PART)):
+            shutil.rmtree(path, ignore_errors=True)
 
     def keep(
         self, folder: Path, *, origin: Origin, case_id: str | None = None, plan_id: str | None = None
     ) -> StoredRun:
-        """Store the run in a folder, whole or cut off, and delete the folder; the oldest runs give way where needed.
+        """Store the run in a folder, whole or cut off, and delete the folder; the oldest runs are deleted where needed.
 
         Raises InputError for a folder without a run, TooLarge for one that alone is more than is kept, NotFound for a
         case or plan that is not stored, and StorageError.
@@ -109,18 +130,22 @@ class RunService:
         except OSError as error:
             raise StorageError(f"the run could not be stored: {error.strerror or error}.") from error
         with self._store.writing() as session:
-            _check_there(session, case_id, plan_id)
-            told = {"manifest": manifest, "end": end, "origin": origin}
+            try:
+                _check_there(session, case_id, plan_id)
+            except NotFound:  # removed for good during the drive: nothing of the case may stay, and a run has its bone
+                self._remove({file.sha256 for file in files.values()} - _known(session))
+                raise
+            stored = {"manifest": manifest, "end": end, "origin": origin}
             listed = {name: {"sha256": file.sha256, "size_bytes": file.size_bytes} for name, file in files.items()}
             row = RunRow(id=run_id, case_id=case_id, plan_id=plan_id, recorded=utc_now(), size_bytes=size)
-            row.manifest, row.files = told, listed
+            row.manifest, row.files = stored, listed
             session.add(row)
             session.flush()
             self._remove(self._bound(session))
         for path in there:  # one that equals a file of another run may have been deleted with that before the commit
             if not self._store.run_files.has(files[path.name].sha256):
                 self._put(path)
-        shutil.rmtree(folder, ignore_errors=True)
+        self.discard(folder)
         return self.get(run_id)
 
     def list(self, case_id: str | None = None, plan_id: str | None = None) -> tuple[StoredRun, ...]:
@@ -171,6 +196,21 @@ class RunService:
             with self._store.writing() as session:
                 self._remove(set(left) - _known(session))
 
+    def _rescue(self, left: Path) -> bool:
+        """Keep the recordings in the folder of a killed planner; False where the store takes nothing just now."""
+        for note in left.glob("run-*.json"):
+            folder = note.with_suffix("")
+            try:
+                if has_ticks(folder):
+                    self.keep(folder, **parse_json(note.read_text(encoding="utf-8")))
+                    _LOG.warning("The planner was killed during a drive; what was recorded of it is kept.")
+            except (StorageError, OSError) as error:
+                _LOG.warning("The recording of a killed planner is left for the next start: %s", error)
+                return False
+            except (VfixError, TypeError, ValueError) as error:
+                _LOG.warning("The recording of a killed planner cannot be kept: %s", error)
+        return True
+
     def _put(self, path: Path) -> RunFile:
         with path.open("rb") as source:
             key = self._store.run_files.put_with(lambda target: shutil.copyfileobj(source, target))
@@ -197,6 +237,11 @@ def has_ticks(folder: Path) -> bool:
     """Whether a drive made a step and wrote it there, to the end or not."""
     ticks = _written(folder) / TICKS
     return ticks.is_file() and ticks.stat().st_size > 0
+
+
+def _note(folder: Path) -> Path:
+    """The file beside a drive's folder that says whose run it is."""
+    return folder.with_name(f"{folder.name}.json")
 
 
 def _written(folder: Path) -> Path:
@@ -236,16 +281,16 @@ def _row(session: Session, run_id: str) -> RunRow:
 
 
 def _run(row: RunRow) -> StoredRun:
-    told = row.manifest
+    stored = row.manifest
     return StoredRun(
         id=row.id,
         case_id=row.case_id,
         plan_id=row.plan_id,
-        origin=told["origin"],
+        origin=stored["origin"],
         recorded=row.recorded,
         size_bytes=row.size_bytes,
-        manifest=told["manifest"],
-        end=told["end"],
+        manifest=stored["manifest"],
+        end=stored["end"],
         files={name: RunFile(**file) for name, file in row.files.items()},
     )
 

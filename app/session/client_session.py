@@ -13,7 +13,7 @@ import viser
 
 from app.messages.client import Client, Role
 from app.messages.fields import Command
-from app.scene.plan import DragEvent
+from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
 from app.services import Services
 from app.session.commands import SetStep
@@ -56,8 +56,10 @@ class ClientSession:
         self.view_model = ViewModel()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
+        self.post = self._inbox.put  # may be called on any thread
         self._layers: LayerStack | None = None
         self._drawn_at = 0.0
+        self._own: list[str] = []  # names of the active step's layers when everything was drawn
         self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
         self.views = Views(Client(client), services, executor, self.post, lambda words, error: self.note(words, error))
         self.steps: dict[str, Step] = {}
@@ -115,10 +117,6 @@ class ClientSession:
         before, self.views.client = self.views.client, Client(self.client, role)
         if before.may_hold and not self.views.client.may_hold:
             self.post(lambda: self._each("give_up"))
-
-    def post(self, request: Request, slot: str | None = None) -> bool:
-        """Queue a request; False when too many wait already."""
-        return self._inbox.put(request, slot)
 
     def command(self, command: Command, reply: Reply | None = None) -> bool:
         """Answer a command; False when too many wait already."""
@@ -255,7 +253,16 @@ class ClientSession:
         now = time.monotonic()
         if self._layers is not None and self.active.ticks and now - self._drawn_at >= SCENE_INTERVAL_S:
             self._drawn_at = now
-            self._layers.draw(self.layers().values())
+            own = self.active.layers()
+            if [layer.name for layer in own] == self._own:
+                self._layers.update(own)
+            else:
+                self._draw_layers(self._layers)
+            self._publish_labels()
+
+    def _publish_labels(self) -> None:
+        labels: SessionSections = {"labels": self.views.camera.labels()}
+        self.view_model.publish(labels)
 
     def _draw(self) -> None:
         """Bring the scene up to date, and say whether there is one."""
@@ -269,16 +276,27 @@ class ClientSession:
         self.view_model.publish(shown)
         if self._layers is None:
             return
-        self._layers.draw(self.layers().values())
+        self._draw_layers(self._layers)
+        self._publish_labels()
         if ready and self._viewed is not surface:
             self._viewed = surface
             self.views.camera.look_from(self.active.first_view)
 
+    def _draw_layers(self, stack: LayerStack) -> None:
+        self._own = [layer.name for layer in self.active.layers()]
+        stack.draw(self.layers().values())
+
     def _step_section(self) -> StepSection:
         available = [name for name, step in self.steps.items() if step.available()]
         warming = self._warming()
-        hint = f"{warming} …" if warming else self.active.hint()
-        return {"name": self.active.spec.name, "available": available, "hint": hint}
+        spec = self.active.spec
+        if warming:
+            hint = f"{warming} …"
+        elif self.views.case.deleted and spec.input != "drive":
+            hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."
+        else:
+            hint = self.active.hint()
+        return {"name": spec.name, "input": spec.input, "available": available, "hint": hint}
 
 
 def _drag_slot(drag: DragEvent) -> str | None:

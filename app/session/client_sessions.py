@@ -62,8 +62,8 @@ class ClientSessions:
         """warming: words for what the planner still gets ready, empty once it is."""
         self._services, self._scene_server, self._warming = services, scene_server, warming
         self._shared: dict[str, Closable | None] = {}
-        # A load, a dry run and a start for every client: what is slow for one keeps none of the others waiting.
-        self._executor = ThreadPoolExecutor(max_workers=3 * MAX_SESSIONS, thread_name_prefix="session-work")
+        # A load, a dry run, a live one, cones and a start for every client: none waits for another.
+        self._executor = ThreadPoolExecutor(max_workers=5 * MAX_SESSIONS, thread_name_prefix="session-work")
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
         self._look_at, self._stored, self._unread = 0.0, -1, False
@@ -105,7 +105,7 @@ class ClientSessions:
             self._stored = self._services.store.data_version()
         except VfixError as error:
             if not self._unread:
-                _LOG.warning("pages are not told what changes elsewhere: %s", error)
+                _LOG.warning("changes from elsewhere are not shown: %s", error)
             self._unread = True
             return False
         self._unread = False

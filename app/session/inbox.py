@@ -1,4 +1,4 @@
-"""The queue in front of a workspace's thread: requests in order, with latest-wins slots for what streams."""
+"""The queue in front of a session's thread: requests in order, with latest-wins slots for what streams."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 
 Request = Callable[[], None]
-MAX_WAITING = 512  # requests of one tab; more is a page that has lost its mind
+MAX_WAITING = 512  # requests of one tab; more come from a page that floods
 
 
 class Inbox:

@@ -8,7 +8,7 @@ import json
 import logging
 import math
 import re
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping, MutableMapping
 from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, FastAPI
@@ -27,9 +27,10 @@ if TYPE_CHECKING:
 
 Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage
 MAX_MESSAGE_CHARS = 64_000
-MIN_INTERVAL_S = 0.015  # between two states that a client is told; the sessions' clock makes it 50 a second
+MIN_INTERVAL_S = 0.015  # between two states that are sent to a client; the sessions' clock makes it 50 a second
 MAX_PER_SECOND = 400  # messages of one client; a hand, keys and a heartbeat stay below 100
-INVALID, NOT_TEXT, TAB_TAKEN, NOT_UNDERSTOOD, FLOOD, TOO_MANY = 1008, 1003, 4409, 4426, 4429, 4503
+HELLO_S = 10.0  # a client that has not said hello by then holds a place for nothing
+INVALID, NOT_TEXT, SILENT, TAB_TAKEN, NOT_UNDERSTOOD, FLOOD, TOO_MANY = 1008, 1003, 4408, 4409, 4426, 4429, 4503
 _LOG = logging.getLogger(__name__)
 _TAB = re.compile(r"[A-Za-z0-9_-]{8,64}")
 _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
@@ -110,18 +111,21 @@ async def _serve(websocket: WebSocket, session: ClientSession) -> None:
         with contextlib.suppress(RuntimeError):  # the loop has ended
             loop.call_soon_threadsafe(put)
 
-    def told() -> None:
+    def changed_soon() -> None:
         with contextlib.suppress(RuntimeError):
             loop.call_soon_threadsafe(changed.set)
 
     session.note = lambda words, error: send_soon({"type": "note", "words": words, "error": error})
-    unsubscribe = session.view_model.subscribe(told)
+    unsubscribe = session.view_model.subscribe(changed_soon)
     changed.set()
-    tasks = [
-        asyncio.create_task(_write(websocket, session, outbox, changed)),
-        asyncio.create_task(_read(websocket, session, send_soon)),
-    ]
+    tasks = list[asyncio.Task[None]]()
     try:
+        if not await _greeted(websocket, session):
+            return
+        tasks = [
+            asyncio.create_task(_write(websocket, session, outbox, changed)),
+            asyncio.create_task(_read(websocket, session, send_soon)),
+        ]
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         for task in done:
             with contextlib.suppress(WebSocketDisconnect, RuntimeError):
@@ -134,11 +138,41 @@ async def _serve(websocket: WebSocket, session: ClientSession) -> None:
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
+async def _greeted(websocket: WebSocket, session: ClientSession) -> bool:
+    """Say hello and hear the client's; it is shown nothing before. False where there is none: the connection ends."""
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the client has gone
+        await websocket.send_text(to_text(hello()))
+        try:
+            message = await asyncio.wait_for(websocket.receive(), HELLO_S)
+            if message["type"] == "websocket.disconnect" or not await _may_be_read(websocket, message):
+                return False
+            session.greet(read_hello(message["text"]).role)
+        except TimeoutError:
+            await websocket.close(SILENT, f"no hello came within {HELLO_S:g} s; connect again")  # as a busy page does
+        except NotUnderstood as error:
+            await websocket.close(NOT_UNDERSTOOD, str(error))
+        else:
+            return True
+    return False
+
+
+async def _may_be_read(websocket: WebSocket, message: MutableMapping[str, Any], count: int = 1) -> bool:
+    """Whether a message is text, short, and not one too many in its second; if not, the connection ends."""
+    text = message.get("text")
+    if text is None:
+        await websocket.close(NOT_TEXT, "commands are text, not bytes")
+        return False
+    if count > MAX_PER_SECOND or len(text) > MAX_MESSAGE_CHARS:
+        bounds = f"{MAX_PER_SECOND} messages a second of {MAX_MESSAGE_CHARS} characters each"
+        await websocket.close(FLOOD, f"more than {bounds} are not taken; try again in 10 s")
+        return False
+    return True
+
+
 async def _write(
     websocket: WebSocket, session: ClientSession, outbox: asyncio.Queue[Message], changed: asyncio.Event
 ) -> None:
     """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31)."""
-    await websocket.send_text(to_text(hello()))
     revision = 0
     while True:
         await changed.wait()
@@ -152,11 +186,11 @@ async def _write(
 
 
 def to_text(message: Mapping[str, object]) -> str:
-    """JSON of a message. A number that is none becomes null, is logged, and does not cost the page its connection."""
+    """JSON of a message. A non-finite number becomes null, is logged, and does not cost the page its connection."""
     try:
         return json.dumps(message, allow_nan=False)
     except ValueError:
-        _LOG.exception("a message to the page has numbers that are none")
+        _LOG.exception("a message to the page has non-finite numbers")
         return json.dumps(_finite(message), allow_nan=False)
 
 
@@ -170,32 +204,18 @@ def _finite(value: Any) -> Any:
 
 async def _read(websocket: WebSocket, session: ClientSession, send_soon: Callable[[Message], None]) -> None:
     loop = asyncio.get_running_loop()
-    second, count, greeted = loop.time(), 0, False
+    second, count = loop.time(), 0
     while True:
         message = await websocket.receive()
         if message["type"] == "websocket.disconnect":
             return
-        text = message.get("text")
-        if text is None:
-            await websocket.close(NOT_TEXT, "commands are text, not bytes")
-            return
         if loop.time() - second >= 1.0:
             second, count = loop.time(), 0
         count += 1
-        if count > MAX_PER_SECOND or len(text) > MAX_MESSAGE_CHARS:
-            bounds = f"{MAX_PER_SECOND} messages a second of {MAX_MESSAGE_CHARS} characters each"
-            await websocket.close(FLOOD, f"more than {bounds} are not taken; try again in 10 s")
+        if not await _may_be_read(websocket, message, count):
             return
-        if not greeted:
-            try:
-                session.greet(read_hello(text).role)
-            except NotUnderstood as error:
-                await websocket.close(NOT_UNDERSTOOD, str(error))
-                return
-            greeted = True
-            continue
         try:
-            command = parse_command(text)
+            command = parse_command(message["text"])
         except ValidationError as error:
             problem = error.errors(include_url=False, include_context=False, include_input=False)[0]["msg"]
             send_soon({"type": "note", "words": f"The page asked for something impossible: {problem}", "error": True})

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from typing import TypedDict
 
-from app.views.sections import CameraSection, SceneSection
+from app.steps.spec import Input
+from app.views.sections import CameraSection, LabelView, SceneSection
 
 
 class StepSection(TypedDict):
-    """The step that is shown, those that can be gone to, and what to do next."""
+    """The step that is shown, what keys and clicks do in it, the steps that can be gone to, and what to do next."""
 
     name: str
+    input: Input
     available: list[str]
     hint: str
 
 
 class SessionSections(TypedDict, total=False):
-    """The step, the scene and the camera of a client."""
+    """The step, the scene with its labels, and the camera of a client."""
 
     step: StepSection
     scene: SceneSection
     camera: CameraSection
+    labels: list[LabelView]

@@ -10,8 +10,8 @@ from typing import Any, ClassVar, Protocol
 
 from app.messages.fields import Command
 from app.messages.sections import Sections
+from app.scene.dragging import DragEvent
 from app.scene.hand import GripDrag
-from app.scene.plan import DragEvent
 from app.scene.view import ClickRay
 from app.services import Services
 from app.steps.spec import StepSpec
@@ -71,7 +71,10 @@ class Step:
         """Answer one of the step's urgent commands. Called on other threads."""
 
     def clicked(self, ray: ClickRay) -> None:
-        """A click in the scene while the step is active."""
+        """A click in the scene while the step is active: the view turns about what it meets."""
+        hit = self.views.case.hit(ray)
+        if hit is not None:
+            self.views.camera.turn_about(hit.position)
 
     def dragged(self, drag: DragEvent) -> None:
         """A point or target of the scene is dragged while the step is active."""

@@ -5,8 +5,11 @@ from __future__ import annotations
 import importlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from app.messages.fields import Command
+
+Input = Literal["none", "edit", "drive"]
 
 
 @dataclass(frozen=True)
@@ -18,6 +21,8 @@ class StepSpec:
     package: dotted name of its folder, which is its ``__name__``. step: the subclass of
     ``Step`` in its ``step.py``.
     commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
+    input: what keys of the page and clicks in its slices do: nothing of the step's own, edit the open plan, or drive
+    the robot, whose figures the status bar shows then.
     has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/steps/NAME/``.
     """
 
@@ -28,6 +33,7 @@ class StepSpec:
     step: str
     commands: tuple[type[Command], ...] = ()
     sections: type | None = None
+    input: Input = "none"
     has_routes: bool = False
 
     @property

@@ -1,4 +1,4 @@
-"""The embedded database: opened, migrated, and safe to lose power at any moment.
+"""The embedded database: opening, migration, durable transactions.
 
 SQLite in WAL mode with synchronous=FULL: a transaction whose commit returned survives a crash (HAZ-24).
 """
@@ -7,7 +7,7 @@ import logging
 import shutil
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,30 +18,31 @@ from app.settings import Settings
 from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, told
 from app.store.files import FileStore
 from app.store.private import private_file, private_folder, private_if_there
+from app.store.read_only_copy import ReadOnlyCopy
 from app.store.schema import bring_up, is_newest
 from app.store.scratch import Scratch
-from app.store.snapshot import Snapshot
 
 _LOG = logging.getLogger(__name__)
 BUSY_SECONDS = 5.0  # how long a writer waits for another one, of this process or of another of the same home
 
 
 class Store:
-    """Database and files of one home folder; may be used from any thread and by several processes at once.
+    """Database and files of one data folder; thread-safe, and usable by several processes at once.
 
-    scratch: folder for temporary data.
+    scratch: folder for temporary data; drives: the same for the recordings of drives that go on.
     """
 
     def __init__(self, settings: Settings) -> None:
-        """Raises StorageError, one of its kinds, when the home cannot be used.
+        """Raises StorageError or a subclass when the data folder cannot be used.
 
-        One that cannot be written, or whose disk is full, is read as it is, and every change is refused.
+        A folder that is not writable, or whose disk is full, is opened for reading, and changes are refused.
         """
-        self._home = settings.home
+        self._home, self._database = settings.home, settings.database_path
         self.files, self.scratch = FileStore(settings.files_dir), Scratch(settings.temporary_dir)
         self.run_files = FileStore(settings.runs_dir)  # apart: they are deleted, those of cases never
+        self.drives = Scratch(settings.drives_dir)
         self._one_writer = threading.Lock()
-        self._snapshot: Snapshot | None = None
+        self._copy: ReadOnlyCopy | None = None
         self._refusal: StorageError | None = None
         self._watch: Any = None  # a connection of its own, opened by the first who watches
         try:
@@ -67,20 +68,20 @@ class Store:
             raise told(error, self._home) from error
 
     def _read_only(self, settings: Settings, refusal: StorageError) -> Engine:
-        """The database as it lies there. Raises `refusal` when it cannot be read either."""
+        """Open the database for reading. Raises `refusal` when it cannot be read either."""
         try:
-            snapshot = Snapshot(settings.database_path)
-            if not is_newest(snapshot.engine):
+            copy = ReadOnlyCopy(settings.database_path)
+            if not is_newest(copy.engine):
                 raise refusal
         except (OSError, StorageError, *DATABASE_ERRORS):
             raise refusal from None
         _LOG.warning("%s Until then all can be read and nothing be changed.", refusal)
-        self._snapshot, self._refusal = snapshot, refusal
-        return snapshot.engine
+        self._copy, self._refusal = copy, refusal
+        return copy.engine
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
-        """A session that sees one consistent state and writes nothing; no writer makes it wait. Raises StorageError."""
+        """A read-only session of one consistent state, which does not wait for writers. Raises StorageError."""
         try:
             with Session(self._engine, expire_on_commit=False) as session:
                 yield session
@@ -89,9 +90,9 @@ class Store:
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """A session that is the only writer; committed durably when the block ends, undone when it raises.
+        """The only writing session; committed durably at the end of the block, rolled back when it raises.
 
-        Raises StorageError when the disk refuses the commit, and StoreBusy when another writer does not end.
+        Raises StorageError when the commit fails, and StoreBusy when another writer does not end.
         """
         if self._refusal is not None:
             raise type(self._refusal)(str(self._refusal))
@@ -109,23 +110,29 @@ class Store:
             self._one_writer.release()
 
     @property
+    def home(self) -> Path:
+        """The data folder."""
+        return self._home
+
+    @property
     def writable(self) -> bool:
-        """Whether anything can be changed; a home that takes nothing is only read."""
+        """Whether the data folder is writable."""
         return self._refusal is None
 
     def sweep(self) -> None:
-        """Remove the temporary data of planners that ended without doing so, where anything can be changed."""
+        """Remove the temporary data of killed planners, if the folder is writable."""
         if self.writable:
             self.scratch.open()
             self.files.scratch.open()
             self.run_files.scratch.open()
+            self.drives.open()
             for left in (self._home / "uploads", *(self._home / "files").glob(".vfix-*")):  # of earlier versions
                 shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
     def data_version(self) -> int:
-        """A number that every commit changes, of this process and of others. For one thread, which asks often.
+        """A number that every commit of this or another process changes. For use by one thread.
 
-        Raises StorageError when the database cannot be asked.
+        Raises StorageError when the database is not readable.
         """
         try:
             if self._watch is None:
@@ -134,20 +141,42 @@ class Store:
         except DATABASE_ERRORS as error:
             raise told(error, self._home) from error
 
+    def copies(self, holding: str) -> list[Path]:
+        """Copies of the database from before an upgrade, complete or not, that hold a text such as a case's id."""
+        found = sorted(self._database.parent.glob(f"{self._database.stem}-*{self._database.suffix}*"))
+        return [path for path in found if path.is_file() and holding.encode() in path.read_bytes()]
+
+    def scrub(self) -> None:
+        """Rebuild the database without its free pages, and empty its log: what was deleted is in neither any more.
+
+        Raises StoreBusy where another planner reads or writes all the time, and StorageError.
+        """
+        if self._refusal is not None:
+            raise type(self._refusal)(str(self._refusal))
+        try:
+            with self._one_writer, closing(self._engine.raw_connection()) as connection:  # outside of a transaction
+                connection.cursor().execute("VACUUM")
+                busy = connection.cursor().execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
+        except DATABASE_ERRORS as error:
+            raise told(error, self._home) from error
+        if busy:
+            raise StoreBusy("another planner uses the database; end it, and try again.")
+
     def close(self) -> None:
-        """Let go of every connection, and remove what is temporary."""
+        """Close all connections and remove temporary data."""
         if self._watch is not None:
             self._watch.close()
         self._engine.dispose()
-        if self._snapshot is not None:
-            self._snapshot.close()
+        if self._copy is not None:
+            self._copy.close()
         self.scratch.close()
         self.files.scratch.close()
         self.run_files.scratch.close()
+        self.drives.close()
 
 
 def _keep_private(database: Path) -> None:
-    """The database and what SQLite keeps beside it; what it makes later has the rights of the database."""
+    """Restrict the rights of the database and of SQLite's files; later files inherit those of the database."""
     private_file(database)
     for ending in ("-wal", "-shm"):
         private_if_there(database.with_name(database.name + ending))

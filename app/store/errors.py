@@ -1,9 +1,9 @@
-"""Why the store cannot do what it is asked.
+"""Errors of the store.
 
-StorageError            the disk refuses: full, read-only or broken
-├── StoreBusy           another program holds the database; to be tried again
-└── StoreUnusable       what is in the home folder is not a store that this vfix can use
-    └── StoreDamaged    a part of it cannot be read any more
+StorageError            the disk is full, read-only or defective
+├── StoreBusy           another program locks the database; try again
+└── StoreUnusable       the data folder has no store that this version can use
+    └── StoreDamaged    a part of it is not readable
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ COPY = "put back a copy of the data folder, or name another one in VFIX_HOME"
 
 
 class StorageError(VfixError):
-    """The disk refused: full, read-only or broken."""
+    """The disk is full, read-only or defective."""
 
 
 class StoreBusy(StorageError):
-    """Another program holds the database."""
+    """Another program locks the database."""
 
 
 class StoreUnusable(StorageError):
-    """The home folder holds something that this vfix cannot use as its store."""
+    """The data folder has no store that this version can use."""
 
 
 class StoreDamaged(StoreUnusable):
-    """A part of the store cannot be read any more."""
+    """A part of the store is not readable."""
 
 
 DATABASE_ERRORS = (DBAPIError, sqlite3.Error)  # the second where a connection is opened
 
 
 def is_of_reading(error: DBAPIError) -> bool:
-    """Whether the database gave something and its text cannot be read: one row is damaged then, not all of them."""
+    """Whether a value of the database is not readable: then one row is damaged, not the database."""
     return not hasattr(error.orig, "sqlite_errorname")
 
 
 def told(error: DBAPIError | sqlite3.Error, home: Path) -> StorageError:
-    """The error of the database of a home in words of ours, which hold no value of a row."""
+    """The StorageError for an error of the database, without values of rows in its message."""
     cause = error.orig if isinstance(error, DBAPIError) else error
     name = str(getattr(cause, "sqlite_errorname", ""))
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):

@@ -1,4 +1,4 @@
-"""Files that are whole or absent: atomic writing, and a folder in which a file's name is the hash of its bytes."""
+"""Atomic writing of files, and content-addressed storage."""
 
 import contextlib
 import hashlib
@@ -15,7 +15,7 @@ from app.store.scratch import Scratch
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Put `data` at `path` so that a crash or a full disk leaves the old file or the new one, never half (HAZ-25).
+    """Write `data` to `path` atomically: after a crash or on a full disk the old or the new file is complete (HAZ-25).
 
     Raises StorageError with the system's reason.
     """
@@ -52,14 +52,14 @@ def sync_folder(folder: Path) -> None:
 
 
 class FileStore:
-    """Immutable files under their SHA-256; equal bytes are stored once. Until it is whole, one lies in `scratch`."""
+    """Immutable files under their SHA-256; equal content is stored once. Incomplete files are in `scratch`."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self.scratch = Scratch(folder / "tmp")  # on the disk of the files, so that a rename is enough
 
     def put_with(self, write: Callable[[BinaryIO], object]) -> str:
-        """Store what `write` writes, without ever holding it whole in memory. Raises StorageError."""
+        """Store the output of `write`, without holding it in memory. Raises StorageError."""
         temporary = self.scratch.open() / secrets.token_hex(8)
         try:
             with temporary.open("xb+") as file:
@@ -80,24 +80,24 @@ class FileStore:
         return key
 
     def path(self, key: str) -> Path:
-        """Where the file is. Raises StorageError when it is gone."""
+        """Path of the file. Raises StorageError when it is missing."""
         path = self._path(key)
         if not path.is_file():
             raise StorageError(f"the stored file {key[:12]} is missing; import the case again.")
         return path
 
     def has(self, key: str) -> bool:
-        """Whether the file is there."""
+        """Whether the file exists."""
         return self._path(key).is_file()
 
     def keys(self, older_than_s: float = 0.0) -> list[str]:
-        """Names of the files that were stored at least so long ago."""
+        """Keys of the files older than the given age."""
         before = time.time() - older_than_s
         found = [path for path in self._folder.glob("??/*") if len(path.name) == 64]
         return sorted(path.name for path in found if _changed_before(path, before))
 
     def remove(self, key: str) -> None:
-        """Delete a file, where it is there. Raises StorageError."""
+        """Delete a file if it exists. Raises StorageError."""
         try:
             self._path(key).unlink(missing_ok=True)
         except OSError as error:

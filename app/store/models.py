@@ -11,7 +11,7 @@ class Base(DeclarativeBase):
 
 
 class CaseRow(Base):
-    """A head: what was imported, and where its files are."""
+    """A case: its import and its files."""
 
     __tablename__ = "cases"
 
@@ -25,7 +25,7 @@ class CaseRow(Base):
 
 
 class DocumentRow(Base):
-    """A document of some kind, a plan among them; its content is the state of its history that `cursor` names."""
+    """A document, such as a plan; its content is the state of its history at `cursor`."""
 
     __tablename__ = "documents"
 
@@ -45,9 +45,9 @@ class DocumentRow(Base):
 
 
 class DocumentStateRow(Base):
-    """One state of a document's history: undo and redo move the document's cursor over these.
+    """One state of a document's history; undo and redo move the document's cursor.
 
-    schema: that `content` was written in. refs: the structures and documents that it refers to.
+    schema: of `content`. refs: the structures and documents that it refers to.
     """
 
     __tablename__ = "document_states"
@@ -60,7 +60,7 @@ class DocumentStateRow(Base):
 
 
 class RunRow(Base):
-    """A drive that was recorded: its manifest, and where its files are."""
+    """A recorded drive: its manifest and its files."""
 
     __tablename__ = "runs"
 

@@ -1,6 +1,6 @@
-"""Folders and files that only their owner may read: heads are patient data.
+"""Folders and files that only their owner may access, since they contain patient data.
 
-Windows keeps the user's data folder to the user by itself; there, nothing is done.
+On Windows nothing is done: the user's data folder is private by default.
 """
 
 import contextlib
@@ -13,19 +13,19 @@ _LOG = logging.getLogger(__name__)
 
 
 def private_folder(path: Path) -> None:
-    """Make the folder where it is missing, and keep it from everybody but its owner."""
+    """Create the folder if it is missing, and restrict it to its owner."""
     path.mkdir(parents=True, exist_ok=True, mode=_FOLDER)
     _keep_from_others(path, _FOLDER)
 
 
 def private_file(path: Path) -> None:
-    """Make the file, empty, where it is missing, and keep it from everybody but its owner."""
+    """Create the file, empty, if it is missing, and restrict it to its owner."""
     os.close(os.open(path, os.O_RDWR | os.O_CREAT, _FILE))
     _keep_from_others(path, _FILE)
 
 
 def private_if_there(path: Path) -> None:
-    """Keep a file that another process may be removing from everybody but its owner."""
+    """Restrict a file to its owner; another process may remove it meanwhile."""
     with contextlib.suppress(FileNotFoundError):
         _keep_from_others(path, _FILE)
 

@@ -1,6 +1,6 @@
-"""The database's schema, brought to the newest version where it is older.
+"""Migration of the database's schema to the newest version.
 
-Alembic does that. It takes as long to import as the rest of the store, so it is left alone where nothing is to be done.
+Alembic is imported only when there is something to migrate, since its import takes as long as the rest of the store.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ _VERSIONS = "alembic_version"
 
 
 def bring_up(engine: Engine, settings: Settings) -> None:
-    """Migrate the database behind `engine`, all or nothing, locked for other writers meanwhile.
+    """Migrate the database of `engine` in one transaction, locked for other writers.
 
-    Before an older one is migrated a copy of it is kept beside it.
-    Raises StoreUnusable for a newer database, for another program's, and for a new one beside files of an old one.
+    An older database is copied first.
+    Raises StoreUnusable for a newer database, a foreign one, and an empty one beside files of an old one.
     """
     if is_newest(engine):
         return
@@ -39,7 +39,7 @@ def bring_up(engine: Engine, settings: Settings) -> None:
 
 
 def is_newest(engine: Engine) -> bool:
-    """Whether the database can be used as it is."""
+    """Whether the schema is the newest."""
     return _version(engine) == NEWEST
 
 
@@ -64,7 +64,7 @@ def _migrate(connection: Connection, found: str | None, database: Path) -> None:
 
 
 def _version(engine: Engine | Connection) -> str | None:
-    """The version that the database is at; None when it is new."""
+    """Version of the database; None when it is new."""
     if not inspect(engine).has_table(_VERSIONS):
         return None
     if isinstance(engine, Engine):
@@ -75,7 +75,7 @@ def _version(engine: Engine | Connection) -> str | None:
 
 
 def _check_new(connection: Connection, settings: Settings) -> None:
-    """A database without a version may be made into a store only where nothing would be lost by it."""
+    """Refuse to initialise a database without a version where data could be lost."""
     tables = inspect(connection).get_table_names()
     if set(tables) - {_VERSIONS}:
         raise StoreUnusable(f"the database was not made by vfix: it holds {', '.join(tables[:5])}; {COPY}.")
@@ -88,7 +88,7 @@ def _check_new(connection: Connection, settings: Settings) -> None:
 
 
 def _copy(database: Path, copy: Path) -> None:
-    """A whole copy of the database as it is, which appears at once."""
+    """Copy the database atomically."""
     half = copy.with_name(copy.name + ".half")
     try:
         private_file(half)

@@ -1,6 +1,6 @@
-"""Temporary data, uploads and decoded images among them: in a folder of this planner's own, which does not outlive it.
+"""Temporary data, such as uploads and decoded images, in a folder per planner that is removed at its end.
 
-Several planners may share one home, so what another one left is removed only when its lock shows that it has ended.
+Several planners may share one data folder: the folder of another one is removed only when its lock is free.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import shutil
 import sys
 import threading
 import weakref
+from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
@@ -25,16 +26,20 @@ _LOCK = ".lock"
 
 
 class Scratch:
-    """A folder for temporary data of every planner of a home; may be used from any thread."""
+    """Temporary folders of the planners of a data folder; thread-safe.
+
+    rescue: called with the folder of a killed planner before that is removed; False keeps it for the next start.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self.rescue: Callable[[Path], bool] = lambda left: True
         self._guard = threading.Lock()
         self._own: Path | None = None
         self._let_go: weakref.finalize[..., Scratch] | None = None
 
     def open(self) -> Path:
-        """This planner's own folder; the first call removes what planners that ended have left. Raises StorageError."""
+        """The folder of this planner; the first call removes those of ended planners. Raises StorageError."""
         with self._guard:
             if self._own is None:
                 try:
@@ -44,7 +49,7 @@ class Scratch:
             return self._own
 
     def new_place(self) -> Path:
-        """A fresh folder of its own. Raises StorageError."""
+        """A new folder. Raises StorageError."""
         place = self.open() / secrets.token_hex(8)
         try:
             place.mkdir(mode=0o700)
@@ -53,7 +58,7 @@ class Scratch:
         return place
 
     def close(self) -> None:
-        """Remove everything of this planner; its end does so too, unless it is killed."""
+        """Remove the folder of this planner; also done at exit, unless it is killed."""
         with self._guard:
             if self._let_go is not None:
                 self._let_go()
@@ -82,7 +87,8 @@ class Scratch:
             if path.name == _LOCK or _is_held(lock):
                 continue
             if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path, ignore_errors=True)
+                if self.rescue(path):
+                    shutil.rmtree(path, ignore_errors=True)
             else:
                 path.unlink(missing_ok=True)
 
@@ -107,7 +113,7 @@ def _is_held(path: Path) -> bool:
 
 
 def _lock(file: BinaryIO, *, wait: bool) -> bool:
-    """Take a lock that ends with the file's closing or its process; False where another has it and nobody waits."""
+    """Take a lock that ends with the file or the process; False where another process has it."""
     try:
         if sys.platform == "win32":
             file.seek(0)

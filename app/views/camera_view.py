@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 
 from app.scene.camera import Lens, standard_view
 from app.scene.view import SceneView
 from app.views.case_view import CaseView, Position
-from app.views.sections import CameraSection, ProjectAnswer
+from app.views.sections import CameraSection, LabelView, ProjectAnswer
+
+Floats = npt.NDArray[np.float64]
 
 NEAR_MARGIN_MM = 12.0  # around the places of a near view
 LEAST_RADIUS_MM = 45.0
@@ -23,21 +26,29 @@ class CameraView:
         self._case = case
         self._scene: SceneView | None = None
         self._lens: Lens | None = None
+        self._pivot: Position | None = None
+        self._labels_by_page = False
+        self._turned = False  # to a view of the head, since the scene came
         self.places: Callable[[], list[Position]] = list  # what a near view has to show
 
     def attach(self, scene: SceneView | None) -> None:
         """The client's scene is there, or gone."""
         self._scene = scene
-        if scene is None:
-            self._lens = None
+        self._pivot = None
+        self._lens = None  # also of a scene that has come: its first camera is viser's own, not a view of the head
+        self._turned = False
+        if scene is not None:
+            scene.labels.leave_to_page(self._labels_by_page)
 
     def moved(self, lens: Lens) -> None:
-        self._lens = lens
+        if self._turned:
+            self._lens = lens
 
     def look_from(self, name: str) -> None:
         """Turn to a standard view: 'nose' is near, at what the steps show; the others see all of the case."""
         if self._scene is None:
             return
+        self._pivot, self._turned = None, True
         centre, radius = self._case.extent()
         if name == "nose":
             places = np.array(self.places())
@@ -49,9 +60,29 @@ class CameraView:
                 radius *= NOSE_SHARE
         self._scene.look_from(standard_view(name, centre, radius))
 
+    def turn_about(self, position: Floats) -> None:
+        """Turn about a place from now on; what is seen stays as it is. The browser does so, where it can."""
+        x, y, z = (round(float(value), 3) for value in position)
+        self._pivot = (x, y, z)
+
+    def leave_labels_to_page(self, by_page: bool) -> None:
+        """The page writes the labels over its frame, or viser within it."""
+        self._labels_by_page = by_page
+        if self._scene is not None:
+            self._scene.labels.leave_to_page(by_page)
+
+    def labels(self) -> list[LabelView]:
+        """Words at places of the scene that are to be read now."""
+        if self._scene is None:
+            return []
+        return [
+            {"kind": label.kind, "words": label.text, "position": [round(float(x), 3) for x in label.position]}
+            for label in self._scene.labels.shown()
+        ]
+
     def project(self, points: list[Position]) -> ProjectAnswer:
         """Places on the canvas in parts of its size; null behind the camera."""
-        lens = None if self._scene is None else self._scene.lens()
+        lens = None if self._scene is None else self._scene.lens
         if lens is None:
             return {"places": None}
         places = lens.project(np.array(points, dtype=np.float64).reshape(-1, 3))
@@ -60,5 +91,6 @@ class CameraView:
     def section(self) -> CameraSection:
         lens = self._lens
         return {
-            "view_height_mm": None if lens is None or lens.height <= 0 else round(lens.mm_per_pixel * lens.height, 2)
+            "view_height_mm": None if lens is None or lens.height <= 0 else round(lens.mm_per_pixel * lens.height, 2),
+            "pivot": None if self._pivot is None else list(self._pivot),
         }

@@ -1,4 +1,4 @@
-"""The open case: how its anatomy is shown, and where its slices stand."""
+"""The open case: how its anatomy is shown, and where its slices are."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
+from app.services.case_model import Overlay
 from app.services.cases import Case
 from app.services.errors import NotFound
 from app.views import commands as c
@@ -29,6 +30,8 @@ from vfix_engine.imaging.volume import Volume
 Floats = npt.NDArray[np.float64]
 Position = tuple[float, float, float]
 DISPLAY_ORDER = ("skull", "skull_display", "display", "bone")
+MOST_VOLUMES = 2  # in the slices: the wide CT and a finer one of a part
+OUTLINE_COLOURS = ("#f2c14e", "#e07a5f", "#7fb7be", "#b48ead", "#a3be8c", "#d08770")
 _LOG = logging.getLogger(__name__)
 
 
@@ -97,7 +100,7 @@ class CaseView:
 
     def _volumes(self, case: Case) -> tuple[Volume | None, Volume | None]:
         """The wide CT and a finer one of a part, where there are such."""
-        found = [self._services.cases.volume(case.id, volume.name) for volume in case.volumes[:2]]
+        found = [self._services.cases.volume(case, volume.name) for volume in case.volumes[:MOST_VOLUMES]]
         wide, fine = (*found, None, None)[:2]
         return wide, fine
 
@@ -155,8 +158,10 @@ class CaseView:
         if command.slices is not None:
             self._look = replace(self._look, slices=command.slices)
 
-    def go_to(self, position: tuple[float, float, float]) -> None:
-        """Bring the slices, and the cut, to a place."""
+    def go_to(self, position: Position | None) -> None:
+        """Bring the slices, and the cut, to a place; they stay where there is none."""
+        if position is None:
+            return
         self._pending_cross = np.array(position)
         if self._slices is not None:
             self._slices.set_cross(position)
@@ -205,11 +210,16 @@ class CaseView:
         if self._picker is None:
             return None
         hits = [self._picker.hit(ray.origin, ray.direction, self._look.cut, self._look.cut_at)]
-        if self._slices is not None:
+        if self._slices is not None and self._look.slices != "none":
             hits += [hit_plane(ray.origin, ray.direction, plane) for plane in self._slices.planes(self._look.slices)]
         return min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
 
     # -- for the page
+
+    @property
+    def deleted(self) -> bool:
+        """Whether the open case was deleted, from the command line or over REST, when it was last read."""
+        return self._case is not None and self._case.deleted_at is not None
 
     def sections(self, fresh: bool) -> CaseSections:
         """fresh: read what the store says of the case anew, which others may have changed."""
@@ -226,6 +236,12 @@ class CaseView:
         }
 
 
+def overlay_words(overlay: Overlay) -> str:
+    """The grid of a volume over the head, in words."""
+    spacing = " × ".join(f"{value:.2f}" for value in overlay.volume.spacing_mm)
+    return f"{' × '.join(str(size) for size in overlay.volume.shape)} voxels of {spacing} mm"
+
+
 def case_section(case: Case, loading: str) -> CaseSection:
     """The page's section of the open case."""
     return {
@@ -234,12 +250,23 @@ def case_section(case: Case, loading: str) -> CaseSection:
         "frame": {"name": case.frame.name, "assumed": case.frame.assumed},
         "spacing_mm": None if case.spacing_mm is None else [float(value) for value in case.spacing_mm],
         "surfaces": [
-            {"name": surface.name, "triangles": surface.triangles, "words": surface.words} for surface in case.surfaces
+            {"name": surface.name, "triangles": surface.triangles, "words": surface.words}
+            for surface in case.own_surfaces
         ],
         "uncertainty": case.uncertainty.words(),
         "has_volume": case.has_volume,
         "beads": len(case.beads),
+        "window": list(case.volumes[0].window) if case.volumes and case.volumes[0].window else None,
+        "overlays": [
+            {"id": item.id, "name": item.name, "words": overlay_words(item), "notes": list(item.notes)}
+            for item in case.overlays
+        ],
         "notes": list(case.notes),
         "detail": case.volumes[1].name if len(case.volumes) > 1 else None,
         "loading": loading or None,
+        "volumes": [volume.name for volume in case.volumes[:MOST_VOLUMES]],
+        "outlines": [
+            {"surface": item.surface, "colour": item.colour or OUTLINE_COLOURS[index % len(OUTLINE_COLOURS)]}
+            for index, item in enumerate(case.structures)
+        ],
     }

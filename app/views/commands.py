@@ -48,6 +48,13 @@ class SetCamera(Command):
     view: Literal["anterior", "left", "right", "superior", "oblique", "nose"]
 
 
+class LabelsByPage(Command):
+    """The page writes the labels of the scene itself, or no longer does."""
+
+    type: Literal["view.labels"]
+    by_page: bool
+
+
 class Project(Command):
     """Where on the canvas do these places appear? Asked by tests and by whoever scripts the page."""
 
@@ -55,4 +62,4 @@ class Project(Command):
     points: Annotated[list[Position], Field(max_length=1000)]
 
 
-COMMANDS: tuple[type[Command], ...] = (SetCross, SetSlice, SetWindow, SetView, SetCamera, Project)
+COMMANDS: tuple[type[Command], ...] = (SetCross, SetSlice, SetWindow, SetView, SetCamera, LabelsByPage, Project)

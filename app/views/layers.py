@@ -42,16 +42,24 @@ class LayerStack:
         self._drawn: dict[str, tuple[Layer[Any], Nodes]] = {}  # by name
 
     def draw(self, wanted: Iterable[Layer[Any]]) -> None:
-        """Bring the scene up to date; of two layers with one name the later counts."""
+        """Show these layers and no others; of two with one name the later counts."""
         layers = {layer.name: layer for layer in wanted}
-        for name, (shown, nodes) in tuple(self._drawn.items()):
-            if name not in layers or layers[name].made_for != shown.made_for:
-                del self._drawn[name]
-                nodes.remove()
-        for name, layer in layers.items():
-            before = self._drawn.get(name)
+        for name in self._drawn.keys() - layers.keys():
+            self._remove(name)
+        self.update(layers.values())
+
+    def update(self, changed: Iterable[Layer[Any]]) -> None:
+        """Bring these layers up to date; the others stay as they are."""
+        for layer in changed:
+            before = self._drawn.get(layer.name)
+            if before is not None and before[0].made_for != layer.made_for:
+                self._remove(layer.name)
+                before = None
             if before is not None and before[0].key == layer.key:
-                continue  # a picture that stands still costs the browser nothing
+                continue  # a picture that does not change costs the browser nothing
             nodes = layer.make(self.view) if before is None else before[1]
-            self._drawn[name] = layer, nodes  # also where showing fails: nodes that nobody knows would stay for ever
+            self._drawn[layer.name] = layer, nodes  # also where showing fails: unknown nodes would stay for ever
             layer.show(nodes)
+
+    def _remove(self, name: str) -> None:
+        self._drawn.pop(name)[1].remove()

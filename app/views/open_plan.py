@@ -1,4 +1,4 @@
-"""The plan that a client has open: one step edits it, others drive, judge or show it."""
+"""The plan that a client has open: one step edits it, others drive or show it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class OpenPlan:
     def __init__(self) -> None:
         self._source: Callable[[], Plan | None] = lambda: None
         self._listeners: list[Callable[[], None]] = []
-        self._told: str | None = None
+        self._known: str | None = None
 
     @property
     def current(self) -> Plan | None:
@@ -34,9 +34,9 @@ class OpenPlan:
         self._listeners.append(listener)
 
     def opened(self, again: bool = False) -> None:
-        """A plan was opened or closed; nobody is told where it is the same as before, unless ``again``."""
+        """A plan was opened or closed; listeners are not called where it is the same as before, unless ``again``."""
         now = self.id
-        if again or now != self._told:
-            self._told = now
+        if again or now != self._known:
+            self._known = now
             for listener in self._listeners:
                 listener()

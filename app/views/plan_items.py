@@ -27,7 +27,7 @@ def position_of(values: Any) -> Position:
 def plan_items(plan: Plan) -> list[PlanItem]:
     """Points and targets of a plan, as they are drawn and driven."""
     return [
-        PlanItem(entry.id, kind, entry.label, position_of(entry.position))
+        PlanItem(entry.id, kind, entry.label, entry.position)
         for kind, listed in (("point", plan.points), ("target", plan.targets))
         for entry in listed
     ]
@@ -51,8 +51,10 @@ def curve_points(path: SplinePath | None) -> Floats | None:
 
 
 def curve_section(places: Floats | None) -> CurveSection:
-    """The page's section of a curve (n, 3)."""
-    return {"points": [] if places is None else np.round(places[::2], 2).tolist()}
+    """The page's section of a curve (n, 3): every second place, and the last."""
+    if places is None:
+        return {"points": []}
+    return {"points": np.round(np.concatenate([places[:-1:2], places[-1:]]), 2).tolist()}
 
 
 def items_layer(items: tuple[PlanItem, ...], selected: str | None, locked: bool) -> Layer[ItemNodes]:

@@ -25,8 +25,29 @@ class SurfaceView(TypedDict):
     words: str
 
 
+class OutlineView(TypedDict):
+    """A surface whose cut is drawn in the slices, and the colour."""
+
+    surface: str
+    colour: str
+
+
+class OverlayView(TypedDict):
+    """A volume that can be laid over the open case; words: its grid."""
+
+    id: str
+    name: str
+    words: str
+    notes: list[str]
+
+
 class CaseSection(TypedDict):
-    """The open case; loading: what is being read, None when all of it is there."""
+    """The open case; loading: what is being read, None when all of it is there.
+
+    window: width and centre of grey values that the scanner's files suggest, None where they do not.
+    volumes: names of the CT volumes in the slices, the widest first, the finer ones over it. outlines: what can be
+    drawn of its structures in the slices.
+    """
 
     id: str
     name: str
@@ -39,6 +60,10 @@ class CaseSection(TypedDict):
     notes: list[str]
     detail: str | None
     loading: str | None
+    window: Annotated[list[float], Length(2)] | None
+    volumes: list[str]
+    overlays: list[OverlayView]
+    outlines: list[OutlineView]
 
 
 class SliceGrid(TypedDict):
@@ -116,9 +141,18 @@ class SceneSection(TypedDict):
 
 
 class CameraSection(TypedDict):
-    """Height of the view at the centre of the scene."""
+    """Height of the view at the centre of the scene; pivot: what the view turns about since the last click, if any."""
 
     view_height_mm: float | None
+    pivot: Position | None
+
+
+class LabelView(TypedDict):
+    """Words at a place of the scene."""
+
+    kind: str
+    words: str
+    position: Position
 
 
 class ProjectAnswer(TypedDict):

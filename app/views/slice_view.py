@@ -1,4 +1,4 @@
-"""The three CT slices of a client: where they stand, how grey they are, and their pictures for the scene."""
+"""The three CT slices of a client: where they are, their window of grey values, and their pictures for the scene."""
 
 from __future__ import annotations
 
@@ -83,10 +83,10 @@ class SliceView:
 
     def _grid(self, volume: Volume, axis: Axis, position: float) -> SliceGrid:
         """Size of a slice's picture, and the place of its pixel centres."""
-        image, affine = volume.slice_image(axis, position, self.greys.window, self.greys.level)
+        (rows, columns), affine = volume.slice_grid(axis, position)
         return {
-            "columns": int(image.shape[1]),
-            "rows": int(image.shape[0]),
+            "columns": columns,
+            "rows": rows,
             "origin": affine[:3, 3].tolist(),
             "u": affine[:3, 0].tolist(),
             "v": affine[:3, 1].tolist(),

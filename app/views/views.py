@@ -20,7 +20,7 @@ Request = Callable[[], None]
 
 
 class Views:
-    """The open case and plan, the camera, and the ways to the client. Owned by the session's thread.
+    """The open case and plan, the camera, and the notes and requests of the client. Owned by the session's thread.
 
     client: who it is and its role. post: queues a request onto the session's thread; may be called on any.
     note: words for the user, and whether they are an error. stale: cases and plans are read anew with what is
@@ -43,7 +43,7 @@ class Views:
         self._case_listeners: list[Callable[[str | None], None]] = []
 
     def note(self, words: str, error: bool = False) -> None:
-        """Tell the user something; no words are not told."""
+        """Show the user a note; empty words show none."""
         if words:
             self._note(words, error)
 
@@ -70,6 +70,8 @@ class Views:
         match command:
             case c.SetCamera():
                 self.camera.look_from(command.view)
+            case c.LabelsByPage():
+                self.camera.leave_labels_to_page(command.by_page)
             case c.Project():
                 return self.camera.project(command.points)
             case _:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rest_client import Client, opened_client
 
 from app.services import Services, build_services
 from app.services.cases import Case, CaseFrame, CaseService
@@ -52,3 +53,11 @@ def phantom_services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Servi
     services = build_services(Settings(home=tmp_path_factory.mktemp("phantom"), port=0))
     yield services
     services.close()
+
+
+@pytest.fixture(scope="module")
+def client(phantom_services: Services) -> Iterator[Client]:
+    """The REST routes over those services."""
+    opened = opened_client(phantom_services)
+    yield opened
+    opened.close()

@@ -20,6 +20,8 @@ from app.views.plan_items import plan_items
 from app.views.views import Views
 from vfix_engine.control import ControlSettings
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.surface import extract_surface
+from vfix_engine.imaging.volume import Volume
 
 SAMPLE = "head-phantom-sample"
 HEAD = "head-phantom"
@@ -106,3 +108,9 @@ def put_in_place(drive: SharedDrive, robot: Robot, plan: Plan) -> None:
     prepared = Prepared(SimpleNamespace(), ControlSettings(), tuple(plan_items(plan)), curve)  # type: ignore[arg-type]
     drive._process, drive._state, drive._plan_key = robot, "ready", plan_key(plan)  # type: ignore[assignment]
     drive._prepared = prepared
+
+
+def case_of_ct(services: Services, name: str, volume: Volume) -> Case:
+    """A stored case with a CT and the surface of its bone."""
+    surfaces = {"bone": extract_surface(volume)}
+    return services.cases.create(name, frame=CaseFrame("LPS", False), surfaces=surfaces, volume=volume)

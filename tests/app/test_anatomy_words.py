@@ -1,36 +1,17 @@
-"""What is said of soft tissue, of places, and of a margin that does not cover what the surface may be off."""
+"""What is said of places, and of a margin that does not cover what the surface may be off."""
 
 import pytest
 
-from app.services.tissue_words import place_words, tissue_words
-from vfix_engine.imaging.soft_tissue import TissuePassed
+from app.services.tissue_words import PLACE_WORDS
 from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 
 
-@pytest.mark.parametrize(
-    ("passed", "words"),
-    [
-        (TissuePassed(6.95, 7.3, complete=True), "Passes 7 mm of soft tissue, when the tip is at 7 mm."),
-        (TissuePassed(0.3, 41.0, complete=True), "Passes less than 1 mm of soft tissue, when the tip is at 41 mm."),
-        (TissuePassed(0.0, 0.0, complete=True), "Passes no soft tissue."),
-        (
-            TissuePassed(6.95, 7.3, complete=False),
-            "Passes 7 mm of soft tissue at least; the scan ends in tissue there, when the tip is at 7 mm.",
-        ),
-        (TissuePassed(0.0, 0.0, complete=False), "Soft tissue is not known: the scan ends in tissue beside the tool."),
-        (TissuePassed(), "Soft tissue is not known: no CT shows the tool's way."),
-    ],
-)
-def test_soft_tissue_is_told_calmly_and_what_is_not_known_too(passed: TissuePassed, words: str) -> None:
-    assert tissue_words(passed) == words
-
-
 def test_only_a_place_in_the_airway_needs_no_word() -> None:
-    assert place_words("air_inside") == ""
-    assert "soft tissue" in place_words("soft_tissue")
-    assert "outside the body" in place_words("outside_body")
-    assert "not known" in place_words("outside_scan")
-    assert "not known" in place_words("not_known")
+    assert PLACE_WORDS["air_inside"] == ""
+    assert "soft tissue" in PLACE_WORDS["soft_tissue"]
+    assert "outside the body" in PLACE_WORDS["outside_body"]
+    assert "not known" in PLACE_WORDS["outside_scan"]
+    assert "not known" in PLACE_WORDS["not_known"]
 
 
 @pytest.mark.parametrize(
@@ -42,15 +23,16 @@ def test_only_a_place_in_the_airway_needs_no_word() -> None:
             0.74,
             0.8,
             0.3,
-            "bone may lie 0.74 mm off its surface (0.74 mm: surface thinned), more than the margin of 0.30 mm",
+            "",  # what thinning moved is added to the margin
         ),
         (0.0, 2.0, 1.0, ""),
         (
             0.4,
             2.0,
-            1.0,
+            0.9,
             "bone may lie 1.40 mm off its surface, thin bone further "
-            "(1.00 mm: slices 2 mm apart; 0.40 mm: surface thinned), more than the margin of 1.00 mm",
+            "(1.00 mm: slices 2 mm apart; 0.40 mm: surface thinned or smoothed, added to the margin), "
+            "more than the 1.30 mm that are kept",
         ),
     ],
 )

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from app import cli
+from app.services.resolve import is_file
 from vfix_engine.errors import FrameError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -98,6 +99,7 @@ LONG = """
 import sys
 from types import SimpleNamespace
 from app import cli
+from app.services.resolve import is_file
 def say(args):
     for _ in range({lines}):
         print("x" * 100)
@@ -186,3 +188,10 @@ def test_doctor_names_a_data_folder_that_cannot_be_written(
     monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
     assert cli.main(["doctor"]) == 1
     assert "set VFIX_HOME" in capsys.readouterr().err
+
+
+def test_what_cannot_be_the_name_of_a_file_is_none(tmp_path: Path) -> None:
+    assert not is_file(tmp_path / ("a" * 300))
+    assert not is_file(Path("a\0b"))
+    (tmp_path / "plan.json").touch()
+    assert is_file(tmp_path / "plan.json")

@@ -138,6 +138,28 @@ def test_a_plan_without_its_urdf_or_with_another_one_says_so(
 
 
 @pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"tool": "spoon"}, "no tool 'spoon'"),
+        ({"tool_shape": {"bend_deg": 1e9}}, "not between 0 and 120"),
+        ({"tool_frame": "hand"}, "no link 'hand'"),
+        ({"urdf": "<robot>"}, "XML"),
+    ],
+)
+def test_a_file_brings_no_robot_or_tool_that_cannot_be(
+    editor: PlanEditor, plans: PlanService, store: Store, change: dict[str, object], words: str
+) -> None:
+    text = str(change.pop("urdf", GOOD))
+    frame = change.pop("tool_frame", "tool")
+    data = json.loads(to_native_json(editor.plan)) | change | {"urdf": text}
+    data["robot"] |= {"urdf": hashlib.sha256(text.encode()).hexdigest(), "tool_frame": frame}
+    before = store.files.keys()
+    with pytest.raises(RobotError, match=words):
+        plans.add_file(editor.plan.case_id, from_native_json(json.dumps(data)))
+    assert store.files.keys() == before
+
+
+@pytest.mark.parametrize(
     ("text", "words"),
     [
         ("<robot>", "XML"),
@@ -161,3 +183,8 @@ def test_a_link_that_is_none_is_refused(instruments: Instruments) -> None:
 def test_a_urdf_is_named_by_a_hash_only(robot: dict[str, str]) -> None:
     with pytest.raises(PlanError, match="SHA-256"):
         check_robot(robot)
+
+
+def test_a_urdf_needs_its_tool_frame() -> None:
+    with pytest.raises(PlanError, match="needs a tool_frame"):
+        check_robot({"name": "a", "urdf": "0" * 64})

@@ -3,20 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 
-import pytest
+from rest_client import CASE, Client
 
-from app.services import Services
-from tests.app.test_api import CASE, Client, opened_client
 from tests.engine.robots.urdf_texts import GOOD
-
-
-@pytest.fixture(scope="module")
-def client(phantom_services: Services) -> Iterator[Client]:
-    opened = opened_client(phantom_services)
-    yield opened
-    opened.close()
 
 
 def test_robot_and_tool_are_set_and_travel_with_an_export(client: Client) -> None:

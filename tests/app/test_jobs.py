@@ -40,12 +40,12 @@ def start(jobs: Jobs, work: Work, lane: str = "import", clean_up: Callable[[], N
 def test_a_job_tells_its_stage_and_ends_with_its_result(jobs: Jobs) -> None:
     work = Blocked()
     job = start(jobs, work)
-    assert work.begun.wait(5)
+    assert work.begun.wait(60)
     while (now := jobs.get(job.id)).stage != "Working":
         time.sleep(0.001)
     assert (now.state, now.fraction) == ("running", 0.5)
     work.go.set()
-    done = jobs.wait(job.id, 5)
+    done = jobs.wait(job.id, 60)
     assert (done.state, done.stage, done.fraction, done.result, done.error) == ("done", "done", 1.0, "made", None)
     assert jobs.cancel(job.id) == done
 
@@ -55,13 +55,32 @@ def test_one_lane_is_one_at_a_time_and_in_order_and_another_does_not_wait(jobs: 
     started = [start(jobs, work) for work in works]
     other = Blocked()
     other.go.set()
-    assert jobs.wait(start(jobs, other, lane="dry_run case-1").id, 5).state == "done"
+    assert jobs.wait(start(jobs, other, lane="dry_run case-1").id, 60).state == "done"
     assert [jobs.get(job.id).state for job in started[1:]] == ["queued", "queued"]
     for index, work in enumerate(works):
-        assert work.begun.wait(5)
+        assert work.begun.wait(60)
         assert not any(later.begun.is_set() for later in works[index + 1 :])
         work.go.set()
-        assert jobs.wait(started[index].id, 5).state == "done"
+        assert jobs.wait(started[index].id, 60).state == "done"
+
+
+def test_who_asks_for_what_goes_on_already_gets_that_job(jobs: Jobs) -> None:
+    works, cleaned = [Blocked() for _ in range(4)], list[int]()
+
+    def ask(number: int, same: str) -> Job:
+        return jobs.submit(works[number], lambda: cleaned.append(number), kind="tools", lane="one", same=same)
+
+    first = ask(0, "tools of a plan")
+    assert works[0].begun.wait(60)
+    assert ask(1, "tools of a plan").id == first.id
+    assert cleaned == [1]
+    other = ask(2, "tools of another plan")
+    assert other.id != first.id
+    assert ask(3, "tools of another plan").id == other.id, "also while it waits"
+    for work in works:
+        work.go.set()
+    assert jobs.wait(first.id, 60).state == jobs.wait(other.id, 60).state == "done"
+    assert ask(1, "tools of a plan").id != first.id, "what has ended is made anew"
 
 
 def test_a_job_that_runs_is_cancelled_at_its_next_report(jobs: Jobs) -> None:
@@ -72,9 +91,9 @@ def test_a_job_that_runs_is_cancelled_at_its_next_report(jobs: Jobs) -> None:
         return work(progress)
 
     job = start(jobs, act, clean_up=cleaned.set)
-    assert work.begun.wait(5)
+    assert work.begun.wait(60)
     jobs.cancel(job.id)
-    now = jobs.wait(job.id, 5)
+    now = jobs.wait(job.id, 60)
     assert (now.state, now.stage, type(now.error)) == ("cancelled", "cancelled", JobCancelled)
     assert (ended, cleaned.is_set()) == (["its worker"], True)
     late: list[str] = []
@@ -93,14 +112,14 @@ def test_a_job_that_waits_is_cancelled_without_being_begun(jobs: Jobs) -> None:
     assert cleaned.is_set()
     first.go.set()
     third.go.set()
-    assert jobs.wait(last.id, 5).state == "done"
+    assert jobs.wait(last.id, 60).state == "done"
     assert not second.begun.is_set()
 
 
 def test_the_list_has_what_runs_and_what_ended_until_it_is_forgotten(jobs: Jobs) -> None:
     work = Blocked()
     runs = jobs.submit(work, kind="dry_run", lane="a", case_id="case-1", subject="Plan 1")
-    failed = jobs.wait(start(jobs, _fails, lane="b").id, 5)
+    failed = jobs.wait(start(jobs, _fails, lane="b").id, 60)
     assert (failed.state, str(failed.error)) == ("failed", "no such file")
     assert [(job.id, job.case_id, job.subject) for job in jobs.list()] == [
         (runs.id, "case-1", "Plan 1"),
@@ -125,16 +144,16 @@ def test_an_unexpected_error_quotes_nothing(jobs: Jobs, caplog: pytest.LogCaptur
     def work(progress: Progress) -> str:
         raise RuntimeError("Canary^Patient")
 
-    job = jobs.wait(start(jobs, work).id, 5)
+    job = jobs.wait(start(jobs, work).id, 60)
     assert job.state == "failed"
     assert "Canary" not in f"{job.error} {caplog.text}"
-    assert jobs.wait(start(jobs, lambda progress: "made").id, 5).state == "done"  # the lane goes on
+    assert jobs.wait(start(jobs, lambda progress: "made").id, 60).state == "done"  # the lane goes on
 
 
 def test_only_the_newest_that_ended_are_remembered(jobs: Jobs) -> None:
     work = Blocked()
     runs = start(jobs, work, lane="slow")
-    ended = [jobs.wait(start(jobs, lambda progress: "made").id, 5).id for _ in range(110)]
+    ended = [jobs.wait(start(jobs, lambda progress: "made").id, 60).id for _ in range(110)]
     kept = [job.id for job in jobs.list()]
     assert (kept[0], kept[1:], len(kept)) == (runs.id, ended[-99:], 100)
     work.go.set()
@@ -144,7 +163,7 @@ def test_the_planner_ends_with_what_waits_and_takes_no_more() -> None:
     jobs, work, cleaned = Jobs(), Blocked(), []
     runs = start(jobs, work, clean_up=lambda: cleaned.append("runs"))
     waits = start(jobs, Blocked(), clean_up=lambda: cleaned.append("waits"))
-    assert work.begun.wait(5)
+    assert work.begun.wait(60)
     threading.Timer(0.1, work.go.set).start()
     jobs.close()
     assert (jobs.get(runs.id).state, jobs.get(waits.id).state) == ("done", "cancelled")

@@ -11,9 +11,21 @@ import pytest
 
 from app.cli import main
 from app.commands.lumen import read_landmarks
+from app.services import build_services
+from app.settings import Settings
 from vfix_engine.errors import InputError
 from vfix_engine.imaging.mesh_files import read_mesh
 from vfix_engine.lumen.anatomy.synthetic import synthetic_colon, synthetic_course, write_stl
+from vfix_engine.runtime.replay import replay
+from vfix_engine.runtime.run import Run
+from vfix_engine.worlds import spec_of
+
+
+@pytest.fixture(autouse=True)
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Every drive leaves its run in a data folder of this test's own."""
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    return tmp_path / "home"
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +85,32 @@ def test_a_snake_is_driven_and_every_landmark_has_its_pictures(
     held_to, read = read_mesh(tmp_path / "held_to.ply")
     assert (read.name, read.assumed, report["pathway"]) == ("LPS", False, str(tmp_path / "held_to.ply"))
     assert len(held_to.faces) > 1000
+
+
+@pytest.mark.parametrize("operator", ["scripted", "adversarial"])
+def test_a_drive_leaves_a_run_that_is_driven_again(
+    operator: str, colon: Path, home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In tissue that moves, with a hand that means harm too: every row comes again, bit by bit."""
+    coarse = ["--links", "5", "--waypoint", "4", "--breathing", "4", "--operator", operator, "--seed", "5"]
+    main([*told(colon), *coarse, "--json"])
+    report = json.loads(capsys.readouterr().out)
+    services = build_services(Settings(home=home, port=0))
+    try:
+        stored = services.runs.get(report["run"])
+        assert (stored.world, stored.whole, stored.origin) == ("snake drive", True, "command line")
+        assert [one.id for one in services.runs.list()] == [stored.id]
+        with services.runs.laid_out(stored.id) as folder:
+            run = Run.read(folder)
+        assert run.manifest["seed"] == (5 if operator == "adversarial" else None)
+        again = replay(run, spec_of(run), keep_states=False)
+        assert again.same, (again.first_difference, again.largest_difference)
+        assert run.column("tip_s")[-1] == report["inserted_mm"]
+        assert len(again.states) == 1
+        services.runs.delete(stored.id)
+        assert services.runs.list() == ()
+    finally:
+        services.close()
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from hypothesis import HealthCheck
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
+from sqlalchemy.exc import OperationalError
 
 from app.services.cases import Case
 from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
@@ -15,6 +16,7 @@ from app.services.plan_editor import PlanEditor
 from app.services.plan_model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
 from app.services.plans import Plan, PlanService
 from app.store import Store
+from app.store.errors import StorageError
 from app.store.models import DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError, PlanError
 
@@ -39,6 +41,36 @@ def test_a_new_plan_knows_its_case_and_frame(plan: Plan, case: Case) -> None:
     assert (plan.case_id, plan.case_hash, plan.frame, plan.unit) == (case.id, case.content_hash, "LPS", "mm")
     assert plan.notice == "Not for clinical use"
     assert plan.robot["base"] is None
+
+
+def test_editors_of_two_programs_see_each_others_edits(store: Store, editor: PlanEditor, plan: Plan) -> None:
+    """What an editor knows of a revision is not taken for another one's; undo and settings count as well."""
+    other = PlanService(store).editor(plan.id)
+    for turn in range(2):
+        editor.add_point((1, 2, turn))
+        other.add_point((4, 5, turn))
+    assert labels(editor) == labels(other) == ["P1", "P2", "P3", "P4"]
+    other.undo()
+    other.set_settings({"margin_mm": 0.5})
+    made = editor.added_point((7, 8, 9))[1]
+    assert [point.position for point in made.points[2:]] == [(1.0, 2.0, 1.0), (7.0, 8.0, 9.0)]
+    assert made.settings == {"margin_mm": 0.5}
+    assert made == editor.plan == other.plan
+
+
+def test_an_edit_that_fails_is_not_known(editor: PlanEditor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The disk refuses the commit: the next edit begins from what is stored."""
+    editor.add_point((1, 2, 3))
+
+    def full(session: Any) -> None:
+        raise OperationalError("COMMIT", {}, Exception("database or disk is full"))
+
+    with monkeypatch.context() as patch:
+        patch.setattr("sqlalchemy.orm.Session.commit", full)
+        with pytest.raises(StorageError):
+            editor.add_point((4, 5, 6))
+    assert editor.added_point((7, 8, 9))[1] == editor.plan
+    assert [point.position[0] for point in editor.plan.points] == [1.0, 7.0]
 
 
 def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor) -> None:

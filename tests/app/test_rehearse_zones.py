@@ -46,6 +46,29 @@ def rehearse(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[
     return status, json.loads(capsys.readouterr().out)
 
 
+def test_a_soft_zone_of_a_file_is_hard_from_its_greatest_depth_on(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The end of the path lies in a ball; what stops the tool names it and the depth."""
+    ball = {"kind": "sphere", "centre": [0, 38, 6], "radius": 6.0}
+    soft = {"name": "gland", "thickness_mm": 0.0, "stiffness_n_per_mm": 0.2, "shape": ball}
+    status, report = rehearse([*tube, *with_zones(tmp_path, [], [soft])], capsys)
+    assert (status, report["completed"]) == (0, True)
+    status, report = rehearse([*tube, *with_zones(tmp_path, [], [soft | {"max_depth_mm": 2.5}])], capsys)
+    assert not report["completed"]
+    assert "'gland, 2.5 mm deep'" in report["reason"]
+    for wrong, words in ((0.0, "must be positive"), (True, "must be a number"), (25.0, "20 at most")):
+        arguments = [*tube, *with_zones(tmp_path, [], [soft | {"max_depth_mm": wrong}])]
+        assert main(["rehearse", *arguments, "--json"]) == 2
+        said = capsys.readouterr().err
+        assert "soft zone 'gland'" in said
+        assert words in said
+    layer = {"name": "lining", "thickness_mm": 1.0, "stiffness_n_per_mm": 0.5, "max_depth_mm": 0.5}
+    arguments = with_zones(tmp_path, [], [layer | {"shape": {"kind": "anatomy"}}])
+    assert main(["rehearse", *tube, *arguments, "--json"]) == 2
+    assert "leave the depth out" in capsys.readouterr().err
+
+
 def test_a_path_is_driven_beside_a_zone_and_its_distance_reported(
     tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -69,9 +92,9 @@ def test_a_zone_across_the_path_ends_the_rehearsal_with_its_name(
     blocked, tip = np.array(report["blocked_at_lps_mm"]), np.array(report["stopped_at_lps_mm"])
     assert np.linalg.norm(blocked - [0, 30, 3.8]) == pytest.approx(4.0, abs=0.2)  # on the sphere
     assert 0.8 <= np.linalg.norm(blocked - tip) < 4.0
-    assert f"its tip at ({tip[0]:.1f}, {tip[1]:.1f}, {tip[2]:.1f}) mm, LPS: no-fly zone" in err
+    assert f"its tip at ({tip[0]:.1f}, {tip[1]:.1f}, {tip[2]:.1f}) mm, LPS: structure to spare" in err
     assert f"in the way at ({blocked[0]:.1f}, {blocked[1]:.1f}, {blocked[2]:.1f}) mm, LPS: lead the path" in err
-    assert report["reason"] == "no-fly zone 'optic nerve' on the tip, 0.8 mm"
+    assert report["reason"] == "structure to spare 'optic nerve' on the tip, 0.8 mm away"
     assert report["zones"][0]["min_distance_mm"] == pytest.approx(0.8, abs=0.02)
 
 
@@ -80,7 +103,7 @@ def test_a_zone_across_the_path_ends_the_rehearsal_with_its_name(
     [
         ("{", "not sound JSON"),
         ("[]", "one JSON object"),
-        ('{"schema": "vfix-zones/1", "unit": "mm"}', "in LPS and mm"),
+        ('{"schema": "vfix-zones/1", "unit": "mm"}', "must name LPS and mm"),
         ('{"schema": "vfix-zones/1", "frame": "LPS", "unit": "mm", "zones": [{"name": "n"}]}', "does not say its"),
     ],
 )
@@ -101,7 +124,7 @@ def test_a_start_inside_a_zone_is_refused_by_its_name(
     around = {**NERVE, "shape": {"kind": "sphere", "centre": [0, 2, 0], "radius": 5}}
     status, report = rehearse([*tube, *with_zones(tmp_path, [around])], capsys)
     assert status == 2
-    assert "inside no-fly zone 'optic nerve'" in report["error"]["message"]
+    assert "inside structure to spare 'optic nerve'" in report["error"]["message"]
 
 
 def test_a_robot_with_too_few_joints_is_told_and_soon(

@@ -10,7 +10,6 @@ import pytest
 from session_doubles import SAMPLE, open_sample
 
 from app.services import Services
-from app.services.embedded import HEAD_PHANTOM
 from app.steps.plan import commands as c
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import StartRefused
@@ -38,8 +37,8 @@ def test_the_verdict_of_a_urdf_of_ones_own_names_the_joint(phantom_services: Ser
     section = step.sections(True)["plan"]
     assert section is not None
     assert (section["robot"]["urdf"], section["tool"]["title"]) == (own.urdf, "Straight pointer")
-    corridor = step._corridor._answer(phantom_services.plans.get(plan.id), 0.3)
-    assert re.match(r"The tool gets \d+ of 90 mm: joint 2 \(shoulder_pitch\) at its limit\.", corridor.words)
+    corridor = step._judged.stored._answer(phantom_services.plans.get(plan.id), 0.3)
+    assert re.match(r"Blocked at \d+ of 90 mm: joint 2 \(shoulder_pitch\) at its limit\.", corridor.words)
     phantom_services.plans.delete(plan.id)
 
 
@@ -49,10 +48,14 @@ def test_a_standing_robot_that_cannot_hold_the_tool_names_its_joints(phantom_ser
         replace(joint, lower=home - 0.01, upper=home + 0.01) if number in (1, 2) else joint
         for number, (joint, home) in enumerate(zip(arm.joints, arm.home.tolist(), strict=True))
     )
-    robot = RobotModel(arm.name, arm.title, arm.source, stiff, (), arm.mount, arm.home, arm.stands)
+    robot = RobotModel(arm.name, arm.title, arm.source, stiff, (), arm.mount, arm.home, arm.upright)
     path = SplinePath(np.array([point.position for point in plan.points]))
     words = r"joint 2 \(shoulder pitch\) and joint 3 \(elbow pitch\) are at their limits, \d+ mm from there"
     with pytest.raises(StartRefused, match=words):
         place_robot(
-            phantom_services.cases.tree(HEAD_PHANTOM), robot, Tool.load("straight_pointer"), path, ControlSettings()
+            phantom_services.cases.tree(phantom_services.cases.embedded_case()),
+            robot,
+            Tool.load("straight_pointer"),
+            path,
+            ControlSettings(),
         )

@@ -1,4 +1,4 @@
-"""What a browser says about the scene: numbers that are none never get as far as a plan or a robot (HAZ-05)."""
+"""What a browser says about the scene: non-finite numbers never get as far as a plan or a robot (HAZ-05)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from app.scene.checks import MAX_MM, finite_position
+from app.scene.dragging import DragEvent
 from app.scene.hand import GripDrag, HandNodes
-from app.scene.plan import DragEvent, ItemNode, PlanItem
-from app.scene.view import read_lens
+from app.scene.plan import ItemNode, PlanItem
+from app.scene.view import ClickRay, SceneEvents, SceneView, read_lens
 
 NAN = math.nan
 NO_PLACES: list[Any] = [
@@ -33,7 +34,10 @@ class _Node:
     """Stands for whatever viser hands out."""
 
     def __getattr__(self, name: str) -> Any:
-        return lambda *args, **options: _Node()
+        return _Node()
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        return _Node()
 
 
 def _event(phase: str, place: Any) -> Any:
@@ -54,11 +58,11 @@ def test_a_place_near_the_head_is_taken_as_it_is() -> None:
 @pytest.mark.parametrize("place", NO_PLACES)
 def test_a_bad_drag_moves_nothing_and_still_ends(place: Any) -> None:
     drags: list[DragEvent] = []
-    item = ItemNode(_Node(), PlanItem("p-1", "point", "P1", (1.0, 2.0, 3.0)), drags.append)  # type: ignore[arg-type]
+    item = ItemNode(_Node(), _Node(), PlanItem("p-1", "point", "P1", (1.0, 2.0, 3.0)), drags.append)  # type: ignore[arg-type]
     grips: list[GripDrag] = []
-    hand = HandNodes(_Node(), grips.append)  # type: ignore[arg-type]
+    hand = HandNodes(_Node(), _Node(), grips.append)  # type: ignore[arg-type]
     for phase in ("start", "update", "end"):
-        asyncio.run(item._dragged(_event(phase, place)))
+        asyncio.run(item.drag.dragged(_event(phase, place)))
         asyncio.run(hand._dragged(_event(phase, place)))
     assert drags == [DragEvent("p-1", "end", (1.0, 2.0, 3.0))]
     assert grips == [GripDrag("end", (0.0, 0.0, 0.0))]
@@ -99,3 +103,23 @@ def test_a_camera_is_read_as_it_was_reported() -> None:
 )
 def test_a_camera_that_is_none_is_not_read(changes: dict[str, Any]) -> None:
     assert read_lens(_camera(**changes)) is None
+
+
+def test_a_click_goes_through_the_camera_that_was_reported_last() -> None:
+    """HAZ-05: before there is one, and after a report that is none, a click goes nowhere."""
+    rays: list[ClickRay] = []
+    ignored: Any = lambda value: None  # noqa: E731
+    camera = _camera(_state=SimpleNamespace(update_timestamp=0.0), on_update=ignored)
+    client: Any = SimpleNamespace(gui=_Node(), scene=_Node(), camera=camera, atomic=_Node(), flush=_Node())
+    view = SceneView(client, SceneEvents(rays.append, ignored, ignored, ignored))
+    click: Any = SimpleNamespace(screen_pos=(0.5 + 0.5 / 800, 0.5 + 0.5 / 600))
+    asyncio.run(view._clicked(click))
+    assert rays == []
+    for position in ((0.0, 0.0, -400.0), (10.0, 20.0, -300.0)):
+        asyncio.run(view._camera_updated(_camera(position=position)))
+        asyncio.run(view._clicked(click))
+        assert rays[-1].origin.tolist() == list(position)
+        assert np.allclose(rays[-1].direction, (0.0, 0.0, 1.0))
+    asyncio.run(view._camera_updated(_camera(fov=NAN)))
+    asyncio.run(view._clicked(click))
+    assert len(rays) == 2

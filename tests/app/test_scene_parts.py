@@ -110,6 +110,9 @@ def test_clearance_colours_run_from_orange_to_blue() -> None:
     assert colours[2][2] > colours[2][0] + 100, "much room is blue"
     assert colours[2].tolist() == colours[3].tolist()
     assert tuple(colours[4]) == palette.UNKNOWN
+    every = palette.clearance_colours(np.linspace(0.0, 2.0, 200)).astype(int)
+    nearest = np.abs(every - np.array(palette.UNKNOWN)).sum(axis=1).min()
+    assert nearest > 150, "what is not reached looks like no clearance"
 
 
 def test_a_capsule_runs_along_its_axis() -> None:

@@ -1,6 +1,8 @@
 """Runs: what a drive wrote comes back byte for byte, is listed, deleted with its files, and bounded."""
 
 import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -156,15 +158,50 @@ def test_a_recording_is_stored_by_a_job_once_its_drive_has_ended(
     plan = plans.create(case.id, "Plan")
     recording = Recordings(jobs, runs).new(plan)
     assert recording is not None
-    part = write_run(recording.folder.with_name("run.part"), whole=False)  # its writer was cut off
+    part = write_run(recording.folder.with_name(recording.folder.name + ".part"), whole=False)  # its writer was cut off
     recording.keep()
     (job,) = jobs.list(case.id)
     done = jobs.wait(job.id, 10)
     assert (done.kind, done.state, done.subject) == ("run", "done", "Plan")
     (run,) = runs.list(case.id, plan.id)
     assert (run.id, run.origin, run.whole) == (done.result, "page", False)
-    assert not part.parent.exists()
+    assert not list(part.parent.iterdir())
     jobs.close()
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from app.services.runs import RunService
+from app.settings import Settings
+from app.store import Store
+from run_folder import write_run
+home, case, plan = sys.argv[1:]
+runs = RunService(Store(Settings(home=Path(home), port=0)))
+for plan_id, ticks in ((plan, 50), (plan, 0), ("plan-gone", 50)):
+    folder = runs.new_folder("page", case_id=case, plan_id=plan_id)
+    write_run(folder.with_name(folder.name + ".part"), ticks, whole=False)
+os.kill(os.getpid(), 9)
+"""
+
+
+def test_what_a_killed_planner_recorded_of_a_drive_is_kept_at_the_next_start(
+    store: Store, runs: RunService, plans: PlanService, case: Case, settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """HAZ-30: a drive that nobody can look at any more is the one that one wants to look at."""
+    plan, here = plans.create(case.id, "Plan"), Path(__file__).parent
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parents[1])])}
+    subprocess.run([sys.executable, "-c", KILLED, settings.home, case.id, plan.id], env=environment, check=False)
+    with monkeypatch.context() as full:
+        full.setattr(RunService, "_put", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+        runs.new_folder()
+        assert runs.list() == ()
+    store.drives.close()
+    runs.new_folder()  # as a command does, without a sweep
+    (run,) = runs.list(case.id, plan.id)
+    assert (run.origin, run.whole) == ("page", False)
+    assert runs.file(run.id, "ticks.f64").stat().st_size == 8 * 50
+    assert not list(settings.drives_dir.rglob("run-*"))
 
 
 def test_a_drive_without_a_step_leaves_no_run(runs: RunService, plans: PlanService, case: Case) -> None:
@@ -175,7 +212,7 @@ def test_a_drive_without_a_step_leaves_no_run(runs: RunService, plans: PlanServi
         if ticks is not None:
             write_run(recording.folder, ticks)
         recording.keep()
-        assert not recording.folder.parent.exists()
+        assert not list(recording.folder.parent.iterdir())
     jobs.close()
     assert (jobs.list(), runs.list()) == ((), ())
 

@@ -140,13 +140,18 @@ def test_a_click_goes_from_the_mesh_to_the_store(client: tuple[ClientSession, Br
         asyncio.run(view._clicked(centre))  # type: ignore[arg-type]
         answer(session)
 
-    browser.look_at(plan.points[2].position)
+    def look_at(place: tuple[float, float, float]) -> None:
+        browser.look_at(place)
+        asyncio.run(view._camera_updated(browser.camera))
+        answer(session)
+
+    look_at(plan.points[2].position)
     click()  # the tree of the surface and the tool are loaded
     step._cancel()
     first = functions_passed(click)
     ghost = step._need().ghost
     assert ghost is not None
-    browser.look_at(ghost.position)
+    look_at(ghost.position)
     second = functions_passed(click)
     check("A click: from the mesh to the store", list(dict.fromkeys([*first, *second])))
 
@@ -177,7 +182,7 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
         assert session._layers is not None
         nodes = session._layers._drawn["rehearse.drive"][1]
         assert isinstance(nodes, DriveNodes)
-        before = step.snapshot
+        before = step.now.snapshot
         assert before is not None
 
         path = system.scene.path
@@ -200,8 +205,8 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
 
         drag("start", before.grip)
         passed = functions_passed(walk)
-        assert step.snapshot is not None
-        assert not np.allclose(step.snapshot.q, before.q)
+        assert step.now.snapshot is not None
+        assert not np.allclose(step.now.snapshot.q, before.q)
         check("A drag: from the grip to a joint and back to the picture", passed)
     finally:
         outbox.end()

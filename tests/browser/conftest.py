@@ -1,7 +1,8 @@
-"""One planner on a home of its own, and real Chromium in front of it."""
+"""One planner for all tests, since its first dry run takes long, and real Chromium in front of it."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,9 +11,18 @@ import pytest
 from playwright.sync_api import Browser, Playwright, sync_playwright
 from workstation import NO_ANTIALIASING, ROOT, TOKEN, VIEWPORT, Planner, Rest, Workstation, launch
 
+# The page opens the sample, as it does in a home where nobody has planned yet.
+SAMPLE_OPEN = """
+try {
+  const opened = JSON.stringify({ case: "head-phantom", plan: "head-phantom-sample" });
+  if (!sessionStorage.getItem("vfix-open")) sessionStorage.setItem("vfix-open", opened);
+} catch { /* a frame without storage */ }
+"""
 
-@pytest.fixture(scope="module")
+
+@pytest.fixture(scope="session")
 def planner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Planner]:
+    """Tests work on copies of the sample; those that stop the planner or need a fresh home start their own."""
     started = Planner(tmp_path_factory.mktemp("home"))
     yield started
     started.stop()
@@ -23,6 +33,14 @@ def rest(planner: Planner) -> Iterator[Rest]:
     face = Rest(planner.base, TOKEN)
     yield face
     face.client.close()
+
+
+@pytest.fixture(autouse=True)
+def no_plans_left(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Lists are as short for each test as in a home where nobody has planned yet."""
+    yield
+    if "rest" in request.fixturenames:
+        request.getfixturevalue("rest").delete_plans()
 
 
 @pytest.fixture(scope="session")
@@ -46,14 +64,17 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
     started.close()
 
 
-@pytest.fixture
-def open_page(browser: Browser, planner: Planner, artefacts: Path) -> Iterator[Callable[..., Workstation]]:
-    """Open the page in a fresh profile, so that nothing of another test is remembered."""
+@contextlib.contextmanager
+def pages(browser: Browser, planner: Planner, artefacts: Path) -> Iterator[Callable[..., Workstation]]:
+    """Opens pages, each in a fresh profile, so that nothing of another one is remembered."""
     contexts = []
 
-    def open_one(path: str = "/", viewport: dict[str, int] | None = None) -> Workstation:
+    def open_one(
+        path: str = "/", viewport: dict[str, int] | None = None, script: str = "", sample: bool = True
+    ) -> Workstation:
+        """sample: the sample is open, else what the planner opens by itself."""
         context = browser.new_context(viewport=viewport or VIEWPORT, accept_downloads=True)
-        context.add_init_script(NO_ANTIALIASING)
+        context.add_init_script(NO_ANTIALIASING + (SAMPLE_OPEN if sample else "") + script)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(60_000)
@@ -64,3 +85,17 @@ def open_page(browser: Browser, planner: Planner, artefacts: Path) -> Iterator[C
     yield open_one
     for context in contexts:
         context.close()
+
+
+@pytest.fixture
+def open_page(browser: Browser, planner: Planner, artefacts: Path) -> Iterator[Callable[..., Workstation]]:
+    """Opens pages that are closed after the test."""
+    with pages(browser, planner, artefacts) as open_one:
+        yield open_one
+
+
+@pytest.fixture(scope="module")
+def open_shared(browser: Browser, planner: Planner, artefacts: Path) -> Iterator[Callable[..., Workstation]]:
+    """Opens pages that the tests of a module share, since software takes seconds to draw a page for the first time."""
+    with pages(browser, planner, artefacts) as open_one:
+        yield open_one

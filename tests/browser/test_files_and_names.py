@@ -7,7 +7,7 @@ import functools
 import http.server
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,15 @@ from app.browsers import private_page
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
+
+
+@pytest.fixture(scope="module")
+def planner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Planner]:
+    """One that is stopped, and that has no other heads and jobs."""
+    started = Planner(tmp_path_factory.mktemp("home"))
+    yield started
+    started.stop()
+
 
 HOSTILE = (
     "<img src=x onerror=window.executed=1>",
@@ -91,10 +100,10 @@ def test_a_head_that_comes_in_is_offered_and_not_opened(open_page: Open, rest: R
     station.page.set_input_files("input[type='file'][accept*='.nii']", tmp_path / "Block.nrrd")
     offer = station.page.get_by_role("button", name="Open it")
     station.wait_for("the offer", offer.is_visible)
-    station.wait_for("it in the list", lambda: "Block" in station.page.locator("#panel").inner_text())
+    station.wait_for("it in the list", lambda: "CT volume" in station.page.locator("#panel").inner_text())
     assert station.state("case")["id"] == before
     offer.click()
-    station.wait_for("the new head", lambda: station.state("case")["name"] == "Block")
+    station.wait_for("the new head", lambda: station.state("case")["name"] == "CT volume")
     rest.client.delete(f"/api/cases/{station.state('case')['id']}").raise_for_status()
     assert station.errors == []
 
@@ -105,6 +114,7 @@ def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
     """Its stage and share are there again; cancelled, it says so and leaves no head."""
     station = open_page().ready()
     heads = [case["id"] for case in rest.client.get("/api/cases").raise_for_status().json()]
+    others = [job["id"] for job in rest.client.get("/api/jobs").raise_for_status().json()]
     u = np.arange(256, dtype=np.float32) * 0.4
     sines, cosines = np.sin(u), np.cos(u)
     walls = sines[:, None, None] * cosines[None, :, None] + sines[None, :, None] * cosines[None, None, :]
@@ -123,15 +133,15 @@ def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
     page.reload()
     station.wait_for("its progress again", row.is_visible)
     words = row.inner_text()
-    assert "Sponge" in words
+    assert "CT volume" in words
     assert "%" in words or "waiting" in words
     row.get_by_role("button", name="Cancel").click()
     station.wait_for("the word", lambda: "was cancelled. Nothing of it is kept" in page.locator("#notes").inner_text())
     assert not row.is_visible()
-    (job,) = (job for job in rest.client.get("/api/jobs").json() if job["subject"] == "Sponge")
+    (job,) = (job for job in rest.client.get("/api/jobs").json() if job["kind"] == "import" and job["id"] not in others)
     assert (job["state"], job["error"]["code"], job["result"]) == ("cancelled", "job_cancelled", None)
     assert [case["id"] for case in rest.client.get("/api/cases").raise_for_status().json()] == heads
-    assert "Sponge" not in page.locator("#panel .list").inner_text()
+    assert "CT volume" not in page.locator("#cases").inner_text()
     assert station.errors == []
 
 

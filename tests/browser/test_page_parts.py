@@ -16,18 +16,18 @@ Open = Callable[..., Workstation]
 SLICES_ALONE = """async ([state, turns]) => {
   const { Slices } = await import('/static/js/slices.js');
   const connection = Object.assign(new EventTarget(), { connected: true, sent: [] });
-  connection.send = (type, fields) => connection.sent.push(fields.position);
+  connection.send = (type, fields) => connection.sent.push(fields.position[2]);
   const slices = new Slices(document.createElement('section'), connection);
   slices.update(state);
   for (let turn = 0; turn < turns; turn += 1) {
-    slices.stages[0].wheel({ preventDefault() {}, deltaY: 1 });
+    slices.panes[0].hands.wheel({ preventDefault() {}, deltaY: 1 });
     await new Promise((resolve) => setTimeout(resolve, 80));
   }
   return connection.sent;
 }"""
 # Everything that can be pressed or filled in and that cannot be brought into sight, or lies under something else.
 OUT_OF_REACH = """() => [...document.querySelectorAll('button, select, input, tr[tabindex], .slice-stage')]
-  .filter((control) => control.checkVisibility())
+  .filter((control) => control.checkVisibility({ visibilityProperty: true }))
   .filter((control) => {
     control.scrollIntoView({ block: 'center', inline: 'center', behavior: 'instant' });
     const box = control.getBoundingClientRect();
@@ -69,13 +69,14 @@ def test_parts_of_the_page_alone(open_page: Open, rest: Rest) -> None:
     expected = [plane["position"] + (turn + 1) * plane["step"] for turn in range(3)]
     assert wished == pytest.approx(expected), "the wheel goes on from the last wish, not from the last answer"
 
-    shown = """async ([state, name]) => {
+    shown = """async ([state, input]) => {
       const { Slices } = await import('/static/js/slices.js');
-      const root = document.createElement('section');
+      const root = Object.assign(document.createElement('section'), { className: 'slices' });
+      root.style.height = '900px';
       document.body.append(root);
       const slices = new Slices(root, new EventTarget());
-      slices.update({ ...state, step: { name } });
-      for (const stage of slices.stages) stage.loaded(stage.newest, null);
+      slices.update({ ...state, step: { input } });
+      for (const pane of slices.panes.slice(0, 3)) pane.loaded(state.slices.planes[pane.name], null);
       const count = (kind) => root.querySelectorAll(kind).length;
       const kinds = ['.slice-path', '.slice-tool'];
       const found = kinds.flatMap((kind) => [count(`${kind}:not(.far)`), count(`${kind}.far`)]);
@@ -85,13 +86,13 @@ def test_parts_of_the_page_alone(open_page: Open, rest: Rest) -> None:
     cross = state["slices"]["cross"]
     state["tool"] = {"segments": [[cross, [value + 40.0 for value in cross]]]}
     state["curve"] = {"points": [cross, [value - 40.0 for value in cross]]}
-    assert page.evaluate(shown, [state, "plan"]) == [3, 3, 0, 0], "the tool belongs to the rehearsal"
-    assert page.evaluate(shown, [state, "rehearse"]) == [3, 3, 3, 3]
+    assert page.evaluate(shown, [state, "edit"]) == [3, 3, 0, 0], "the tool belongs to the rehearsal"
+    assert page.evaluate(shown, [state, "drive"]) == [3, 3, 3, 3]
 
     driven = page.evaluate("""async () => {
       const { Keys } = await import('/static/js/keys.js');
       const sent = [];
-      const state = { step: { name: 'rehearse' } };
+      const state = { step: { input: 'drive' } };
       const keys = new Keys({ state, send: (type, fields) => sent.push([type, fields.direction]), hold() {} });
       const slider = document.createElement('input');
       slider.type = 'range';
@@ -103,7 +104,7 @@ def test_parts_of_the_page_alone(open_page: Open, rest: Rest) -> None:
         return event.defaultPrevented;
       };
       const taken = ['ArrowDown', 'ArrowLeft'].map(press);
-      state.step.name = 'plan';
+      state.step.input = 'edit';
       taken.push(press('ArrowUp'));
       slider.remove();
       keys.held.clear();
@@ -174,7 +175,7 @@ def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, res
     there = pytest.approx(points[2]["position"], abs=1e-3)
     station.wait_for("the slices to come back", lambda: station.state("slices")["cross"] == there)
 
-    page.evaluate("(position) => vfix.request('pick.slice', { position })", points[2]["position"])
+    page.evaluate("(position) => vfix.request('pick.slice', { position })", [60, 40, 40])
     station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
     page.keyboard.press("Delete")
     station.wait_for("no ghost", lambda: station.state("plan")["ghost"] is None)
@@ -187,7 +188,11 @@ def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, res
 
 
 def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: Rest) -> None:
-    station = open_page().ready()
+    """While the voxels are not there, pictures come from the planner."""
+    station = open_page()
+    station.page.route("**/volume/voxels?*", lambda route: route.abort())
+    station.page.reload()
+    station.ready()
     station.open_plan(rest.copy_of_sample("Slices"))
     page, stage = station.page, station.page.locator("[data-axis=axial]")
     label, shown = page.locator(".slice-head .number").first, stage.locator("g:not([visibility]) > image[href]")
@@ -224,7 +229,12 @@ def test_everything_can_be_reached(open_page: Open, rest: Rest, width: int, heig
     for step in ("patient", "plan", "rehearse"):
         station.page.click(f"[data-step={step}]")
         station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
-        assert station.page.evaluate(OUT_OF_REACH) == []
+        for part in ("panel", "slices", "scene"):
+            if station.page.locator(f"[data-part-button={part}]").is_visible():
+                station.page.click(f"[data-part-button={part}]")
+            assert station.page.evaluate(OUT_OF_REACH) == []
+        words = station.page.locator("#statusbar .fill .reading-value")
+        assert words.evaluate("words => words.scrollWidth <= words.clientWidth"), "what holds the tool is cut short"
         assert station.page.evaluate("document.scrollingElement.scrollWidth - innerWidth") <= 0
         borders = station.page.evaluate(FAINT_BORDERS)
         assert borders["checked"] > 0
@@ -245,7 +255,7 @@ def test_what_a_file_does_not_say_is_asked_once(open_page: Open, rest: Rest, tmp
     uploads: list[str] = []
     page.on("request", lambda request: uploads.append(request.url) if request.method == "POST" else None)
     alerts = page.locator("[role=alert] .toast")
-    for name, words in (("a.nhdr", "one .nrrd file"), ("a.mhd", "one .mha file"), ("a.dcm", "one .zip file")):
+    for name, words in (("a.nhdr", "Choose both files together"), ("a.mhd", "Choose both files together")):
         (tmp_path / name).write_bytes(b"x")
         _choose(page, tmp_path / name)
         station.wait_for("the refusal", lambda name=name: any(name in text for text in alerts.all_inner_texts()))
@@ -267,6 +277,6 @@ def test_what_a_file_does_not_say_is_asked_once(open_page: Open, rest: Rest, tmp
     assert page.locator("#dialog select").count() == 1
     page.select_option("#ask-units", "mm")
     page.click("#dialog .primary")
-    station.wait_for("the head", lambda: "ball" in page.locator("#panel .list").inner_text())
+    station.wait_for("the head", lambda: "Bone surface" in page.locator("#cases").inner_text())
     assert [url.rsplit("/", 1)[-1] for url in uploads] == ["cases", "answer"]
     assert station.errors == []

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Playwright
-from workstation import NO_ANTIALIASING, TOKEN, VIEWPORT, Onlooker, Planner, Rest, Workstation, launch
+from workstation import NO_ANTIALIASING, ROOT, TOKEN, VIEWPORT, Onlooker, Planner, Rest, Workstation, launch
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
@@ -23,6 +26,15 @@ LOSSES = {
     "window blurred": "document.hasFocus = () => false; window.dispatchEvent(new Event('blur'))",
     "page hidden": "window.dispatchEvent(new Event('pagehide'))",
 }
+
+
+def test_the_soft_tissue_told_is_that_of_the_verdict(open_page: Open, rest: Rest) -> None:
+    station = open_page().ready()
+    station.open_plan(rest.copy_of_sample("Told"))
+    station.start()
+    verdict = "".join(part["words"] for part in station.state("corridor")["verdict"]["parts"])
+    told = station.page.get_by_text("On this path the tool presses soft tissue").inner_text()
+    assert re.findall(r"along (\d+) mm", told) == re.findall(r"soft tissue along (\d+) mm", verdict)
 
 
 def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, rest: Rest) -> None:
@@ -65,35 +77,68 @@ def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, re
     assert station.errors == []
 
 
-AGES = """
-(seconds) => new Promise((resolve) => {
-  const ages = [];
-  let shown = null;
+# What the planner said last, noted before the page gets it.
+NEWEST = """
+window.Worker = class extends Worker {
+  constructor(...options) {
+    super(...options);
+    this.addEventListener("message", ({ data }) => {
+      window.newest = JSON.parse(data.text ?? "{}").sections?.rehearsal ?? window.newest;
+    });
+  }
+};
+"""
+
+# Whenever the figure on the page is written: what it shows, and the newest that has come. An observer is called right
+# after the code that wrote it, so that no message comes between the two. For each frame in which a hand drives: when it
+# is drawn, and when its figures were taken; null for the others.
+SHOWN = """
+(seconds) => {
+  const shown = [], frames = [], figure = document.querySelector("#panel .progress").previousElementSibling;
+  const observer = new MutationObserver(() => shown.push({
+    figure: Number(figure.textContent.split(" ")[0]),
+    newest: Number(newest.progress_mm.toFixed(1)),
+  }));
+  observer.observe(figure, { childList: true, characterData: true, subtree: true });
   const end = performance.now() + 1000 * seconds;
   const look = () => {
-    const taken = vfix.state.rehearsal?.taken_ms ?? null;
-    // how old a figure has become when the next one takes its place
-    if (shown !== null && taken !== null && taken !== shown) ages.push(Date.now() - shown);
-    shown = taken;
+    frames.push(newest.force_n > 0 ? [performance.timeOrigin + performance.now(), newest.taken_ms] : null);
     if (performance.now() < end) requestAnimationFrame(look);
-    else resolve(ages.sort((a, b) => a - b));
+    else window.measured = [shown, frames];
   };
   requestAnimationFrame(look);
-})
+}
 """
 
 
-def test_the_figures_on_the_page_say_when_they_were_taken(open_page: Open, rest: Rest) -> None:
-    """While the robot moves new ones replace them; how old they became is printed, since a busy machine draws late."""
-    station = open_page().ready()
-    station.open_plan(rest.copy_of_sample("Young figures"))
+@pytest.mark.parametrize("scene", ["whole", "small"])
+def test_the_page_shows_the_newest_figures_that_have_come(open_page: Open, rest: Rest, scene: str) -> None:
+    """HAZ-31: never an older one. How old they are is printed, since software paints the whole scene slowly."""
+    station = open_page(script=NEWEST).ready()
+    station.open_plan(rest.copy_of_sample(f"Young figures, {scene} scene"))
     station.start()
+    if scene == "small":
+        style = "; width: 160px !important; height: 120px !important; flex: none"
+        station.page.evaluate("(style) => { document.getElementById('scene').style.cssText += style; }", style)
     station.drive_until("ArrowUp", "motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
-    ages = station.page.evaluate(AGES, 3.0)
+    station.page.evaluate(SHOWN, 4.0)
+    station.drive_until("ArrowUp", "the measurement", lambda: station.page.evaluate("Boolean(window.measured)"))
     station.page.keyboard.up("ArrowUp")
-    print(f"replaced after {ages[len(ages) // 2]} ms (median), {ages[int(0.95 * (len(ages) - 1))]} ms (95 %)")
-    assert len(ages) > 10
-    assert ages[0] > 0  # taken before they are shown, by one clock
+    shown, frames = station.page.evaluate("measured")
+    figures = [each["figure"] for each in shown]
+    assert figures == [each["newest"] for each in shown]
+    assert len(set(figures)) > 10, "it moves"
+    pairs = [(before, after) for before, after in pairwise(frames) if before and after]
+    drawn = [now - taken for (now, taken), _ in pairs]
+    replaced = [now - taken for (_, taken), (now, _) in pairs]
+    rate = 1e3 / np.median([after[0] - before[0] for before, after in pairs])
+    print(f"{scene} scene, {rate:.0f} frames/s: {_shares(drawn)} old when drawn, {_shares(replaced)} at the next frame")
+    assert min(drawn) > 0  # taken before they are shown, by one clock
+    assert station.errors == []
+
+
+def _shares(ages: list[float]) -> str:
+    return f"{np.median(ages):.0f} ms (median) and {np.quantile(ages, 0.95):.0f} ms (95 %)"
 
 
 def test_one_window_holds_the_handle_and_the_other_watches(open_page: Open, rest: Rest) -> None:
@@ -163,21 +208,23 @@ def test_the_tool_stands_still_when_the_page_freezes_in_the_middle_of_a_drag(
         browser.close()
 
 
-@pytest.mark.parametrize("how", ["frame blurred", "window blurred", "page hidden"])
-def test_a_key_whose_release_is_never_heard_lets_go(open_page: Open, rest: Rest, how: str) -> None:
+def test_a_key_whose_release_is_never_heard_lets_go(open_page: Open, rest: Rest) -> None:
     """HAZ-11: the key is down in the scene when another window takes the focus; its release goes there."""
     station = open_page().ready()
     station.open_plan(rest.copy_of_sample("Switched away"))
     station.start()
-    station.page.evaluate("document.getElementById('scene').contentWindow.focus()")
-    station.drive_until("w", "motion", lambda: station.rehearsal()["progress_mm"] > 1.0)
-    station.page.evaluate(LOSSES[how])
-    station.page.wait_for_timeout(600)
-    stood_at = station.rehearsal()["tip"]
-    station.page.wait_for_timeout(800)
-    assert station.rehearsal()["tip"] == stood_at
-    assert not station.rehearsal()["path_done"]
-    station.page.keyboard.up("w")
+    for how, lose in LOSSES.items():
+        station.page.evaluate("document.getElementById('scene').contentWindow.focus()")
+        driven = station.rehearsal()["progress_mm"] + 1.0
+        station.drive_until("w", f"motion: {how}", lambda end=driven: station.rehearsal()["progress_mm"] > end)
+        station.page.evaluate(lose)
+        station.page.wait_for_timeout(600)
+        stood_at = station.rehearsal()["tip"]
+        station.page.wait_for_timeout(800)
+        assert station.rehearsal()["tip"] == stood_at, how
+        assert not station.rehearsal()["path_done"]
+        station.page.keyboard.up("w")
+        station.page.evaluate("delete document.hasFocus")
     assert station.errors == []
 
 
@@ -193,13 +240,23 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     gain = station.page.locator("[aria-label^='Admittance gain']")
     station.wait_for("the slider to show it", lambda: gain.input_value() == "5")
     assert rest.plan(plan_id)["settings"]["gain_mm_per_s_per_n"] == 5.0
+    twist = station.page.get_by_role("button", name="Twist ↻")
+    assert twist.is_disabled(), "along the path the controller heeds no twist"
     station.drive_until("ArrowUp", "the end of the path", lambda: station.rehearsal()["path_done"], patience_s=120.0)
     station.page.keyboard.up("ArrowUp")
+    station.page.check("#follow-tip")
+    tip = station.rehearsal()["tip"]
+    station.wait_for("the slices at the tip", lambda: station.state("slices")["cross"] == pytest.approx(tip, abs=1.0))
+    station.page.uncheck("#follow-tip")
     station.page.select_option("[aria-label='Target to inspect']", label=names[names.index("pharyngeal wall")])
     station.wait_for("inspection", lambda: station.rehearsal()["mode"] == "inspect")
+    along = station.page.get_by_text("mm along the path")
+    station.wait_for("no place on a path that is not followed any more", lambda: not along.is_visible())
+    assert twist.is_disabled(), "nor does it heed one before the view point is on the target"
     station.grab((6.0, -34.0))
     station.pull_until("the target", lambda: station.rehearsal()["phase"] == "inspect_hold")
     station.picture("inspect")
+    station.wait_for("a twist about the target", lambda: twist.is_enabled())
     began = time.monotonic()
     while time.monotonic() - began < 1.5:
         now = station.rehearsal()
@@ -219,6 +276,68 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     station.wait_for("the plan as it is now", lambda: station.rehearsal()["state"] == "ready")
     assert (station.state("driven"), station.rehearsal()["plan_changed"]) == (None, False)
     assert station.errors == []
+
+
+def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
+    open_page: Open, rest: Rest, tmp_path: Path
+) -> None:
+    """A URDF that cannot reach names its joint; undo brings robot and tool back; the page says what holds the tool."""
+    station = open_page(viewport={"width": 1024, "height": 700}).ready()
+    plan_id = rest.copy_of_sample("By keys")
+    station.open_plan(plan_id)
+    page, own = station.page, tmp_path / "short.urdf"
+    own.write_text(short_arm(), encoding="utf-8")
+    station.tab_to("#plan-tool")
+    page.keyboard.type("Straight")
+    station.wait_for("the tool", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")
+    station.tab_to("#upload-robot", back=True)
+    station.choose_file("Space", "#urdf-file", own)
+    station.wait_for("the robot", lambda: station.state("plan")["robot"]["name"] == "short")
+    frame = page.locator("#tool-frame")
+    station.wait_for("its tool frame", lambda: frame.is_visible() and frame.input_value() == "tool_frame")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    words = page.locator("#verdict")
+    station.wait_for("its verdict", lambda: "joint 2 (shoulder_pitch) at its limit" in words.inner_text())
+    station.tab_to("#plan-tool")  # a list that has the focus leaves undo to the plan
+    page.keyboard.press("Control+z")
+    station.wait_for("the robot before", lambda: station.state("plan")["robot"]["name"] == "steady_hand")
+    page.keyboard.press("Control+z")
+    station.wait_for("the tool before", lambda: station.state("plan")["tool"]["name"] == "bent_30")
+    assert len(rest.plan(plan_id)["points"]) == len(rest.sample()["points"])
+    page.keyboard.press("Control+Shift+Z")
+    station.wait_for("the tool again", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")
+
+    station.tab_to("[data-step=rehearse]", back=True)
+    assert page.evaluate("document.getElementById('panel').scrollTop = 300"), "there is something to scroll"
+    page.keyboard.press("Enter")
+    station.wait_for("the panel from its top", lambda: page.evaluate("document.getElementById('panel').scrollTop") == 0)
+    station.tab_to("[data-option=remote_centre]")
+    page.keyboard.press("Space")
+    station.wait_for("its place", lambda: (station.state("options")["centre"] or {}).get("at_mm"))
+    station.wait_for("it to be shown", lambda: page.locator("#centre-mm").input_value() == "7")
+    assert page.locator("#centre-place").input_value() == "entry"
+    verdict = page.locator("#drive-verdict")
+    station.wait_for("the dry run with it", lambda: "Dry run with the remote centre at 7.0 mm" in verdict.inner_text())
+    station.wait_for("Start to be offered", page.locator("#start").is_enabled)
+    station.tab_to("#start", back=True)
+    page.keyboard.press("Enter")
+    station.wait_for("the robot", lambda: station.rehearsal()["state"] == "running")
+    page.evaluate("vfix.request('rehearsal.settings', { values: { gain_mm_per_s_per_n: 1.0 } })")  # slow enough to read
+    held = page.locator("#statusbar")
+    station.drive_until("ArrowUp", "the centre to hold", lambda: "the remote centre" in held.inner_text())
+    page.keyboard.up("ArrowUp")
+    station.picture("remote-centre")
+    assert station.rehearsal()["tip_error_mm"] < TIP_ERROR_MM
+    assert station.errors == []
+
+
+def short_arm() -> str:
+    """The plain arm with a shoulder and an elbow that hardly move."""
+    text = (ROOT / "assets" / "robots" / "arm_6.urdf").read_text(encoding="utf-8")
+    for name in ("elbow_pitch", "shoulder_pitch"):
+        limit = rf'(<joint name="{name}".*?<limit lower=")[^"]*(" upper=")[^"]*'
+        text = re.sub(limit, r"\g<1>0.5\g<2>0.53", text, flags=re.DOTALL)
+    return text
 
 
 def test_a_control_process_that_hangs_is_told_and_ended(open_page: Open, planner: Planner, rest: Rest) -> None:

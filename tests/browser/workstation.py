@@ -21,6 +21,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from app.browsers import find_browser
+from app.messages.version import VERSION
 
 ROOT = Path(__file__).resolve().parents[2]
 TOKEN = "browser-tests-" + "0" * 20
@@ -38,7 +39,7 @@ FLAGS = (
 )
 
 # Software drawing on two busy cores takes seconds for a frame.
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0  # a busy machine is slow; what never comes is still told
 
 # Antialiasing costs two thirds of the time of a frame in software.
 NO_ANTIALIASING = """
@@ -143,6 +144,30 @@ class Workstation:
     def rehearsal(self) -> Any:
         return self.state("rehearsal")
 
+    def tab_to(self, selector: str, back: bool = False) -> None:
+        """Press Tab, or Shift+Tab, until an element has the focus."""
+        for _ in range(120):
+            if self.page.evaluate("(selector) => document.activeElement.matches(selector)", selector):
+                return
+            self.page.keyboard.press("Shift+Tab" if back else "Tab")
+        raise AssertionError(f"{selector} is not reached with Tab")
+
+    def choose_file(self, key: str, chooser: str, file: Path) -> None:
+        """Press a key that opens a file chooser, and choose a file in it.
+
+        The click that opens it is waited for, not the chooser: of some 200, a busy Chromium opened one not at all.
+        """
+        self.page.on("filechooser", lambda opened: None)  # none of the browser's own opens
+        self.page.evaluate(
+            "(chooser) => document.querySelector(chooser).addEventListener('click',"
+            " (event) => { event.target.dataset.opened = 'yes'; }, { once: true })",
+            chooser,
+        )
+        self.page.keyboard.press(key)
+        opened = self.page.locator(f"{chooser}[data-opened=yes]")
+        self.wait_for("the file chooser", lambda: opened.count() == 1)
+        self.page.set_input_files(chooser, file)
+
     def grab(self, towards: tuple[float, float]) -> None:
         """Take the grip with the mouse and pull it by some pixels; the button stays down."""
         self.look_from("nose")
@@ -197,8 +222,7 @@ class Rest:
         self.client = httpx.Client(base_url=base, headers={"Authorization": f"Bearer {token}"}, timeout=60.0)
 
     def sample(self) -> Any:
-        plans = self.client.get("/api/plans", params={"case_id": "head-phantom"}).raise_for_status().json()
-        return plans[0]
+        return self.plan("head-phantom-sample")
 
     def copy_of_sample(self, name: str) -> str:
         wish = {"name": name, "copy_of": self.sample()["id"]}
@@ -215,6 +239,14 @@ class Rest:
             body = {"position": point["position"], "label": point["label"]}
             self.client.post(f"/api/plans/{plan_id}/points", json=body).raise_for_status()
         return plan_id
+
+    def delete_plans(self) -> None:
+        """Take all plans but the sample off the list."""
+        plans = self.client.get("/api/plans", params={"case_id": "head-phantom"}).raise_for_status().json()
+        for plan in plans:
+            if plan["id"] != "head-phantom-sample":
+                self.client.patch(f"/api/plans/{plan['id']}", json={"locked": False})
+                self.client.delete(f"/api/plans/{plan['id']}").raise_for_status()
 
     def plan(self, plan_id: str) -> Any:
         return self.client.get(f"/api/plans/{plan_id}").raise_for_status().json()
@@ -273,6 +305,7 @@ class Onlooker:
         self._socket = connect(
             f"{address}&plan={plan_id}", additional_headers={"Authorization": f"Bearer {token}"}, max_size=None
         )
+        self._socket.send(json.dumps({"type": "hello", "version": VERSION, "role": "watches"}))
         self._moves: list[float] = []
         self._thread = threading.Thread(target=self._read, daemon=True)
 

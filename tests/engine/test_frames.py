@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from vfix_engine import frames
+from vfix_engine.errors import InputError
 from vfix_engine.frames import (
     Registration,
     direction_in_base,
@@ -70,3 +71,20 @@ def test_the_change_between_ras_and_lps_is_its_own_inverse() -> None:
     np.testing.assert_array_equal(frames.RAS_TO_LPS * frames.RAS_TO_LPS, np.ones(3))
     with pytest.raises(ValueError, match="read-only"):
         frames.RAS_TO_LPS[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [np.diag([2.0, 2.0, 2.0, 1.0]), np.diag([-1.0, 1.0, 1.0, 1.0]), np.eye(3), np.full((4, 4), np.nan)],
+    ids=["scaled", "mirrored", "3 x 3", "NaN"],
+)
+def test_what_is_not_rigid_is_refused(matrix: frames.Array) -> None:
+    """HAZ-14: a scaled or mirrored image would put every point of a plan elsewhere."""
+    for make in (Registration, inverse, transform_base_to_image, transform_image_to_base):
+        with pytest.raises(InputError, match="is not rigid"):
+            make(matrix)
+
+
+def test_an_image_is_registered_to_the_patient_or_to_the_base() -> None:
+    with pytest.raises(InputError, match="'patient' or to 'base', not to 'tracker'"):
+        Registration(np.eye(4), to="tracker")  # type: ignore[arg-type]

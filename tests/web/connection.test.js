@@ -45,6 +45,20 @@ test("sections are laid over what is known, and the page is told which changed",
   assert.deepEqual(said.state.map(({ changed }) => changed), [["plan", "case"], ["plan"]]);
 });
 
+test("a refusal is told, so that the controls show what is stored again", async () => {
+  const { connection, sent } = connected();
+  let refused = 0;
+  connection.on("refused", () => refused++);
+  connection.received({ type: "note", words: "Saved.", error: false });
+  assert.equal(refused, 0);
+  connection.received({ type: "note", words: "The plan is deleted.", error: true });
+  assert.equal(refused, 1);
+  const answer = connection.request("undo");
+  connection.received({ type: "reply", id: sent()[0].id, ok: false, error: { message: "the plan is locked." } });
+  await assert.rejects(answer);
+  assert.equal(refused, 2);
+});
+
 test("what is open is remembered for a planner that is started again", () => {
   const { connection } = connected({ case: { id: "c1" }, plan: { id: "p1" }, step: { name: "rehearse" } });
   connection.open();

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { jobWords } from "../../app/web/js/job-list.js";
+import { layOutPage } from "./page.js";
+import { JobList, jobWords } from "../../app/web/js/job-list.js";
 
 const job = (fields) => ({ id: "job-1", kind: "import", subject: "Block", state: "running", stage: "Reading the file", fraction: 0.254, ...fields });
 
@@ -12,4 +13,19 @@ test("a job is told by what it works on, its stage and its share", () => {
 test("one that waits has no share, and a name that cannot be used is left out", () => {
   assert.equal(jobWords(job({ state: "queued", stage: "waiting", fraction: 0 })), "Import ‘Block’: waiting for another one");
   assert.equal(jobWords(job({ subject: "" })), "Import: Reading the file, 25 %");
+});
+
+test("a job stands in the first list that holds it, and each change is told", () => {
+  const { document } = layOutPage();
+  Object.assign(document, { createElement: () => ({ append: () => {} }) });
+  Object.assign(globalThis, { setInterval: () => 0, fetch: async () => new Response("[]") });
+  const list = new JobList(() => {});
+  const filled = new Map();
+  list.fill = (element, items) => filled.set(element, items.map(({ id }) => id));
+  const [mine, segmentations] = [list.beside(({ id }) => id === "job-2"), list.beside(({ kind }) => kind === "segmentation")];
+  let changes = 0;
+  list.addEventListener("change", () => { changes += 1; });
+  for (const one of [job({}), job({ id: "job-2", kind: "segmentation" }), job({ id: "job-3", kind: "segmentation" })]) list.show(one);
+  assert.deepEqual([mine, segmentations, list.element].map((element) => filled.get(element)), [["job-2"], ["job-3"], ["job-1"]]);
+  assert.equal(changes, 3);
 });

@@ -7,7 +7,7 @@ let page;
 beforeEach(() => { page = layOutPage(); });
 
 function rehearsing() {
-  const connection = noted({ step: { name: "rehearse" } });
+  const connection = noted({ step: { input: "drive" } });
   return { connection, keys: new Keys(connection) };
 }
 
@@ -77,15 +77,24 @@ test("typing drives nothing, but the arrows drive over a slider", () => {
 });
 
 test("keys drive in Rehearse only, and not with a modifier", () => {
-  const connection = noted({ step: { name: "plan" } });
+  const connection = noted({ step: { input: "edit" } });
   new Keys(connection).down(keyEvent("ArrowUp"));
   const other = rehearsing();
   other.keys.down(keyEvent("KeyW", { ctrlKey: true }));
   assert.deepEqual([...connection.sent, ...other.connection.sent], []);
 });
 
+test("Plan: Enter ends what is being drawn, whatever else waits", () => {
+  const connection = noted({ step: { input: "edit" }, plan: { ghost: { kind: "point" } }, regions: { drawing: { places: [[0, 0, 0]] } } });
+  const keys = new Keys(connection);
+  keys.down(keyEvent("Enter", { key: "Enter" }));
+  connection.state.regions.drawing = { places: [] };
+  keys.down(keyEvent("Enter", { key: "Enter" }));
+  assert.deepEqual(connection.sent, [["region.done"], ["ghost.confirm"]]);
+});
+
 test("Plan: undo, redo, and the ghost", () => {
-  const connection = noted({ step: { name: "plan" }, plan: { ghost: null, selected: "p1" } });
+  const connection = noted({ step: { input: "edit" }, plan: { ghost: null, selected: "p1" } });
   const keys = new Keys(connection);
   const press = (code, fields) => {
     const event = keyEvent(code, fields);
@@ -109,4 +118,14 @@ test("a key in the scene's frame does not reach the viewer's own hot keys", () =
   const event = keyEvent("KeyG", { view: {} });
   keys.down(event);
   assert.equal(event.stopped, true);
+});
+
+test("undo is the plan's while a list has the focus, and the text's in a field", () => {
+  const connection = noted({ step: { name: "plan", input: "edit" } });
+  const keys = new Keys(connection);
+  keys.down(keyEvent("KeyZ", { ctrlKey: true, target: { tagName: "SELECT" } }));
+  assert.deepEqual(connection.sent, [["undo"]]);
+  keys.down(keyEvent("KeyZ", { ctrlKey: true, target: { tagName: "INPUT", type: "number" } }));
+  keys.down(keyEvent("ArrowDown", { target: { tagName: "SELECT" } }));
+  assert.equal(connection.sent.length, 1);
 });

@@ -59,14 +59,14 @@ def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, 
     limit = np.empty(len(move))
     for s in range(len(move)):
         limit[s] = stopping_distance(move[s], world.change)
-    waiting, room = np.empty(found, np.int32), np.empty(found)
+    waiting, slack = np.empty(found, np.int32), np.empty(found)
     left, nearest, least = 0, -1, np.inf
     for i in range(found):
         free = rows[i, 0] - world.keep[body[i]]
         if free < least:
             nearest, least = i, free
         if free < limit[labels[i, 0]]:
-            waiting[left], room[left] = i, free
+            waiting[left], slack[left] = i, free
             left += 1
     if left <= 1:
         _write_pair(rows, labels, body, max(nearest, 0), pairs[0])
@@ -77,7 +77,7 @@ def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, 
         for k in range(3):
             normal[i, k], point[i, k] = row[1 + k], row[4 + k]
         segment[i] = labels[waiting[i], 0]
-    chosen = select(room[:left], normal, point, segment, MAX_ROWS, COSINE, RADIUS_MM)
+    chosen = select(slack[:left], normal, point, segment, MAX_ROWS, COSINE, RADIUS_MM)
     for i in range(len(chosen)):
         _write_pair(rows, labels, body, waiting[chosen[i]], pairs[i])
     return len(chosen)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures import Constraint, StepState
+from ..fixtures import Constraint, Objective, StepState
 from ..fixtures.state_kernel import BODY, SEGMENT
 from .problem import Problem
 from .qp import Solution
@@ -27,8 +27,8 @@ _WORDS = {
 class Blocker:
     """One reason why the tool moves less than the hand wants.
 
-    kind: 'bone', 'zone', 'joint' (at the end of its range), 'speed', 'acceleration', 'certificate', 'solver', or the
-    word of a task or fixture.
+    kind: 'bone', 'zone', 'joint' (at the end of its range), 'speed', 'acceleration', 'certificate', 'solver', 'task' or
+    'fixture' (its rows are no numbers), or the word of a task or fixture.
     structure: id of the anatomy or the zone, or the name of the joint; '' where there is none.
     weight: multiplier of the row, in units of the scaled objective.
     part: segment of the tool; distance_mm: from it to the structure; point: (3,) on the structure, patient frame.
@@ -47,15 +47,15 @@ class Blocker:
 
     @property
     def text(self) -> str:
-        """In words: 'bone on the shaft, 0.4 mm', 'joint 6 (insertion) at its limit'."""
+        """In words: 'bone on the shaft, 0.4 mm away', 'joint 6 (insertion) at its limit'."""
         return self.words_with({})
 
     def words_with(self, names: Mapping[str, str]) -> str:
-        """In words, with the names of structures by their id; a structure without a name is told by its id."""
+        """In words, with the names of structures by their id; a structure without a name by its id."""
         if self.kind in ("bone", "zone"):
             bone = self.kind == "bone"
-            name = names.get(self.structure, self.structure) if bone else f"no-fly zone '{self.structure}'"
-            return f"{name} on the {self.part}, {max(self.distance_mm, 0.0):.1f} mm"
+            name = names.get(self.structure, self.structure) if bone else f"structure to spare '{self.structure}'"
+            return f"{name} on the {self.part}, {max(self.distance_mm, 0.0):.1f} mm away"
         if self.joint >= 0:
             where = {"speed": "at its top speed", "acceleration": "at its acceleration limit"}
             return f"joint {self.joint + 1} ({self.structure}) {where.get(self.kind, 'at its limit')}"
@@ -88,6 +88,24 @@ def active_constraints(problem: Problem, solution: Solution) -> tuple[Blocker, .
 def nearest(state: StepState) -> tuple[Blocker, ...]:
     """The nearest structure, where the certificate held a step that no row had slowed."""
     return (pair_blocker(state, 0, 1.0),) if len(state.pairs) else (Blocker("certificate"),)
+
+
+def unsolved(problem: Problem) -> Blocker:
+    """Why no program has an answer: whoever asks for numbers that are not finite, or nobody by name."""
+    if not _finite(problem.request.objectives, problem.request.constraints) or not np.isfinite(problem.scale):
+        tasks = problem.tasks if isinstance(problem.tasks, (list, tuple)) else (problem.tasks,)
+        names = " or ".join(type(task).__name__ for task in tasks)
+        return Blocker("task", names, words=f"the task {names} asks for numbers that are not finite")
+    if not _finite(problem.objectives, problem.constraints):
+        names = " or ".join(type(fixture).__name__ for fixture in problem.fixtures)
+        return Blocker("fixture", names, words=f"the fixture {names} has rows with numbers that are not finite")
+    return Blocker("solver")
+
+
+def _finite(objectives: Sequence[Objective], constraints: Sequence[Constraint]) -> bool:
+    parts = [part for o in objectives for part in (o.matrix, o.target)]
+    parts += [part for c in constraints for part in (c.matrix, c.bound)]
+    return all(np.isfinite(part).all() for part in parts)
 
 
 def pair_blocker(state: StepState, index: int, weight: float) -> Blocker:

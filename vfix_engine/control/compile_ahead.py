@@ -21,11 +21,13 @@ from ..geometry.pairs import MAX_ROWS
 from ..robots import PlacedRobot, Tool
 from . import qp
 from .bind_kernel import binding, largest_moves
+from .certify_kernel import certify_motion, measure_state
 from .dual_kernel import solve_dual
-from .judge_kernel import judge, look
 from .measure_kernel import covered, measure, place
 from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
+from .request_kernel import load_requests, task_numbers
 from .settings import ControlSettings
+from .shaft_kernel import load_shaft_rows
 from .step_kernel import answer_size, answer_views, program_size, program_views
 from .surroundings import Surroundings
 from .sweep_kernel import bend, chords
@@ -46,8 +48,8 @@ def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Non
     measure(world, cover, state.start, state.end, world.threshold, state.distance, rows, labels, body)
     covered(world, cover, state.start, state.end)
     place(world, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
-    look(*around.arrays, numbers, rows, labels, body)
-    judge(*around.arrays, numbers, np.zeros(len(state.q)), numbers.copy(), rows, labels, body)
+    measure_state(*around.arrays, numbers, rows, labels, body)
+    certify_motion(*around.arrays, numbers, np.zeros(len(state.q)), numbers.copy(), rows, labels, body)
 
 
 def call_motion(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
@@ -80,6 +82,15 @@ def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> No
     )  # fmt: skip
     solve_dual(hessian, gradient, rows, upper, lower, x, multiplier)
     check_kkt(hessian, gradient, rows, upper, lower, x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE)
+
+
+def call_requests(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
+    """What the tasks ask of a step."""
+    world = unpack_world(*_surroundings(robot, tool, settings).packed)
+    sizes = len(world.lower), len(world.radius), len(world.margin)
+    guide, before = (task_numbers(settings, tool), *sizes), _state(world)[0]
+    load_requests(guide, before)
+    load_shaft_rows(guide, before)
 
 
 def _state(world: World) -> tuple[Array, StateViews]:

@@ -1,6 +1,6 @@
 """One tool among its surroundings: measures step states and certifies motions (HAZ-01, HAZ-02, HAZ-04).
 
-What a certificate means, and why it holds, stands at ``judge_kernel`` and in docs/safety.md.
+What a certificate means, and why it holds: see ``certify_kernel`` and docs/safety.md.
 """
 
 from __future__ import annotations
@@ -9,21 +9,24 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ControlError
+from ..errors import ControlError, InputError, StartRefused
 from ..fixtures import Boundary, Fixture, JointLimits, StepState
 from ..fixtures.state import Layout
-from ..fixtures.zones import Zone
+from ..fixtures.zones import Zone, refuse_start
 from ..geometry.array_table import table_of
 from ..geometry.pairs import MAX_ROWS
 from ..geometry.proximity import Proximity
+from ..given import real_array
 from ..robots import PlacedRobot, Tool
 from . import qp
-from .judge_kernel import KEPT, OVERFULL, REFUSED, UNCOVERED, judge, look
+from .certify_kernel import KEPT, OVERFULL, REFUSED, UNCOVERED, certify_motion, measure_state
+from .request_kernel import task_numbers
 from .settings import ControlSettings
 from .step_kernel import UNSOLVED, answer_size, fused_step, program_size
 from .surroundings import SLACK_MM, Surroundings
+from .sweep_kernel import motion_sag
 
 if TYPE_CHECKING:
     from .problem import Problem
@@ -35,7 +38,7 @@ Counts = NDArray[np.int64]
 _PAIRS = 2048  # that the workspace holds at first
 LEAD = 0.8  # of the slack, how far ahead of a moving tool the triangles around it are gathered
 _RESTING_MM = 1e-6  # a shorter motion has no direction
-_ATTEMPTS = 4  # a motion is judged at most once more for each thing that can be missing
+_ATTEMPTS = 4  # a motion is certified at most once more for each thing that can be missing
 
 
 class ControlContext:
@@ -48,6 +51,9 @@ class ControlContext:
         robot: placed in the patient frame; tool: in its hold.
         tree: the anatomy, body 0; zones: further bodies, each with its own margin.
         settings: of the controller; the control period is ``settings.dt_s``.
+
+    Raises:
+        InputError: the robot is not placed, the tool is a name, or the anatomy is not indexed.
     """
 
     def __init__(
@@ -58,11 +64,14 @@ class ControlContext:
         settings: ControlSettings,
         zones: Sequence[Zone] = (),
     ):
+        _check_kinds(robot, tool, tree)
         self.robot, self.tool, self.tree, self.settings = robot, tool, tree, settings
         self.surroundings = surroundings = Surroundings(robot, tool, tree, settings, zones)
         self.zones, self.world, self.packed = surroundings.zones, surroundings.world, surroundings.packed
         world = surroundings.world
         self.layout = Layout(len(world.lower), world.radius, len(world.margin))
+        # What the tasks' kernels take: settings and tool, and the sizes of a packed state.
+        self.guide = (task_numbers(settings, tool), len(world.lower), len(world.radius), len(world.margin))
         self.no_rows = qp.join_constraints((), self.layout.dof + 1)
         self.no_share = np.zeros(self.layout.dof)
         self.generation = 0  # of the problem that the program's workspace belongs to
@@ -80,22 +89,67 @@ class ControlContext:
 
     @property
     def fixtures(self) -> tuple[Fixture, ...]:
-        """What stands in every step among these surroundings: anatomy and zones, then the joints' limits."""
+        """The fixtures of every step among these surroundings: anatomy and zones, then the joints' limits."""
         deceleration, keep = self.settings.approach_deceleration_mm_per_s2, self.world.keep.tolist()
         bodies = [Boundary(keep[i], deceleration, i, name) for i, name in enumerate(self.structures)]
         return (*bodies, JointLimits())
 
-    def measure(self, q: Array, velocity: Array | None = None) -> StepState:
-        """The state at joints q (n,), at rest unless a velocity (n,) is given; distances exact up to the threshold."""
+    def start(self, q: ArrayLike) -> StepState:
+        """The state at q (n,), at rest, refused where it is outside the joints' ranges or inside a margin (HAZ-04).
+
+        Raises:
+            StartRefused: says which joint or how much clearance is missing, and to what.
+        """
+        robot = self.robot.robot
+        try:
+            q = self._joints("the start", q)
+        except InputError as error:
+            raise StartRefused(str(error)) from error
+        outside = np.flatnonzero((q < robot.lower) | (q > robot.upper))
+        if len(outside):
+            i = int(outside[0])
+            raise StartRefused(
+                f"joint {i + 1} ({robot.joints[i].name}) would start at {q[i]:.2f} {robot.joints[i].unit}, "
+                f"outside {robot.lower[i]:g} … {robot.upper[i]:g}; place the robot nearer to the entry"
+            )
+        state = self.measure(q)
+        if not state.clearance >= self.settings.kept_mm:  # NaN is refused as well
+            part = self.tool.segment_names[int(state.distance[0].argmin())]
+            raise StartRefused(
+                f"the {part} would start {state.clearance:.2f} mm from bone, less than the margin of "
+                f"{self.settings.kept_mm:g} mm; move the entry away from bone or tilt the robot"
+            )
+        refuse_start(self.zones, state.distance[1:], self.tool.segment_names)
+        return state
+
+    def measure(self, q: ArrayLike, velocity: ArrayLike | None = None) -> StepState:
+        """The state at joints q (n,), at rest unless a velocity (n,) is given, without any verdict.
+
+        Distances are exact up to the threshold.
+
+        Raises:
+            InputError: q or velocity is not n finite numbers.
+        """
         layout, numbers = self.layout, np.empty(self.layout.size)
-        layout.part(numbers, "q")[:] = q
-        layout.part(numbers, "velocity")[:] = 0.0 if velocity is None else velocity
+        layout.part(numbers, "q")[:] = self._joints("q", q)
+        layout.part(numbers, "velocity")[:] = 0.0 if velocity is None else self._joints("the velocity", velocity)
         for _ in range(_ATTEMPTS):
-            verdict, needed = look(*self.surroundings.arrays, numbers, *self._pairs)
+            verdict, needed = measure_state(*self.surroundings.arrays, numbers, *self._pairs)
             if verdict == KEPT:
                 return StepState.measured(self, layout, numbers)
             self._provide(verdict, needed, numbers, numbers, 0.0)
         raise ControlError("the surroundings of the tool could not be gathered")
+
+    def _joints(self, what: str, values: ArrayLike) -> Array:
+        """n finite numbers, one a joint. Raises InputError."""
+        joints = real_array(what, values)
+        if joints.shape != (self.layout.dof,) or not np.isfinite(joints).all():
+            raise InputError(f"{what} is {joints.tolist()!r:.80}; it is {self.layout.dof} finite joint values")
+        return joints
+
+    def sag_mm(self, before: StepState, after: StepState) -> float:
+        """How far a point of the tool may be from the straight line between its places before and after a motion."""
+        return motion_sag(*self.packed, before.q, after.q)
 
     def remeasured(self, state: StepState) -> StepState:
         """The same state, measured here: among these surroundings, with these margins."""
@@ -110,11 +164,11 @@ class ControlContext:
             ControlError: the state was not measured here.
         """
         if not state.measured_by(self):
-            raise ControlError("a motion is judged from a state that was measured among the same surroundings")
+            raise ControlError("a motion is certified from a state that was measured among the same surroundings")
         before: Array = state.numbers
         after = np.empty(self.layout.size)
         for _ in range(_ATTEMPTS):
-            verdict, needed, displacement = judge(*self.surroundings.arrays, before, step, after, *self._pairs)
+            verdict, needed, displacement = certify_motion(*self.surroundings.arrays, before, step, after, *self._pairs)
             if verdict == KEPT:
                 return StepState.measured(self, self.layout, after)
             if verdict not in (UNCOVERED, OVERFULL):
@@ -126,7 +180,7 @@ class ControlContext:
         """Assemble, solve and certify a problem without slacks in one compiled call, as it goes nearly always.
 
         The problem is filled as ``solve_step`` would fill it.
-        None where there is no answer or the motion is refused, which is told to the problem as well.
+        None where there is no answer or the motion is refused, which the problem then says as well.
         """
         (matrix, target, weight), given = problem.joined
         state, after = problem.state, np.empty(self._state_size)
@@ -191,6 +245,24 @@ class ControlContext:
         self._table = self._made_table()
 
 
+def context_of(state: StepState) -> ControlContext:
+    """The context that measured the state; ControlError where none did."""
+    context = getattr(state, "context", None)
+    if not isinstance(context, ControlContext) or not state.measured_by(context):
+        raise ControlError("the state was not measured by a ControlContext; take one from its measure()")
+    return context
+
+
 def _pair_workspace(pairs: int) -> tuple[Array, Index, Index]:
     """Rows, labels and bodies of so many pairs, see ``measure_kernel.measure``."""
     return np.empty((pairs, 10)), np.empty((pairs, 2), np.int32), np.empty(pairs, np.int32)
+
+
+def _check_kinds(robot: Any, tool: Any, tree: Any) -> None:
+    """InputError for what a caller takes for a placed robot, a tool or an index of the anatomy."""
+    if not isinstance(robot, PlacedRobot):
+        raise InputError(f"the robot is a {type(robot).__name__}; place it: robot.placed(base, tool)")
+    if not isinstance(tool, Tool):
+        raise InputError(f"the tool is a {type(tool).__name__}; it must be a Tool, such as Tool.load('bent_30')")
+    if not hasattr(tree, "candidates"):
+        raise InputError(f"the anatomy is a {type(tree).__name__}; index it first: ProximityTree(mesh)")

@@ -8,15 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import StartRefused
+from ..errors import InputError
 from ..fixtures import Fixture, Objective, StepState
-from ..fixtures.zones import Zone, refuse_start
+from ..fixtures.zones import Zone
 from ..geometry.proximity import Proximity
+from ..given import real_array, several
 from ..robots import PlacedRobot, Tool
 from . import qp
 from .context import ControlContext
 from .relaxations import RELAXATIONS, take_step
+from .request_kernel import load_requests
 from .settings import ControlSettings
+from .shaft_kernel import load_shaft_rows
 from .step import braking, build_step, solve_step
 from .step_report import StepReport
 from .step_request import StepRequest, Task
@@ -32,7 +35,7 @@ class Controller:
 
     Args:
         tree: the anatomy, body 0; zones: further bodies, each with its own margin.
-        fixtures: stand there whatever the task is; their rows join the task's, and they have a say in every verdict.
+        fixtures: of every step whatever the task is; their rows join the task's, and every verdict asks them.
         solver: of the QP; 'dual' is part of the compiled step, 'daqp' is called natively, others through qpsolvers.
 
     Raises:
@@ -51,7 +54,7 @@ class Controller:
     ):
         qp.check_solver(solver)
         self.robot, self.tool, self.settings, self.solver = robot, tool, settings, solver
-        self.tree, self.fixtures = tree, tuple(fixtures)
+        self.tree, self.fixtures = tree, several("fixtures", fixtures)
         self.context = ControlContext(robot, tool, tree, settings, zones)
         self.zones = self.context.zones
 
@@ -64,45 +67,39 @@ class Controller:
         return Controller(self.robot, self.tool, tree, self.settings, self.solver, zones, self.fixtures)
 
     def start(self, q: Array) -> StepState:
-        """The state at q (n,), refused when it is outside the joints' ranges or inside a margin (HAZ-04).
-
-        Raises:
-            StartRefused: says which joint or how much clearance is missing.
-        """
-        q = np.asarray(q, dtype=float)
-        robot = self.robot.robot
-        if q.shape != robot.lower.shape or not np.isfinite(q).all():
-            raise StartRefused(f"the start needs {len(robot.joints)} finite joint values")
-        outside = np.flatnonzero((q < robot.lower) | (q > robot.upper))
-        if len(outside):
-            i = int(outside[0])
-            raise StartRefused(
-                f"joint {i + 1} ({robot.joints[i].name}) would start at {q[i]:.2f} {robot.joints[i].unit}, "
-                f"outside {robot.lower[i]:g} … {robot.upper[i]:g}; place the robot nearer to the entry"
-            )
-        state = self.measure(q)
-        if not state.clearance >= self.settings.margin_mm:  # NaN is refused as well
-            part = self.tool.segment_names[int(state.distance[0].argmin())]
-            raise StartRefused(
-                f"the {part} would start {state.clearance:.2f} mm from bone, less than the margin of "
-                f"{self.settings.margin_mm:g} mm; move the entry away from bone or tilt the robot"
-            )
-        refuse_start(self.zones, state.distance[1:], self.tool.segment_names)
+        """The state at q (n,), at rest; ``ControlContext.start`` or a fixture refuses it. Raises StartRefused."""
+        state = self.context.start(q)
+        for fixture in self.fixtures:
+            refuse = getattr(fixture, "refuse_start", None)
+            if refuse is not None:
+                refuse(state, self.tool.segment_names)
         return state
 
     def measure(self, q: Array, velocity: Array | None = None) -> StepState:
-        """The state at q (n,), at rest unless a velocity (n,) is given, without any verdict."""
+        """The state at q (n,), at rest unless a velocity (n,) is given, without any verdict. Raises InputError."""
         return self.context.measure(q, velocity)
 
     def certify(self, state: StepState, step: Array) -> StepState | None:
         """The certificate alone: the state after a joint step (n,), whoever proposes it, or None where it is refused.
 
         Limits of the joints' speeds and the standing fixtures have no say in it.
+
+        Raises:
+            InputError: the step is not n numbers.
         """
-        return self.context.certify(self.context.remeasured(state), step)
+        given = real_array("the step", step)
+        if given.shape != (self.context.layout.dof,):
+            raise InputError(f"the step has the shape {given.shape}; it is {self.context.layout.dof} numbers")
+        return self.context.certify(self.context.remeasured(state), given)
 
     def step(self, state: StepState, tasks: Task | Sequence[Task], command: Any = None) -> StepReport:
-        """One certified step; never raises on bad luck: what cannot be certified is held (HAZ-01, HAZ-03)."""
+        """One certified step; never raises on bad luck: what cannot be certified is held (HAZ-01, HAZ-03).
+
+        Raises:
+            InputError: what is no state, task or command, or rows of wrong shapes.
+        """
+        if not isinstance(state, StepState):
+            raise InputError(f"the state is a {type(state).__name__}; it must be a StepState, such as of start(q)")
         if not state.measured_by(self.context):
             state = self.context.remeasured(state)
         return take_step(build_step(state, tasks, self.fixtures, command), self.solver)
@@ -119,5 +116,11 @@ class Controller:
         problem = build_step(state, task)
         for relaxation in RELAXATIONS:
             solve_step(relaxation.change(problem), self.solver)
+        load_requests(self.context.guide, state.numbers)
+        load_shaft_rows(self.context.guide, state.numbers)
+        for fixture in self.fixtures:
+            load = getattr(fixture, "warm_up", None)
+            if load is not None:
+                load(state)
         moving = self.context.measure(state.q, np.full(dof, 1e-9))
         self.context.certify(moving, braking(moving))

@@ -86,7 +86,7 @@ def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: Ma
 
 @inlined
 def _against(rows: Array, basis: Array, limit: int, d: Array) -> None:
-    """d = −Jᵀ a, a the normal of a limit: the way off it."""
+    """d = −Jᵀ a, a the normal of a limit: the direction off it."""
     size = len(basis)
     for k in range(size):
         if limit < size:
@@ -170,7 +170,7 @@ def solve_dual(
             joining, excess = _most_violated(rows, upper, lower, x, active)
             weight = 0.0
             if joining < 0:
-                _tell(members, weights, count, size, multiplier)
+                _write_multipliers(members, weights, count, size, multiplier)
                 return True
         _against(rows, basis, joining, d)
         free, whole = 0.0, 0.0
@@ -210,7 +210,7 @@ def solve_dual(
 
 
 @inlined
-def _tell(members: Limits, weights: Array, count: int, size: int, multiplier: Array) -> None:
+def _write_multipliers(members: Limits, weights: Array, count: int, size: int, multiplier: Array) -> None:
     """The multipliers of all limits from those of the active ones."""
     multiplier[:] = 0.0
     for j in range(count):

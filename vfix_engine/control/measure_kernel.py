@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..geometry.block_kernels import LANES
 from ..geometry.candidate_kernels import NUMBERS, SINGLES, pairs_into, segment_least
 from ..geometry.candidates import still_valid
-from ..geometry.compiled import borrowing, compiled
+from ..geometry.compiled import compiled, no_refcount
 from ..geometry.shape_kernels import shape_rows
 from ..robots.chain_kernel import forward
 from .world import Cover, World
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
 
-@borrowing
+@no_refcount
 def place(world: World, q: Array, position: Array, rotation: Array, jacobian: Array, start: Array, end: Array) -> None:
     """Tip pose, Jacobian and the tool's segments (S, 3) at joints q (n,), written into the other arguments."""
     forward(world.chain, q, rotation, position, jacobian)

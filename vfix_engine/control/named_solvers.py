@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LARGEST = 1e15  # of a number in a problem that goes to a solver by name
-# What a solver is asked for so that its answer stands the check: by default a first-order one stops too early.
+# What a solver is asked for so that its answer passes the check: by default a first-order one stops too early.
 _ACCURACY: dict[str, dict[str, Any]] = {"osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20_000}}
 
 

@@ -15,7 +15,7 @@ from . import qp
 from .context import ControlContext
 from .problem_kernel import prepare
 from .step_kernel import answer_views
-from .step_request import StepRequest
+from .step_request import StepRequest, Task
 
 Array = NDArray[np.float64]
 
@@ -39,19 +39,20 @@ class Problem:
     Its numbers lie in the workspace of its ``ControlContext``: building the next problem overwrites them, and
     reading them after that raises ControlError.
 
-    state: the step begins here; request: of all tasks together; fixtures: those that stand besides.
+    state: the step begins here; request: of all tasks together; fixtures: those of every step.
     objectives, constraints: of tasks and fixtures; the rows of the boundary, the zones and the joints come with the
     state. Anatomy, zones and joints have their say in the verdict through the certificate.
     scale: length L of the wanted step in mm; rests: nothing is wanted, the tool comes to rest.
     brakes: it does so without a program, as gently as every limit of the joints allows.
-    box: (2, n) least and largest Δq.
+    box: (2, n) least and largest Δq; tasks: as they were handed to ``build_step``.
     """
 
     rests = False
     brakes = False
     box: Array | None = None  # None: that of the state
+    tasks: Task | Sequence[Task] = ()
     share = 1.0  # of the wanted motion that the fused kernel's answer makes
-    own_failed = False  # the fused kernel has found no answer that stands its check
+    own_failed = False  # the fused kernel has found no answer that passes its check
     full_refused = False  # the motion of its whole answer is refused
     _program: qp.Program | None = None
     _filled: tuple[Array, int, float] | None = None
@@ -147,11 +148,11 @@ class Problem:
         if len(kept) == len(self.constraints):
             return self
         other = Problem(self.state, self.request, self.fixtures, self.objectives, kept, self.scale)
-        other.rests, other.brakes = self.rests, self.brakes
+        other.rests, other.brakes, other.tasks = self.rests, self.brakes, self.tasks
         return other
 
     def fill(self, workspace: Array, answer: Array, rows: int, scale: float, solved: bool, share: float) -> None:
-        """Take over what the fused kernel has written; ``solved``: there is an answer that stands its check."""
+        """Take over what the fused kernel has written; ``solved``: there is an answer that passes its check."""
         self._filled = workspace, rows, scale
         self._answer = answer if solved else None
         self.own_failed, self.full_refused, self.share = not solved, solved, share

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..fixtures.boundary import approach
 from ..fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
-from ..fixtures.stopping import room_to_step
+from ..fixtures.stopping import approach_bound
 from ..geometry.compiled import compiled, inlined
 from .world import Counts, World, unpack_world
 
@@ -55,7 +55,7 @@ def fill(
         matrix, target, weight: objective rows (m, n + 1), (m,), (m,).
         regularisation: (n + 1, n + 1) matrix WᵀW of objective rows without target that every step has.
         given, bound: constraint rows (k, n + 1), (k,).
-        pairs: (p, 13), see ``state_kernel``; keep: (B,) mm, what is kept from each body; change: see ``room_to_step``.
+        pairs: (p, 13), see ``state_kernel``; keep: (B,) mm, distance to each body; change: see ``approach_bound``.
         position, jacobian: of the tip, (3,), (6, n); scale: L in mm.
         hessian, gradient, rows, upper, lower: out, (c, c), (c,), (k + p, c), (c + k + p,) twice.
     """
@@ -78,11 +78,11 @@ def fill(
             rows[i, a] = given[i, a]
         rows[i, size - 1] /= scale
         upper[first + i] = bound[i] / scale
-    # One row per pair: it comes nearer by no more than it may (Li 2007, eq. 16-17, and approach_room).
+    # One row per pair: it comes nearer by no more than it may (Li 2007, eq. 16-17, and approach_bound).
     done = len(bound)
     for i in range(len(pairs)):
         approach(pairs[i, 1:4], pairs[i, 4:7], position, jacobian, rows[done + i])
-        upper[first + done + i] = room_to_step(pairs[i, 0] - keep[int(pairs[i, BODY])], change) / scale
+        upper[first + done + i] = approach_bound(pairs[i, 0] - keep[int(pairs[i, BODY])], change) / scale
 
 
 @compiled

@@ -114,7 +114,7 @@ class Program(NamedTuple):
         asked &= ~self.rows[:, self.joints + 1 :].any(axis=1)  # a soft row is never in the way
         rows, target = self.rows[asked], bound[asked]
         bound[asked] = 0.0
-        # A row too large to be squared makes a problem whose answer does not stand the check, as anywhere else.
+        # A row too large to be squared makes a problem whose answer does not pass the check, as anywhere else.
         with np.errstate(over="ignore", invalid="ignore"):
             hessian = self.hessian + RETREAT * (rows.T @ rows)
             gradient = self.gradient - RETREAT * (target @ rows)
@@ -153,15 +153,8 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
     if len(objectives) == 1:
         alone = objectives[0]
         matrix, target = alone.matrix, alone.target
-        # Kernels are compiled for these, and a copy takes longer than to look; another dtype object is copied.
-        if (
-            matrix.dtype is _FLOAT
-            and target.dtype is _FLOAT
-            and matrix.shape == (count := len(target), size)
-            and matrix.flags.carray
-            and target.flags.carray
-        ):
-            return ObjectiveRows(matrix, target, _weights(count, alone.weight))
+        if _as_compiled(matrix, target, size):
+            return ObjectiveRows(matrix, target, _weights(len(target), alone.weight))
     for o in objectives:
         if np.shape(o.matrix) != (*np.shape(o.target), size):
             raise InputError(
@@ -178,6 +171,19 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
     return ObjectiveRows(matrix, target, weight)
 
 
+def _as_compiled(matrix: Array, bound: Array, size: int) -> bool:
+    """Whether kernels take these rows as they are: a copy takes longer than to look."""
+    return (
+        type(matrix) is np.ndarray
+        and type(bound) is np.ndarray
+        and matrix.dtype is _FLOAT
+        and bound.dtype is _FLOAT
+        and matrix.shape == (len(bound), size)
+        and matrix.flags.carray
+        and bound.flags.carray
+    )
+
+
 @lru_cache(maxsize=256)
 def _weights(count: int, weight: float) -> Array:
     return np.full(count, weight)
@@ -185,6 +191,10 @@ def _weights(count: int, weight: float) -> Array:
 
 def join_constraints(constraints: Sequence[Constraint], size: int) -> ConstraintRows:
     """The rows of all constraints as contiguous arrays; ``size``: n + 1."""
+    if len(constraints) == 1:
+        alone = constraints[0]
+        if alone.penalty is None and _as_compiled(alone.matrix, alone.bound, size):
+            return ConstraintRows(alone.matrix, alone.bound, ())
     for c in constraints:
         if np.shape(c.matrix) != (*np.shape(c.bound), size):
             raise InputError(
@@ -256,14 +266,14 @@ def check_solver(solver: str) -> None:
 
 
 def solve(problem: Program, solver: str = DUAL, own_failed: bool = False) -> Solution | None:
-    """The minimiser, or None when the problem has none or the solver's answer does not stand its check.
+    """The minimiser, or None when the problem has none or the solver's answer does not pass its check.
 
-    Several solvers return a finite, wrong x on an infeasible problem, so the answer is judged by its residuals:
+    Several solvers return a finite, wrong x on an infeasible problem, so the answer is checked by its residuals:
     no row violated, and the gradient balanced by multipliers of the right sign, of rows that are reached.
 
     Args:
         solver: 'dual' is our own (``dual_kernel``), 'daqp' is called natively; any other goes through qpsolvers.
-        own_failed: 'dual' has been asked already, in the fused kernel, and had no answer that stands the check.
+        own_failed: 'dual' has been asked already, in the fused kernel, and had no answer that passes the check.
     """
     if solver == DUAL:
         # Where rounding got the upper hand over our own, another one is asked before the step is given up.
@@ -278,7 +288,7 @@ def solve(problem: Program, solver: str = DUAL, own_failed: bool = False) -> Sol
 
 
 def _checked(problem: Program, answer: tuple[Array, Array] | None) -> Solution | None:
-    """The answer, if there is one and it stands the check."""
+    """The answer, if there is one and it passes the check."""
     if answer is None:
         return None
     x, multiplier = answer

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from ..fixtures import StepState, joint_bounds
 from . import qp
-from .blockers import Blocker, active_constraints, nearest
+from .blockers import Blocker, active_constraints, nearest, unsolved
 from .problem import Problem
-from .step import Certified, braking, certify_step, refused_by, solve_step
+from .step import Certified, Refused, braking, certify_step, refused_by, solve_step
 from .step_report import StepReport
 
 Array = NDArray[np.float64]
@@ -78,6 +78,8 @@ def take_step(problem: Problem, solver: str, fused: bool = True) -> StepReport:
     """
     if problem.brakes:
         return _brake(problem)
+    if not problem.scale < np.inf:
+        return _held(problem, (unsolved(problem),), 0)
     if fused and solver == qp.DUAL and not problem.joined[1].soft:
         after = problem.context.fused_step(problem)
         if after is not None and refused_by(problem, after) is None:
@@ -89,7 +91,7 @@ def take_step(problem: Problem, solver: str, fused: bool = True) -> StepReport:
         solution = solve_step(attempt, solver)
         if solution.found:
             return _largest_share(attempt, solution, relaxation.gentle, problem)
-    return _held(problem, (Blocker("solver"),), attempt.row_count)
+    return _held(problem, (unsolved(problem),), attempt.row_count)
 
 
 def _largest_share(attempt: Problem, solution: qp.Solution, gentle: bool, problem: Problem) -> StepReport:
@@ -106,7 +108,7 @@ def _largest_share(attempt: Problem, solution: qp.Solution, gentle: bool, proble
         if isinstance(verdict, Certified):
             return _moved(attempt, verdict.next_state, _achieved(attempt, step), share, solution, step, gentle, problem)
     why, _ = _why(attempt, solution)
-    return _held(problem, why, attempt.row_count)
+    return _held(problem, why or _refusing(verdict), attempt.row_count)
 
 
 def _moved_whole(problem: Problem, after: StepState) -> StepReport:
@@ -158,6 +160,13 @@ def _moved(
             outcome, why = "held", why or nearest(attempt.state)
     report = StepReport(after, outcome, achieved, why, attempt.row_count, emergency, explain, request.ramp_fraction)
     return _idle(report) if attempt.rests else report
+
+
+def _refusing(verdict: Certified | Refused) -> tuple[Blocker, ...]:
+    """The fixture that does not admit where a motion ends, by the words of its rows; nothing where it is another."""
+    by = None if isinstance(verdict, Certified) else verdict.by
+    words = getattr(by, "words", "")
+    return (Blocker("fixture", words=words),) if words else ()
 
 
 def _held(problem: Problem, why: tuple[Blocker, ...], rows: int) -> StepReport:

@@ -30,6 +30,7 @@ class ControlSettings:
 
     Printed by Li 2007: k_d = 0.2, k_tau = 0, weights of joints 0.01.
     The other numbers are ours; docs/concepts.md gives the reasons.
+    surface_error_mm is how far the anatomy may lie outside its surface: it is added to the margin.
     """
 
     dt_s: float = 1e-3
@@ -49,6 +50,7 @@ class ControlSettings:
     turn_acceleration_rad_per_s2: float = 5.0
     master_scale: float = 0.5
     master_stiffness_n_per_mm: float = 5.0
+    surface_error_mm: float = 0.0
 
     def __post_init__(self) -> None:
         for name, bound in self.bounds().items():
@@ -60,13 +62,18 @@ class ControlSettings:
     @cached_property
     def reach_mm(self) -> float:
         """How far the boundary looks: the threshold, and beyond the margin whatever that is."""
-        return max(self.threshold_mm, self.margin_mm + 1.0)
+        return max(self.threshold_mm, self.kept_mm + 1.0)
+
+    @property
+    def kept_mm(self) -> float:
+        """The distance from the anatomy's surface that is kept: the margin, and what the surface may be off."""
+        return self.margin_mm + self.surface_error_mm
 
     @cached_property
     def sight_speed_mm_per_s(self) -> float:
         """The speed that no part of the tool is asked to exceed: from it, it can stop before anatomy not seen yet."""
         change = self.approach_deceleration_mm_per_s2 * self.dt_s**2
-        return stoppable_step(self.reach_mm - self.margin_mm, change) / self.dt_s
+        return stoppable_step(self.reach_mm - self.kept_mm, change) / self.dt_s
 
     @staticmethod
     def bounds() -> dict[str, Bound]:
@@ -121,4 +128,5 @@ _BOUNDS = {
     "turn_acceleration_rad_per_s2": Bound(0.1, 100.0, "rad/s²", "Acceleration of the wanted turn"),
     "master_scale": Bound(0.01, 5.0, "", "Scale from master to tool"),
     "master_stiffness_n_per_mm": Bound(0.1, 50.0, "N/mm", "Spring between master and tool"),
+    "surface_error_mm": Bound(0.0, 5.0, "mm", "Error of the surface, added to the margin"),
 }

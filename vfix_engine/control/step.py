@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ControlError, InputError
+from ..errors import InputError
 from ..fixtures import Constraint, Fixture, Rows, Situation, StepState, brake
+from ..given import real_array
 from . import qp
-from .context import ControlContext
+from .context import ControlContext, context_of
 from .problem import Problem
 from .step_request import StepRequest, Task, request_of
 
@@ -56,7 +57,7 @@ def build_step(
     Args:
         state: from ``Controller.start``, ``ControlContext.measure``, or a step before.
         tasks: what the tool is to do; their objectives share one progress variable.
-        fixtures: what stands besides; their rows join those of the tasks.
+        fixtures: of every step; their rows join those of the tasks.
         command: handed to every task, for those that come along a ``HandCommand``.
         dt: control period in s; it is that of the state's context and may be left out.
 
@@ -67,21 +68,21 @@ def build_step(
         ControlError: the state was not measured by a ``ControlContext``.
         InputError: there is no task, its rows have wrong shapes, or dt is not the context's.
     """
-    context = state.context
-    if context is None or not state.measured_by(context):
-        raise ControlError("the state was not measured by a ControlContext; take one from its measure()")
+    context = context_of(state)
     if dt is not None and dt != context.settings.dt_s:
         raise InputError(f"dt is {dt!r} s, but the state was measured for steps of {context.settings.dt_s!r} s")
     request = request_of(tasks, state, command)
     scale = request.scale
-    if scale is None or not scale > 0.0:
+    if scale is None or scale <= 0.0:
         return _rest(state, request, fixtures)
     objectives, constraints = request.objectives, request.constraints
     if fixtures:
         standing = _rows(state, request, scale, fixtures)
         objectives = (*objectives, *(o for rows in standing for o in rows.objectives))
         constraints = (*constraints, *(c for rows in standing for c in rows.constraints))
-    return Problem(state, request, fixtures, objectives, constraints and _inequalities(constraints), scale)
+    problem = Problem(state, request, fixtures, objectives, constraints and _inequalities(constraints), scale)
+    problem.tasks = tasks
+    return problem
 
 
 def solve_step(problem: Problem, solver: str = qp.DUAL) -> qp.Solution:
@@ -91,7 +92,7 @@ def solve_step(problem: Problem, solver: str = qp.DUAL) -> qp.Solution:
         solver: 'dual' (our own), 'daqp', or any that qpsolvers finds installed, such as 'osqp'.
 
     Returns:
-        The solution; where there is none, ``found`` is False, ``why`` tells why and reading ``dq`` raises.
+        The solution; where there is none, ``found`` is False, ``why`` says why and reading ``dq`` raises.
 
     Raises:
         ControlError: no such solver; or another problem was built since.
@@ -112,7 +113,7 @@ def certify_step(problem: Problem, dq: ArrayLike) -> Certified | Refused:
     Raises:
         InputError: dq is not n numbers.
     """
-    step = np.ascontiguousarray(dq, dtype=np.float64)
+    step = real_array("the step", dq)
     if step.shape != problem.state.q.shape:
         raise InputError(f"the step has the shape {step.shape}; it must be {problem.state.q.shape}, one number a joint")
     after = problem.context.certify(problem.state, step)
@@ -137,7 +138,7 @@ def verdict_of(fixture: Fixture) -> Callable[[StepState, StepState], bool]:
     """``is_admissible`` of a fixture, or ``keeps``, its name in earlier versions.
 
     Raises:
-        InputError: the fixture has neither.
+        InputError: the fixture has none.
     """
     verdict = getattr(fixture, "is_admissible", None) or getattr(fixture, "keeps", None)
     if verdict is None:
@@ -184,7 +185,11 @@ def _rows(state: StepState, request: StepRequest, scale: float, fixtures: Sequen
         state, state.named_pairs(), state.body, context.robot.robot, context.tool, settings.dt_s, scale, compliance,
         context.tree, settings.approach_deceleration_mm_per_s2,
     )  # fmt: skip
-    return [fixture.rows(now) for fixture in fixtures]
+    standing = [fixture.rows(now) for fixture in fixtures]
+    for fixture, rows in zip(fixtures, standing, strict=True):
+        if not isinstance(rows, Rows):
+            raise InputError(f"rows() of {type(fixture).__name__} returns a {type(rows).__name__}; it must return Rows")
+    return standing
 
 
 def _inequalities(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:

@@ -14,15 +14,15 @@ from ..fixtures.state_kernel import PAIR_COUNT, state_views
 from ..geometry.array_table import float32_at, float64_at, int32_at, int64_at
 from ..geometry.compiled import compiled, shared
 from ..geometry.packed import packing
+from .certify_kernel import certify_motion
 from .dual_kernel import solve_dual
-from .judge_kernel import judge
 from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, assemble, check_kkt
 from .world import Counts, Single, unpack_world
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-UNSOLVED = 4  # what a step can end in besides the verdicts of ``judge_kernel``
+UNSOLVED = 4  # what a step can end in besides the verdicts of ``certify_kernel``
 
 
 class ProgramViews(NamedTuple):
@@ -73,15 +73,15 @@ def fused_step(
     """One step of a program without slacks.
 
     Args:
-        table: of packed world, packed cover, the pairs' workspace (see ``judge``) and the program's (out, see
+        table: of packed world, packed cover, the pairs' workspace (see ``certify_motion``) and the program's (out, see
             ``ProgramViews``), in the order of ``unpack_table``; before: a packed state.
         matrix … bound: rows of the program, see ``problem_kernel.fill``; scale: length of the wanted step in mm.
         along: (n,) part of the wanted motion that each joint's motion makes.
-        answer: out, see ``AnswerViews``; after: out, see ``judge``.
+        answer: out, see ``AnswerViews``; after: out, see ``certify_motion``.
 
     Returns:
-        The verdict of ``judge``, its rows and its displacement, or UNSOLVED; the part of the wanted motion that is
-        made; how many rows the program has; its scale.
+        The verdict of ``certify_motion``, its rows and its displacement, or UNSOLVED; the part of the wanted motion
+        that is made; how many rows the program has; its scale.
     """
     numbers, counts, boxes, corners, label, first, poses, rows, labels, body, workspace = unpack_table(table)
     world = unpack_world(numbers, counts)
@@ -102,7 +102,7 @@ def fused_step(
     for j in range(n):
         a.step[j] = a.x[j] * scale
         share += along[j] * a.step[j]
-    verdict, needed, displacement = judge(
+    verdict, needed, displacement = certify_motion(
         numbers, counts, boxes, corners, label, first, poses, before, a.step, after, rows, labels, body
     )
     return verdict, needed, displacement, share, m, scale

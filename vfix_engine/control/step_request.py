@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,12 +13,24 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..fixtures import Constraint, Objective, StepState
+from ..given import real_array
 
 Array = NDArray[np.float64]
 
 
+_FLOAT = np.dtype(np.float64)
+
+
 def _zero() -> Array:
     return np.zeros(3)
+
+
+def _is_vector(value: Any) -> bool:
+    """Whether it is a float array of three finite numbers."""
+    if type(value) is not np.ndarray or value.dtype is not _FLOAT or value.shape != (3,):
+        return False
+    x, y, z = value.tolist()
+    return math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,11 +40,27 @@ class HandCommand:
     force: (3,) in N, already capped; torque: (3,) in N·mm about the point that the task moves.
     reach: longest motion, in mm of the point or rad of the turn that the task moves; in teleoperation how far the
     leader is ahead.
+
+    Raises:
+        InputError: force or torque is not three finite numbers, or the reach is no number from 0 on.
     """
 
     force: Array = field(default_factory=_zero)
     torque: Array = field(default_factory=_zero)
-    reach: float = np.inf
+    reach: float = math.inf
+
+    def __post_init__(self) -> None:
+        if _is_vector(self.force) and _is_vector(self.torque) and type(self.reach) is float and self.reach >= 0.0:
+            return
+        for name, unit in (("force", "N"), ("torque", "N·mm")):
+            vector = real_array(f"the {name}", getattr(self, name))
+            if not _is_vector(vector):
+                raise InputError(f"the {name} is {vector.tolist()!r:.60}; it is three finite numbers in {unit}")
+            object.__setattr__(self, name, vector)
+        reach: Any = self.reach
+        if isinstance(reach, bool) or not isinstance(reach, Real) or not float(reach) >= 0.0:
+            raise InputError(f"the reach is {reach!r:.60}; it is a number from 0 on")
+        object.__setattr__(self, "reach", float(reach))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,25 +115,40 @@ def request_of(tasks: Task | Sequence[Task], state: StepState, command: Any) -> 
         if not tasks:
             raise InputError("a step needs at least one task")
         if len(tasks) > 1:
-            return joined([completed(task.request(state, command)) for task in tasks])
+            return joined([_asked(task, state, command) for task in tasks])
         tasks = tasks[0]
-    alone: Any = tasks
-    if not hasattr(alone, "request"):
-        raise InputError(f"a {type(alone).__name__} is no task: it has no request(state, command)")
-    return completed(alone.request(state, command))
+    return _asked(tasks, state, command)
+
+
+def _asked(task: Any, state: StepState, command: Any) -> StepRequest:
+    if isinstance(task, type):
+        raise InputError(f"{task.__name__} is a class and no task: make one of it, such as {task.__name__}(…)")
+    if not hasattr(task, "request"):
+        raise InputError(f"a {type(task).__name__} is no task: it has no request(state, command)")
+    return completed(task.request(state, command))
 
 
 def completed(request: StepRequest) -> StepRequest:
     """The request with the scale and share that its rows imply where it names none."""
     if not isinstance(request, StepRequest):
         raise InputError(f"a task's request is a {type(request).__name__}; it must be a StepRequest")
+    if isinstance(request.objectives, Objective):
+        raise InputError("the objectives of a request are a tuple: StepRequest((objective,))")
     if request.scale is not None:
         return request
-    objectives = [o for o in request.objectives if len(o.target) and not np.any(o.matrix[:, -1])]
+    columns = np.shape(request.objectives[0].matrix)[1:] if request.objectives else ()
+    for o in request.objectives:
+        if len(columns) != 1 or np.shape(o.matrix) != (*np.shape(o.target), *columns):
+            raise InputError(
+                f"an objective has a matrix {np.shape(o.matrix)} and a target {np.shape(o.target)}; "
+                "m rows over n joints and the progress variable need (m, n + 1) and (m,)"
+            )
+    rows = [replace(o, matrix=np.asarray(o.matrix), target=np.asarray(o.target)) for o in request.objectives]
+    objectives = [o for o in rows if len(o.target) and not np.any(o.matrix[:, -1])]
     size = sum(o.weight * float(o.target @ o.target) for o in objectives)
-    whole = sum(o.weight * float(o.target @ o.target) for o in request.objectives)
+    whole = sum(o.weight * float(o.target @ o.target) for o in rows)
     along = request.along
-    if along is None and size > 0.0:
+    if along is None and 0.0 < size < math.inf:
         along = np.sum([o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives], axis=0) / size
     return replace(request, scale=float(np.sqrt(whole)), along=along)
 

@@ -61,7 +61,7 @@ class Surroundings:
 
 def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: Sequence[Zone] = ()) -> World:
     """All that stays the same for one tool among an anatomy and ``zones``, which are ordered."""
-    margin = np.array([settings.margin_mm, *(zone.margin_mm for zone in zones)])
+    margin = np.array([settings.kept_mm, *(zone.margin_mm for zone in zones)])
     model, chain = robot.robot, robot.chain
     rows = joint_regularisation(model).matrix
     ends = tool.segments(np.eye(3), np.zeros(3))

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ..geometry.compiled import compiled
 from ..robots.chain_kernel import Chain
+from .world import Counts, unpack_world
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,16 @@ def bend(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> flo
             beyond += size
         lever += links[j]
     return bound
+
+
+@compiled
+def motion_sag(numbers: Array, counts: Counts, q: Array, q_after: Array) -> float:
+    """How far in mm a point of the tool may be from the straight line between its places at joints q and q_after.
+
+    numbers, counts: a ``PackedWorld``.
+    """
+    world = unpack_world(numbers, counts)
+    return bend(world.chain, world.links, world.reach, q, q_after - q) / 8.0
 
 
 @compiled

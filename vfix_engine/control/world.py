@@ -1,4 +1,4 @@
-"""What the compiled parts of a step are told: the robot's and tool's fixed numbers, and the triangles kept near.
+"""What the compiled parts of a step take: the robot's and tool's fixed numbers, and the triangles kept near.
 
 Every array that Python hands to compiled code costs time, so both travel packed and are unpacked inside.
 ``WorldNumbers`` and ``CoverNumbers`` are the tables of their fields.
@@ -30,7 +30,7 @@ class World(NamedTuple):
     lower, upper, speed, acceleration: (n,) limits of the joints.
     shapes: the analytic bodies, which come after those that are surfaces.
     margin: (B,) of every body; keep: (B,) margin and buffer, what the rows of the QP keep.
-    threshold: pairs are looked for up to here; change: approach deceleration · dt², see ``stopping.approach_room``.
+    threshold: pairs are looked for up to here; change: approach deceleration · dt², see ``stopping.approach_bound``.
     regularisation: (n + 1, n + 1) WᵀW of the joint regularisation, an objective that every step has.
     """
 

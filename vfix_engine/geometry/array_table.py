@@ -1,8 +1,7 @@
-"""Arrays that stay the same from call to call, handed to compiled code as one table of addresses.
+"""Constant arrays passed to compiled code as one table of addresses.
 
-Every array among the arguments of a call takes a tenth of a microsecond, and a step of control has a dozen that do not
-change.
-Whoever keeps a table keeps its arrays too: compiled code reads from their memory and holds no reference.
+Each array argument costs a call 0.1 µs, and a control step has a dozen arrays that do not change.
+Compiled code reads from their memory without a reference: the owner of a table must keep its arrays alive.
 """
 
 from __future__ import annotations
@@ -27,13 +26,13 @@ def table_of(arrays: Sequence[NDArray[Any]]) -> NDArray[np.int64]:
     numbers: list[int] = []
     for array in arrays:
         if not array.flags.carray:
-            raise ValueError("only contiguous arrays that may be written have a place in a table")
+            raise ValueError("a table takes contiguous, writable arrays only")
         numbers += [array.__array_interface__["data"][0], *array.shape]
     return np.array(numbers, dtype=np.int64)
 
 
 def _reader(dtype: Any) -> Any:
-    """A function (address, shape) for compiled code: the array of that type at an address."""
+    """A function (address, shape) for compiled code that returns the array of ``dtype`` at an address."""
 
     @intrinsic
     def array_at(typing: Any, address: Any, shape: Any) -> Any:

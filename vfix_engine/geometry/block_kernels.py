@@ -1,15 +1,15 @@
-"""Exact distances of one segment and 16 triangles at once, in the processor's vector registers.
+"""Exact distances between one segment and 16 triangles, in vector registers.
 
-The triangles lie as a block: 9 × 16 numbers, all first x of the corners, then all first y, and so on.
-Loops over the 16 lanes have no branch and no call, so that the compiler turns them into vector instructions.
+A block holds 16 triangles as 9 × 16 numbers: the x of all first corners, then their y, and so on. Loops over the 16
+lanes have no branch and no call, so that the compiler vectorises them.
 
-Seen along the line through the segment, a triangle is a flat one and the line is a point: their distance is that of a
-point from three edges. It is exact for needles and points too, since a place on a short edge is badly known by a short
-way only.
-Distance is convex along the line. Where the line's nearest point lies beyond an end of the segment, that end is the
-segment's nearest point; such lanes get the distance of that end.
-Where the line goes through a triangle, which is rare, the scalar kernel decides.
-As there, every proposal is a pair of points that really lie on segment and triangle, and the distance is theirs.
+The method projects along the line through the segment. The line becomes a point and a triangle becomes a flat one, so
+that their distance is that of a point from three edges. This is exact for needles and points too, because the error of
+a position along a short edge is short.
+Distance is convex along the line. Where the nearest point of the line lies beyond an end of the segment, that end is
+the nearest point of the segment, and the lane gets its distance.
+Lanes whose triangle the line crosses are rare; the scalar kernel computes them.
+Each result is the distance of two points that lie on segment and triangle, as in ``triangle_kernels``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import borrowing, inlined, vectorised
+from .compiled import inlined, no_refcount, vectorised
 from .triangle_kernels import segment_triangle
 
 Array = NDArray[np.float64]
@@ -25,18 +25,16 @@ Array = NDArray[np.float64]
 LANES = 16
 CORNERS = 9 * LANES  # numbers in a block of triangles
 QUERY = 16  # numbers that describe a segment: p, d, two unit vectors across d, d / d·d, t where d is zero
-WORK = (
-    16 * LANES
-)  # workspace of a block's results: gap² across, t, q, through, and after ``finish`` ten columns of rows
-COLUMNS = 6 * LANES  # where the ten columns of a row begin: distance, normal, on the axis, on the surface
+WORK = 16 * LANES  # workspace of a block: squared gap, t, point (3), crossing flag; then the columns of ``finish``
+COLUMNS = 6 * LANES  # offset of the ten columns of a row: distance, normal, point on the axis, point on the surface
 
 _THIN = 1e-30
-_INSCRIBED = 0.1  # a twelfth, and what rounding may ask for
+_INSCRIBED = 0.1  # 1/12 and an allowance for rounding
 
 
-@borrowing
+@no_refcount
 def describe(p: Array, d: Array, query: Array) -> None:
-    """The numbers of the segment p + t·d, t in [0, 1], that the kernels of a block need."""
+    """Write the constants (QUERY,) of the segment p + t·d, t in [0, 1], that the kernels of a block use."""
     dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     length = np.sqrt(dd)
     least = 0
@@ -44,7 +42,7 @@ def describe(p: Array, d: Array, query: Array) -> None:
         query[k], query[3 + k] = p[k], d[k]
         if abs(d[k]) < abs(d[least]):
             least = k
-    if not length > 1e-150:  # a point: no line to look along, the end at t = 0 is all there is
+    if not length > 1e-150:  # a point: there is no line, and the end at t = 0 is the segment
         query[6:15] = 0.0
         query[6], query[10], query[15] = 1.0, 1.0, -1.0
         return
@@ -61,11 +59,14 @@ def describe(p: Array, d: Array, query: Array) -> None:
 
 @vectorised
 def _line(corners: Array, query: Array, limit: float, work: Array) -> tuple[int, int]:
-    """Nearest points of the line and each triangle's edges: how many lanes lie beyond an end and how many are close.
+    """Nearest points of the line and the edges of each triangle.
 
-    ``work`` gets the squared gap across the line, t on the line, the triangle's point from p (3).
-    Where the line goes through a triangle, an edge is no farther than the inscribed circle's radius, whose square is at
-    most a twelfth of the longest edge's: only such lanes are ``close``.
+    ``work`` gets the squared gap, t on the line, and the triangle's point relative to p (3).
+
+    Returns:
+        The number of lanes with t outside [0, 1], and the number of lanes whose triangle the line may cross. Where it
+        crosses, an edge is no farther than the radius of the inscribed circle, whose square is at most 1/12 of that of
+        the longest edge.
     """
     px, py, pz = query[0], query[1], query[2]
     ex, ey, ez = query[6], query[7], query[8]
@@ -109,7 +110,7 @@ def _line(corners: Array, query: Array, limit: float, work: Array) -> tuple[int,
 
 @vectorised
 def _through(corners: Array, query: Array, work: Array) -> int:
-    """Which triangles the line may go through, behind the points in ``work``, and how many they are."""
+    """Flag in ``work`` the triangles that the line crosses, and return their number."""
     px, py, pz = query[0], query[1], query[2]
     ex, ey, ez = query[6], query[7], query[8]
     fx, fy, fz = query[9], query[10], query[11]
@@ -130,7 +131,7 @@ def _through(corners: Array, query: Array, work: Array) -> int:
 
 @vectorised
 def _ends(corners: Array, query: Array, work: Array) -> None:
-    """For lanes with t beyond an end: that end's nearest point of the triangle instead."""
+    """Lanes with t beyond an end get the triangle's point nearest to that end."""
     px, py, pz, dx, dy, dz = query[0], query[1], query[2], query[3], query[4], query[5]
     for j in range(LANES):
         t = work[16 + j]
@@ -167,7 +168,7 @@ def _ends(corners: Array, query: Array, work: Array) -> None:
         gap = gx * gx + gy * gy + gz * gz
         near = gap < best
         best, beta, gamma = gap if near else best, 1.0 - s if near else beta, s if near else gamma
-        # The foot on the face, with one round of refinement for the digits that a sliver's normal has lost.
+        # Foot on the face; one refinement restores the digits that the normal of a sliver has lost.
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         nn = nx * nx + ny * ny + nz * nz
         solid = nn > _THIN * uu * vv
@@ -190,7 +191,7 @@ def _ends(corners: Array, query: Array, work: Array) -> None:
 
 @inlined
 def _crossed(corners: Array, query: Array, work: Array) -> None:
-    """Lanes whose triangle the line may cross: the scalar kernel's pair of points."""
+    """Flagged lanes get the pair of points of the scalar kernel."""
     for j in range(LANES):
         if work[80 + j] != 0.0:
             _, t, x, y, z, _ = segment_triangle(
@@ -203,7 +204,7 @@ def _crossed(corners: Array, query: Array, work: Array) -> None:
 
 @vectorised
 def _gaps(query: Array, limit: float, work: Array) -> int:
-    """Squared distances into the first lanes of ``work``, t brought onto the segment; how many are within ``limit``."""
+    """Write the squared distances, with t clamped to the segment; return how many are within ``limit`` mm."""
     dx, dy, dz = query[3], query[4], query[5]
     limit2 = limit * limit
     within = 0
@@ -216,12 +217,12 @@ def _gaps(query: Array, limit: float, work: Array) -> int:
     return within
 
 
-@borrowing
+@no_refcount
 def block_gaps(corners: Array, query: Array, limit: float, work: Array) -> int:
-    """How many of 16 triangles are within ``limit`` mm of the segment's axis; ``work`` gets their exact distances.
+    """Number of 16 triangles within ``limit`` mm of the segment's axis; ``work`` gets their exact distances.
 
-    ``work`` (WORK,): 0-15 the squared distances (mm²), 16-31 t on the segment, 32-79 the points on the triangles minus
-    p. Lanes farther than ``limit`` hold some squared distance above its square.
+    ``work`` (WORK,): 0-15 squared distances in mm², 16-31 t on the segment, 32-79 points on the triangles minus p.
+    Lanes beyond ``limit`` hold some squared distance above its square.
     """
     if query[15] < 0.0:  # a point
         work[LANES : 2 * LANES] = -1.0
@@ -238,7 +239,7 @@ def block_gaps(corners: Array, query: Array, limit: float, work: Array) -> int:
 
 @vectorised
 def finish(query: Array, radius: float, work: Array) -> None:
-    """The ten columns of a row for each lane, from what ``block_gaps`` left, behind it in ``work``."""
+    """Write the ten columns of each lane's row behind the results of ``block_gaps`` in ``work``."""
     px, py, pz, dx, dy, dz = query[0], query[1], query[2], query[3], query[4], query[5]
     for j in range(LANES):
         t, qx, qy, qz = work[16 + j], work[32 + j], work[48 + j], work[64 + j]

@@ -1,12 +1,15 @@
-"""Lower bounds of the distances from one segment to 16 boxes or triangles at once: single precision, never too large.
+"""Lower bounds of the distances between one segment and 16 boxes or triangles, in single precision.
 
-Boxes lie as a node: 6 × 16 float32, all x of the centres, y, z, then half extents; relative to a frame's origin.
-Facets are triangles rounded to ten bits: eight float32 of the block, then 3 × 16 int32, for each triangle its middle
-and two of its corners from there, x, y and z in one number each. The eight are origin (3) and span of the middles, span
-of the corners, how far a rounded corner is off at most, how far it is from its middle at most, and one not used.
-What a corner is off widens the bounds.
-The direction from the segment's nearest point to the centre separates the two at least as far as the support of the
-box or triangle along it allows; what rounding may have added is taken off again.
+A node holds 16 boxes as 6 × 16 float32: x, y and z of the centres, then of the half extents, relative to an origin.
+
+Facets are triangles rounded to ten bits per coordinate, 8 float32 and 3 × 16 int32 per block. The int32 hold, for each
+triangle, its centroid and two corners relative to it, three coordinates in one number. The float32 are: origin (3) and
+span of the centroids, span of the corners, largest rounding error of a corner, largest distance of a corner from its
+centroid, and one unused.
+
+The bound is the gap along the direction g from the segment's nearest point to the centre: |g| minus the support of the
+box or triangle along g. The rounding errors of facets and of the computation are subtracted, so that a bound is never
+above the distance.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import borrowing, inlined, vectorised
+from .compiled import inlined, no_refcount, vectorised
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -23,23 +26,23 @@ Words = NDArray[np.int32]
 NODE = 96  # numbers in a node
 FACETS = 56  # numbers in a block's facets
 HEADER = 8  # of them before the triangles
-PROBE = 12  # numbers that describe a segment: p from the origin, d, d / d·d, slack
+PROBE = 12  # constants of a segment: p relative to the origin, d, d / d·d, rounding allowance
 
-_MOST = np.int32(0x7F800000)  # the bits of infinity
+_INFINITY_BITS = np.int32(0x7F800000)  # the bits of infinity
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
-# Of the largest coordinate: more than all roundings of the bound together (about 40 of 2⁻²⁴ each).
+# Rounding allowance, relative to the largest coordinate: above the about 40 roundings of 2⁻²⁴ of a bound.
 _ROUNDING = 1e-5
-_TURNED = np.float32(0.125)  # of that slack: more than the roundings of the vector from the axis to a middle
+_ROTATION_SHARE = np.float32(0.125)  # of that allowance: above the roundings of the vector from the axis to a centroid
 _HALF = np.float32(1.5)
-_TEN = np.int32(0x7FE000)  # the upper ten bits behind the point of a float32
+_TEN = np.int32(0x7FE000)  # the upper ten bits of the mantissa of a float32
 _FROM_ONE = np.int32(0x3F800000)  # the bits of 1
 FARTHEST = 1e15  # mm
 
 
-@borrowing
+@no_refcount
 def describe_single(p: Array, d: Array, frame: Array, probe: Single) -> None:
-    """The numbers of the segment p + t·d for ``box_gaps``; frame (4,): the boxes' origin, their largest coordinate."""
+    """Write the constants (PROBE,) of the segment p + t·d; frame (4,): origin of the boxes, largest coordinate."""
     dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     share = 1.0 / dd if dd > 1e-30 else 0.0
     far = frame[3]
@@ -48,15 +51,15 @@ def describe_single(p: Array, d: Array, frame: Array, probe: Single) -> None:
         probe[3 + k] = d[k]
         probe[6 + k] = d[k] * share
         far += abs(p[k] - frame[k]) + abs(d[k])
-    # Beyond the range in which float32 can square a coordinate values cannot be distinguished and nothing is left out.
+    # Where float32 overflows when a coordinate is squared, the allowance is infinite and nothing is rejected.
     probe[9] = _ROUNDING * far if far < FARTHEST else np.inf
 
 
 @vectorised
 def box_gaps(node: Single, probe: Single, gaps: Single) -> None:
-    """Lower bounds in mm of the distances from the segment's axis to 16 boxes, negative where they touch.
+    """Lower bounds (16,) in mm of the distances from the segment's axis to 16 boxes; negative where they touch.
 
-    A bound may be NaN where nothing can be said: leave a box out only if its bound is greater than something.
+    A bound may be NaN: reject a box only where its bound compares as greater than a limit.
     """
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
     hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
@@ -73,7 +76,7 @@ def box_gaps(node: Single, probe: Single, gaps: Single) -> None:
 
 @inlined
 def unpacked(word: int) -> tuple[np.float32, np.float32, np.float32]:
-    """The three numbers in [1, 2) of a facet's word: ten bits each are put behind the point of a 1."""
+    """The three coordinates in [1, 2) of a facet's word, ten bits of mantissa each."""
     x = np.int32(((word << 1) & _TEN) | _FROM_ONE).view(np.float32)
     y = np.int32(((word << 11) & _TEN) | _FROM_ONE).view(np.float32)
     z = np.int32(((word >> 9) & _TEN) | _FROM_ONE).view(np.float32)
@@ -82,16 +85,16 @@ def unpacked(word: int) -> tuple[np.float32, np.float32, np.float32]:
 
 @vectorised
 def facet_gaps(facets: Words, probe: Single, limit: np.float32, gaps: Single) -> int:
-    """Lower bounds (16,) of the distances from the axis to 16 triangles; how many are over ``limit``.
+    """Write lower bounds (16,) of the distances from the axis to 16 triangles; return how many are above ``limit``.
 
-    The vector from the axis to a triangle's middle is across the axis but for its rounding, which turns it the more the
-    shorter it is: that is what is taken off for the farthest corner.
+    The vector from the axis to a centroid is perpendicular to the axis up to rounding. Rounding rotates a short vector
+    more; the effect on the farthest corner is subtracted.
     """
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
     hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
     origin = facets[:HEADER].view(np.float32)
     ox, oy, oz, span, corner = origin[0] - px, origin[1] - py, origin[2] - pz, origin[3], origin[4]
-    off, turned = slack + origin[5], slack * _TURNED * origin[6]
+    off, rotation = slack + origin[5], slack * _ROTATION_SHARE * origin[6]
     for j in range(16):
         mx, my, mz = unpacked(facets[8 + j])
         gx, gy, gz = ox + span * mx, oy + span * my, oz + span * mz
@@ -103,26 +106,26 @@ def facet_gaps(facets: Words, probe: Single, limit: np.float32, gaps: Single) ->
         bx, by, bz = unpacked(facets[40 + j])
         half = _HALF * (gx + gy + gz)
         one, two = gx * ax + gy * ay + gz * az - half, gx * bx + gy * by + gz * bz - half
-        support = corner * min(min(one, two), -(one + two)) - turned
+        support = corner * min(min(one, two), -(one + two)) - rotation
         gaps[j] = size + support / (size if size > _ZERO else _ONE) - off
     over = 0
-    for j in range(16):  # a loop of its own: counting in 64 bits halves the lanes
+    for j in range(16):  # a separate loop: a 64-bit counter halves the lanes
         over += int(gaps[j] > limit)
     return over
 
 
 @vectorised
 def facet_bounds(facets: Words, probe: Single) -> tuple[np.float32, np.float32]:
-    """Bounds of the least distance from the segment's axis to 16 triangles: never more, never less.
+    """Lower and upper bound of the smallest distance from the segment's axis to 16 triangles.
 
-    No triangle is farther than its middle.
+    The distance of a centroid is an upper bound of that of its triangle.
     """
     px, py, pz, dx, dy, dz = probe[0], probe[1], probe[2], probe[3], probe[4], probe[5]
     hx, hy, hz, slack = probe[6], probe[7], probe[8], probe[9]
     origin = facets[:HEADER].view(np.float32)
     ox, oy, oz, span, corner = origin[0] - px, origin[1] - py, origin[2] - pz, origin[3], origin[4]
-    off, turned = slack + origin[5], slack * _TURNED * origin[6]
-    low, high = _MOST, _MOST
+    off, rotation = slack + origin[5], slack * _ROTATION_SHARE * origin[6]
+    low, high = _INFINITY_BITS, _INFINITY_BITS
     for j in range(16):
         mx, my, mz = unpacked(facets[8 + j])
         gx, gy, gz = ox + span * mx, oy + span * my, oz + span * mz
@@ -134,9 +137,9 @@ def facet_bounds(facets: Words, probe: Single) -> tuple[np.float32, np.float32]:
         bx, by, bz = unpacked(facets[40 + j])
         half = _HALF * (gx + gy + gz)
         one, two = gx * ax + gy * ay + gz * az - half, gx * bx + gy * by + gz * bz - half
-        support = corner * min(min(one, two), -(one + two)) - turned
+        support = corner * min(min(one, two), -(one + two)) - rotation
         gap = size + support / (size if size > _ZERO else _ONE)
-        # Of numbers that are not negative the bits have the order of the numbers, and their least is found in lanes.
+        # The bits of non-negative floats are ordered like the floats, and an integer minimum is vectorised.
         low = min(low, np.float32(max(gap, _ZERO)).view(np.int32))
         high = min(high, np.float32(size).view(np.int32))
     return np.int32(low).view(np.float32) - off, np.int32(high).view(np.float32) + off

@@ -1,8 +1,7 @@
-"""Exact pairs and distances among the triangles kept near a tool: plain arrays in, for use in other compiled code too.
+"""Exact pairs and distances among a list of triangles near a tool; compiled, arrays in and out.
 
-Triangles lie in blocks of 16 (``block_kernels``), boxes of 16 blocks in nodes (``box_lanes``).
-Lanes of a last block that no triangle fills repeat its last one under the label −1; boxes of blocks that are not there
-lie infinitely far away.
+Triangles are stored in blocks of 16 (``block_kernels``), the boxes of 16 blocks in nodes (``box_lanes``). Unused lanes
+of a last block repeat its last triangle with the label −1; the boxes of missing blocks lie infinitely far away.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from .block_kernels import COLUMNS, CORNERS, LANES, QUERY, WORK, block_gaps, describe, finish
 from .box_lanes import NODE, PROBE, box_gaps, describe_single
-from .compiled import borrowing, compiled
+from .compiled import compiled, no_refcount
 from .rows_kernel import own_normal
 
 Array = NDArray[np.float64]
@@ -25,16 +24,16 @@ Lanes = NDArray[np.uint64]
 NUMBERS = QUERY + WORK
 SINGLES = PROBE + LANES
 _COLUMNS, _FIRST, _STRIDE = np.uint64(10), np.uint64(COLUMNS), np.uint64(LANES)
-_COINCIDENT = 1e-9  # mm under which the direction between the two points is rounding only
+_COINCIDENT = 1e-9  # mm below which the direction between two points is rounding
 _FAR = np.float32(1e30)
 
 
 class Candidates(NamedTuple):
-    """Triangles near each segment of a tool, N nodes of 16 boxes of 16 triangles; lengths in mm.
+    """Triangles near each segment of a tool: N nodes of 16 boxes of 16 triangles, lengths in mm.
 
     boxes: (96 N,) float32, see ``box_lanes``; relative to the frame's origin.
     corners: (2304 N,) the blocks, see ``block_kernels``; patient frame.
-    label: (256 N,) face of the mesh in each lane, −1 where there is none.
+    label: (256 N,) face of the mesh in each lane; −1 in unused lanes.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
     offset: (S + 1,) segment s owns the nodes offset[s] to offset[s + 1].
     """
@@ -46,9 +45,9 @@ class Candidates(NamedTuple):
     offset: Index
 
 
-@borrowing
+@no_refcount
 def box_of_block(corners: Array, frame: Array, lane: int, node: Single) -> None:
-    """The box around the 16 triangles of one block as lane ``lane`` of a node, rounded outwards."""
+    """Write the box around the 16 triangles of a block into lane ``lane`` of a node, rounded outwards."""
     for k in range(3):
         low, high = np.inf, -np.inf
         for j in range(LANES):
@@ -58,25 +57,25 @@ def box_of_block(corners: Array, frame: Array, lane: int, node: Single) -> None:
         put_box(low - frame[k], high - frame[k], frame[3], k, lane, node)
 
 
-@borrowing
+@no_refcount
 def put_box(low: float, high: float, far: float, k: int, lane: int, node: Single) -> None:
-    """Extent k of a box, centre and half, into a lane of a node; grown by what float32 may lose."""
+    """Write centre and half extent of a box along axis k into a lane, enlarged by the rounding of float32."""
     centre = np.float32(0.5 * (low + high))
     node[LANES * k + lane] = centre
     node[LANES * (3 + k) + lane] = np.float32((max(high - centre, centre - low) + 1e-7 * far) * 1.000001)
 
 
-@borrowing
+@no_refcount
 def empty_boxes(first: int, node: Single) -> None:
-    """Lanes from ``first`` on get boxes that are infinitely far away."""
+    """Put infinitely distant boxes into the lanes from ``first`` on."""
     for lane in range(first, LANES):
         for k in range(3):
             node[LANES * k + lane] = _FAR
             node[LANES * (3 + k) + lane] = np.float32(0.0)
 
 
-def cut_list(store: Array, segments: int) -> tuple[Single, Array, Index, Array, Index]:
-    """The arrays of ``Candidates`` in their one piece of memory: frame, offset, corners, boxes, label."""
+def list_views(store: Array, segments: int) -> tuple[Single, Array, Index, Array, Index]:
+    """Views of the arrays of ``Candidates`` in one buffer, stored as frame, offset, corners, boxes, label."""
     head = _head(segments)
     offset = store[4:head].view(np.int32)[: segments + 1]
     nodes = int(offset[segments])
@@ -88,17 +87,17 @@ def cut_list(store: Array, segments: int) -> tuple[Single, Array, Index, Array, 
 
 
 def _head_of(segments: int) -> int:
-    """Numbers before the blocks: the frame and the offsets, in whole vectors."""
+    """Length of frame and offsets, rounded up to whole vectors."""
     return 8 + 4 * ((segments + 1) // 8)
 
 
-_head = borrowing(_head_of)
-list_parts = borrowing(cut_list)  # for borrowing kernels only: what it returns is not counted
+_head = no_refcount(_head_of)
+list_views_compiled = no_refcount(list_views)  # for no_refcount kernels only: its views have no reference count
 
 
 @compiled
 def pack(vertices: Array, faces: Index, labels: Index, segments: int, frame: Array) -> Array:
-    """Candidates from labels (n, 2) of pairs, segment by segment, for ``cut_list``; triangles stay in their order."""
+    """The buffer of ``list_views`` from labels (n, 2) of pairs, ordered by segment; triangles keep their order."""
     offset = np.zeros(2 * (_head(segments) - 4), np.int32)
     for i in range(len(labels)):
         offset[labels[i, 0] + 1] += 1
@@ -109,14 +108,14 @@ def pack(vertices: Array, faces: Index, labels: Index, segments: int, frame: Arr
     return store
 
 
-@borrowing
+@no_refcount
 def _fill(
     vertices: Array, faces: Index, labels: Index, segments: int, origin: Array, counted: Index, store: Array
 ) -> None:
     head = store[4 : _head(segments)].view(np.int32)
     for i in range(len(head)):
         head[i] = counted[i]
-    boxes, corners, names, frame, offset = list_parts(store, segments)
+    boxes, corners, names, frame, offset = list_views_compiled(store, segments)
     for k in range(4):
         frame[k] = origin[k]
     for i in range(len(names)):
@@ -143,9 +142,9 @@ def _fill(
         first = last
 
 
-@borrowing
+@no_refcount
 def _touching_row(corners: Array, j: int, query: Array, spare: Array, row: Array) -> None:
-    """Where axis and triangle meet the row's normal is the triangle's own, right-handed about its corners."""
+    """Where axis and triangle intersect, the row's normal is that of the triangle, right-handed about its corners."""
     ux, uy, uz = corners[48 + j] - corners[j], corners[64 + j] - corners[16 + j], corners[80 + j] - corners[32 + j]
     vx, vy, vz = corners[96 + j] - corners[j], corners[112 + j] - corners[16 + j], corners[128 + j] - corners[32 + j]
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -155,14 +154,17 @@ def _touching_row(corners: Array, j: int, query: Array, spare: Array, row: Array
     own_normal(query[3:6], spare, row)
 
 
-@borrowing
+@no_refcount
 def append_block(
     corners: Array, label: Index, query: Array, radius: float, limit: float, segment: int,
     work: Array, lanes: Lanes, rows: Array, labels: Index, found: int, best: float,
 ) -> tuple[int, float]:  # fmt: skip
-    """The rows of a block's pairs within ``limit`` of the axis: (rows found so far, least squared distance so far).
+    """Append the rows of a block's pairs within ``limit`` mm of the axis.
 
-    rows: (R, 10). Of more than R rows the first R are written and all are counted.
+    rows: (R, 10); of more than R rows the first R are written and all are counted.
+
+    Returns:
+        The number of rows so far and the smallest squared distance so far.
     """
     if block_gaps(corners, query, limit, work) == 0:
         return found, best
@@ -175,7 +177,7 @@ def append_block(
     for i in range(passing):
         least = min(least, work[lanes[i]])
     for i in range(min(passing, len(labels) - found)):
-        # Unsigned indices: numba asks of every signed one whether it is negative.
+        # Unsigned indices: numba checks the sign of signed ones.
         j, row = lanes[i], np.uint64(found + i)
         for k in range(_COLUMNS):
             rows[row, k] = work[j + _FIRST + _STRIDE * k]
@@ -195,13 +197,13 @@ def segment_pairs(
     """Append the exact pairs of one segment p + t·d whose distance is at most ``threshold`` mm.
 
     Args:
-        boxes, corners, label, frame: of ``Candidates``; the segment's nodes are first … last − 1.
-        p, d: (3,) mm; radius: of the capsule, mm; segment: its number, for the labels.
+        boxes, corners, label, frame: of ``Candidates``; first, last: the segment's nodes are first … last − 1.
+        p, d: (3,) mm; radius: of the capsule, mm; segment: its index, for the labels.
         rows: (R, 10) distance, normal, on the axis, on the surface; labels: (R, 2) int32 segment, triangle.
-        found: how many rows are there already.
+        found: number of rows already written.
 
     Returns:
-        How many rows there are now, and the exact least distance (mm) of their pairs, ∞ where there is none.
+        The number of rows and the smallest distance of their pairs in mm, ∞ without pairs.
         Of more than R rows the first R are written and all are counted.
     """
     numbers, singles, lanes = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(LANES + 1, np.uint64)
@@ -211,7 +213,7 @@ def segment_pairs(
     )  # fmt: skip
 
 
-@borrowing
+@no_refcount
 def pairs_into(
     boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
     p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
@@ -242,20 +244,20 @@ def segment_least(
     boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
     p: Array, d: Array, bound: float,
 ) -> float:  # fmt: skip
-    """Exact distance (mm) of the axis p + t·d to the nodes first … last − 1, or ``bound`` if nothing is nearer."""
+    """Exact distance in mm of the axis p + t·d to the nodes first … last − 1, or ``bound`` if that is smaller."""
     numbers, singles = np.empty(NUMBERS), np.empty(SINGLES, np.float32)
     gaps = np.empty(LANES * max(last - first, 0), np.float32)
     return least_with(boxes, corners, label, frame, first, last, p, d, bound, numbers, singles, gaps)
 
 
-@borrowing
+@no_refcount
 def least_with(
     boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
     p: Array, d: Array, bound: float, numbers: Array, singles: Single, gaps: Single,
 ) -> float:  # fmt: skip
     """``segment_least`` with a workspace: (NUMBERS,), (SINGLES,) float32 and 16 float32 for each node.
 
-    The block with the nearest box goes first: its distance rejects most of the others unseen.
+    The block with the nearest box is measured first: its distance rejects most of the others.
     """
     query, work, probe = numbers[:QUERY], numbers[QUERY:NUMBERS], singles[:PROBE]
     describe(p, d, query)
@@ -278,9 +280,9 @@ def least_with(
     return best
 
 
-@borrowing
+@no_refcount
 def nearest_of_block(corners: Array, query: Array, best: float, work: Array) -> tuple[float, int]:
-    """Least of ``best`` (mm from the axis) and the 16 distances, and the lane it comes from, −1 if none is less."""
+    """The minimum of ``best`` and the 16 distances, in mm from the axis, and its lane; −1 where ``best`` is smaller."""
     if block_gaps(corners, query, best, work) == 0:
         return best, -1
     square, where = best * best, -1

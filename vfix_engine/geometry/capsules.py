@@ -1,4 +1,4 @@
-"""The tool's shape in one pose: capsules around axis segments."""
+"""The shape of the tool in one pose: capsules around axis segments."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Segments:
         end: (S, 3) mm; may coincide with the start (a ball).
         radius: (S,) mm, not negative.
 
-    ``packed`` (7 S,) is all of it in one piece: a kernel that is handed fewer arrays is called sooner.
+    ``packed`` (7 S,) holds all three in one array, since a kernel call costs time per array.
 
     Raises:
         InputError: wrong shapes, values that are not finite, a negative radius (HAZ-05).

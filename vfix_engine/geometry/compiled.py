@@ -1,4 +1,4 @@
-"""How every kernel is compiled."""
+"""Decorators that compile kernels with numba."""
 
 from __future__ import annotations
 
@@ -14,59 +14,60 @@ from .kernel_cache import KernelCache, cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# No kernel is handed to C as a pointer; the wrapper for that took an eighth of the compilation.
+# No kernel is passed to C as a function pointer; that wrapper took an eighth of the compile time.
 _EVERY: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
-_BORROWING: dict[str, Any] = _EVERY | {"_nrt": False}
+_NO_REFCOUNT: dict[str, Any] = _EVERY | {"_nrt": False}
 
 
 def compiled(function: Function) -> Function:
     """Compile for scalars and arrays: cached on disk, IEEE arithmetic, one thread."""
-    return _kept(function, numba.njit(**_EVERY)(function))
+    return _cached(function, numba.njit(**_EVERY)(function))
 
 
 def vectorised(function: Function) -> Function:
-    """Compile a loop without branches over many lanes: as ``borrowing``, with multiplications and additions fused.
+    """As ``no_refcount``, for a branch-free loop over lanes: multiplications and additions may be fused.
 
-    A fused operation rounds once instead of twice; nothing else about the arithmetic is loosened.
+    A fused operation rounds once instead of twice. Nothing else of IEEE arithmetic is relaxed.
     """
-    return _kept(function, numba.njit(**_BORROWING, fastmath={"contract", "nsz"})(function))
+    return _cached(function, numba.njit(**_NO_REFCOUNT, fastmath={"contract", "nsz"})(function))
 
 
-def borrowing(function: Function) -> Function:
-    """As ``compiled`` for a piece that makes no array of its own and only looks at and fills those of its caller.
+def no_refcount(function: Function) -> Function:
+    """As ``compiled``, without reference counting: for functions that allocate no array.
 
-    References to arrays and slices are not counted then; the counting took more than half of a query's time.
+    They read and write the arrays of their caller only. Reference counting of arrays and slices took more than half of
+    the time of a query.
     """
-    return _kept(function, numba.njit(**_BORROWING)(function))
+    return _cached(function, numba.njit(**_NO_REFCOUNT)(function))
 
 
 def inlined(function: Function) -> Function:
-    """A small piece that is put into each of its callers before they are compiled; it is not called from outside."""
+    """A small function that numba inlines into its callers; it is not called from Python."""
     return cast(Function, numba.njit(**_EVERY, inline="always")(function))
 
 
 def shared(function: Function) -> Function:
-    """A small piece that is plain Python where Python calls it, and compiled into the kernels that call it."""
+    """A small function that is plain Python when Python calls it, and compiled into the kernels that call it."""
     return register_jitable(function)
 
 
-def _kept(function: Function, dispatcher: Any) -> Function:
-    """The kernel with its place on disk: NUMBA_CACHE_DIR as numba has it, else the folder of kernel_cache.py."""
+def _cached(function: Function, dispatcher: Any) -> Function:
+    """The kernel with its cache on disk: NUMBA_CACHE_DIR where it is set, else the folder of kernel_cache.py."""
     if config.CACHE_DIR:  # type: ignore[attr-defined]
         dispatcher.enable_caching()
     elif cache_folder() is not None:
-        # What enable_caching() does with a cache of numba's own.
-        dispatcher._cache = KernelCache(function)  # type: ignore[no-untyped-call]
-    _forget_literals(dispatcher)
-    _keep_garbage(dispatcher)
+        # As enable_caching() does with numba's own cache.
+        dispatcher._cache = KernelCache(function)
+    _without_literal_types(dispatcher)
+    _without_garbage_collection(dispatcher)
     return cast(Function, dispatcher)
 
 
-def _forget_literals(dispatcher: Any) -> None:
-    """Compile for the type of a whole number and not for the number: to numba a plain 0 is a type of its own.
+def _without_literal_types(dispatcher: Any) -> None:
+    """Compile for the integer type instead of a literal: to numba a constant 0 has its own type.
 
-    A kernel that is handed a 0 first and a counter later would be compiled for each, and so would all below it. What
-    a constant is good for, LLVM finds out when it puts the kernel into its caller.
+    A kernel called with a constant and with a variable would be compiled twice, and so would all that it calls. LLVM
+    propagates constants when it inlines the kernel.
     """
     template_of, unliteral = dispatcher.get_call_template, cast(Any, types.unliteral)
 
@@ -77,11 +78,11 @@ def _forget_literals(dispatcher: Any) -> None:
     dispatcher.get_call_template = get_call_template
 
 
-def _keep_garbage(dispatcher: Any) -> None:
-    """Compile without looking for garbage: there is little among very many objects, and it took a fifth of the time."""
+def _without_garbage_collection(dispatcher: Any) -> None:
+    """Compile with the garbage collector off: it took a fifth of the compile time and freed little."""
     compile_one = dispatcher.compile
 
-    def compile_in_peace(signature: Any) -> Any:
+    def compile_uncollected(signature: Any) -> Any:
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -90,4 +91,4 @@ def _keep_garbage(dispatcher: Any) -> None:
             if collecting:
                 gc.enable()
 
-    dispatcher.compile = compile_in_peace
+    dispatcher.compile = compile_uncollected

@@ -1,4 +1,4 @@
-"""Where the tool fits: the nearest place for a ball outside the bone."""
+"""The point nearest to a given one where a ball fits outside the bone."""
 
 from __future__ import annotations
 
@@ -13,32 +13,37 @@ from .proximity import Proximity
 Array = NDArray[np.float64]
 Inside = Callable[[Array], NDArray[np.bool_]]
 
-_GRIDS = (1.0, 0.5)  # mm: spacing of the search, coarse first; the finer one finds narrow passages
-_MOST = 60.0  # mm: reach of a search at most
+_GRIDS = (1.0, 0.5)  # mm, spacing of the search: coarse first, the finer one finds narrow passages
+_LARGEST_MM = 60.0  # of clearance and ``max_move``
 _REFINEMENTS = 40
 
 
-def nearest_place(
+def nearest_free_point(
     tree: Proximity, point: ArrayLike, clearance: float, *, inside_bone: Inside | None, max_move: float = 30.0
 ) -> Array:
-    """The place (3,) nearest to ``point`` (3,) where a ball of radius ``clearance`` (mm) touches no bone.
+    """The point (3,) nearest to ``point`` (3,) where a ball of radius ``clearance`` mm touches no bone.
+
+    Grid points are tested in the order of their distance; the first that fits is then moved towards ``point`` by
+    bisection. The result always fits and is nearest up to about the spacing of the grid, 0.5 or 1 mm.
 
     Args:
-        inside_bone: for points (n, 3), whether they lie in bone, from an image or by `side`; without it only
-            the surface's distance counts.
-        max_move: how far from the point the place may be, in mm.
-
-    Places are searched on shells of growing radius and the first that fits is drawn towards the point as far as it
-    still fits, so the answer is near the nearest place, to about the spacing of the shells, and always fits.
+        tree: of the bone surface.
+        point, clearance: in mm, patient frame.
+        inside_bone: takes points (n, 3) and returns a mask (n,) of those inside bone, from an image or ``side.py``;
+            without it only the distance from the surface counts.
+        max_move: largest distance from ``point`` in mm.
 
     Raises:
-        PlanError: no such place within ``max_move``, or the point is not finite.
+        PlanError: no such point within ``max_move``, or ``point`` is not finite.
     """
     target = np.array(point, dtype=np.float64)
     if target.shape != (3,) or not np.isfinite(target).all():
         raise PlanError(f"the point {target} must be three finite coordinates in mm")
-    if not 0.0 < clearance <= _MOST or not 0.0 <= max_move <= _MOST:
-        raise PlanError(f"cannot search room of {clearance:g} mm within {max_move:g} mm; both are at most {_MOST:g} mm")
+    if not 0.0 < clearance <= _LARGEST_MM or not 0.0 <= max_move <= _LARGEST_MM:
+        raise PlanError(
+            f"a clearance of {clearance:g} mm within {max_move:g} mm is not searched for; both are at most "
+            f"{_LARGEST_MM:g} mm"
+        )
 
     def fits(places: Array) -> NDArray[np.bool_]:
         good = tree.point_distance(places)[0] >= clearance
@@ -49,16 +54,16 @@ def nearest_place(
     if fits(target[None])[0]:
         return target
     for spacing in _GRIDS:
-        offsets = _shells(spacing, max_move)
-        found = _first(target, offsets, fits)
+        offsets = _offsets_by_distance(spacing, max_move)
+        found = _first_fit(target, offsets, fits)
         if found is not None:
-            return _drawn_in(target, found, fits)
+            return _closest_fit(target, found, fits)
     raise PlanError(
-        f"no room of {clearance:g} mm around a point within {max_move:g} mm of it; choose a point nearer to the air"
+        f"no point within {max_move:g} mm has a clearance of {clearance:g} mm; choose a point nearer to the air"
     )
 
 
-def _shells(spacing: float, reach: float) -> Array:
+def _offsets_by_distance(spacing: float, reach: float) -> Array:
     """Offsets (n, 3) of a cubic grid inside the ball of radius ``reach``, nearest first, in a fixed order."""
     half = int(reach / spacing)
     steps = np.arange(-half, half + 1) * spacing
@@ -69,8 +74,8 @@ def _shells(spacing: float, reach: float) -> Array:
     return grid[np.argsort(size[near], kind="stable")]
 
 
-def _first(target: Array, offsets: Array, fits: Callable[[Array], NDArray[np.bool_]]) -> Array | None:
-    """The first of the places that fits, asked for in growing batches."""
+def _first_fit(target: Array, offsets: Array, fits: Callable[[Array], NDArray[np.bool_]]) -> Array | None:
+    """The first point that fits; tested in growing batches."""
     at, batch = 0, 256
     while at < len(offsets):
         places = target + offsets[at : at + batch]
@@ -82,8 +87,8 @@ def _first(target: Array, offsets: Array, fits: Callable[[Array], NDArray[np.boo
     return None
 
 
-def _drawn_in(target: Array, place: Array, fits: Callable[[Array], NDArray[np.bool_]]) -> Array:
-    """The place, moved straight towards the target as long as it fits."""
+def _closest_fit(target: Array, place: Array, fits: Callable[[Array], NDArray[np.bool_]]) -> Array:
+    """The point moved straight towards the target as far as it fits, by bisection."""
     low, high = 0.0, 1.0  # share of the displacement back from the place; ``low`` always fits
     for _ in range(_REFINEMENTS):
         middle = 0.5 * (low + high)

@@ -1,18 +1,20 @@
-"""Where compiled kernels are kept between starts.
+"""Cache of compiled kernels on disk.
 
-numba keeps them beside the code, which a system-wide installation cannot write, and looks only at the file that a
-kernel stands in: a kernel that calls a changed one would go on with the old one inside. So they are kept in the
-user's cache folder, in a folder named after the content of every source file of the engine. Any change makes a new
-folder; folders that nobody has used for long are removed then. VFIX_CACHE names another place.
-NUMBA_CACHE_DIR, where it is set, is left to numba and its rules.
+numba's own cache lies beside the code, which a system-wide installation cannot write, and depends only on the file of a
+kernel: a kernel that calls a changed one would keep the old one. This cache lies in the user's cache folder, in a
+folder named after the content of all source files of the engine. A change makes a new folder, and folders that were
+not used for two weeks are removed. VFIX_CACHE sets another location; NUMBA_CACHE_DIR selects numba's own cache.
 
-What is kept is code, and whoever can write it can run it: the folder is for its owner alone.
+The cache holds code: whoever can write to it can run it. The folder is accessible to its owner only.
 """
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import os
+import pickle
+import secrets
 import shutil
 import sys
 import time
@@ -25,8 +27,9 @@ import numba
 import platformdirs
 from numba.core import caching
 from numba.core.codegen import ll as llvm  # type: ignore[attr-defined]
+from numba.core.serialize import dumps
 
-KEPT_S = 14 * 86_400  # a folder of other kernels that was not used for so long is removed
+UNUSED_S = 14 * 86_400  # s after which an unused folder is removed
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -38,14 +41,14 @@ def cache_root() -> Path:
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder of the kernels as they are now, made where it is missing; None where none can be kept."""
+    """The folder for the present sources, created if missing; None where it cannot be used."""
     kernels = cache_root() / "kernels"
     folder = kernels / fingerprint()
     try:
         if not folder.is_dir():
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             remove_unused(kernels)
-        with suppress(PermissionError):  # one that somebody else has filled may be read
+        with suppress(PermissionError):  # another user's folder may be read
             os.utime(folder)
         others_write = os.name == "posix" and folder.stat().st_mode & 0o022
         readable = os.access(folder, os.R_OK | os.X_OK)
@@ -56,7 +59,7 @@ def cache_folder() -> Path | None:
 
 @cache
 def fingerprint() -> str:
-    """Of all that a compiled kernel depends on: its sources, Python, numba, LLVM and the processor."""
+    """Hash of all that a compiled kernel depends on: sources, Python, numba, LLVM and the processor."""
     digest = hashlib.sha256()
     for part in (sys.implementation.cache_tag, numba.__version__, str(llvm.llvm_version_info)):
         digest.update(str(part).encode())
@@ -66,7 +69,7 @@ def fingerprint() -> str:
 
 
 def hash_of_sources(package: Path) -> bytes:
-    """Hash of the names and contents of all modules of a package; constants of any of them can be part of a kernel."""
+    """Hash of names and contents of all modules of a package, since constants of any module can be part of a kernel."""
     digest = hashlib.sha256()
     for name, file in sorted((file.relative_to(package).as_posix(), file) for file in package.rglob("*.py")):
         digest.update(name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
@@ -74,15 +77,15 @@ def hash_of_sources(package: Path) -> bytes:
 
 
 def remove_unused(kernels: Path) -> None:
-    """Remove folders of kernels that were not used for long."""
+    """Remove folders of kernels that were not used for ``UNUSED_S``."""
     with suppress(OSError):
         for folder in kernels.iterdir():
-            if folder.is_dir() and time.time() - folder.stat().st_mtime > KEPT_S:
+            if folder.is_dir() and time.time() - folder.stat().st_mtime > UNUSED_S:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
 class _Locator(caching._CacheLocator):
-    """Where numba finds a compiled kernel; the folder's name stands for the sources."""
+    """Location of a compiled kernel for numba; the folder's name is the fingerprint of the sources."""
 
     def __init__(self, function: Any, file: str) -> None:
         self._py_file = file
@@ -103,28 +106,69 @@ class _Locator(caching._CacheLocator):
         return cls(function, file)
 
 
-class _Kept(caching.CompileResultCacheImpl):
+class _CacheImpl(caching.CompileResultCacheImpl):
     _locator_classes = [_Locator]  # noqa: RUF012  # as numba has it
 
 
-class KernelCache(caching.FunctionCache):
-    """numba's cache of one function, in our folder. A disk that is full or not writable costs time, not the kernel.
+class KernelFiles:
+    """Compiled versions of one kernel, each in a file named after its argument types.
 
-    all_kept: whether every kernel that this process has compiled could be written.
+    numba keeps one index per kernel, which it reads, changes and writes without a lock: of two processes that compile
+    the kernel for different types at the same time, one may get the machine code of the other.
     """
 
-    _impl_class = _Kept
-    all_kept: ClassVar[bool] = True
+    def __init__(self, folder: Path, name: str) -> None:
+        self._folder, self._name = folder, name
+
+    def load(self, key: Any) -> Any:
+        """What was saved under the key; None if nothing was."""
+        try:
+            return pickle.loads(self._file(key).read_bytes())
+        except FileNotFoundError:
+            return None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Write atomically. Raises OSError."""
+        file = self._file(key)
+        part = file.with_suffix(f".{secrets.token_hex(8)}.part")
+        try:
+            part.write_bytes(dumps(data))  # type: ignore[no-untyped-call]
+            part.replace(file)
+        except OSError:
+            part.unlink(missing_ok=True)
+            raise
+
+    def flush(self) -> None:
+        """Delete all versions of the kernel."""
+        for file in self._folder.glob(f"{glob.escape(self._name)}.*.nbc"):
+            file.unlink(missing_ok=True)
+
+    def _file(self, key: Any) -> Path:
+        return self._folder / f"{self._name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+
+
+class KernelCache(caching.FunctionCache):
+    """numba's cache of one function in the folder above. Where it cannot be written, kernels are compiled anew.
+
+    all_saved: whether every kernel compiled by this process was written.
+    """
+
+    _impl_class = _CacheImpl
+    all_saved: ClassVar[bool] = True
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._cache_file = KernelFiles(Path(self._cache_path), self._impl.filename_base)  # type: ignore[assignment]
 
     def save_overload(self, signature: Any, data: Any) -> None:
-        """Keep what was compiled, where it can be kept."""
+        """Write a compiled kernel."""
         try:
             super().save_overload(signature, data)  # type: ignore[no-untyped-call]
         except OSError:
-            KernelCache.all_kept = False
+            KernelCache.all_saved = False
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """What was kept; None where there is nothing or it cannot be read."""
+        """Read a compiled kernel; None where it is missing or unreadable."""
         with suppress(OSError, EOFError):
             return super().load_overload(signature, target_context)  # type: ignore[no-untyped-call]
         return None

@@ -1,4 +1,4 @@
-"""Triangle mesh of the anatomy's surface."""
+"""Triangle mesh of an anatomical surface."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
-from .places import too_far
+from .checks import out_of_range
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,8 @@ class TriangleMesh:
         faces: (F, 3) indices into the vertices.
 
     Raises:
-        MeshError: wrong shape, no triangle, a vertex not finite or a kilometre away, an index out of range (HAZ-09).
+        MeshError: wrong shapes, no triangle, a vertex that is not finite or a kilometre away, an index out of range
+            (HAZ-09).
     """
 
     vertices: Array
@@ -44,7 +45,7 @@ class TriangleMesh:
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         if len(bad):
             raise MeshError(f"{len(bad)} of {len(points)} vertices are not finite, the first is number {bad[0]}")
-        if far := too_far(points):
+        if far := out_of_range(points):
             raise MeshError(f"vertex number {far[0]} of the surface {far[1]}")
         if corners.min() < 0 or corners.max() >= len(points):
             raise MeshError(
@@ -80,6 +81,12 @@ class TriangleMesh:
         normals = np.divide(normals, size, out=np.zeros_like(normals), where=size > 0.0)
         normals.setflags(write=False)
         return normals
+
+    @cached_property
+    def volume_mm3(self) -> float:
+        """Volume [mm³] that a closed surface encloses, negative where its normals point inwards."""
+        a, b, c = np.moveaxis(self.triangles - self.bounds.mean(axis=0), 1, 0)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
     @cached_property
     def content_hash(self) -> str:

@@ -1,7 +1,7 @@
-"""Records packed into one array of numbers, with named views that Python and compiled code share.
+"""Records packed into one array, with named views for Python and compiled code.
 
-A record is a ``NamedTuple`` whose annotations give their shapes: ``q: Annotated[Array, "n"]``.
-That one table gives the offsets, the total size and the views; nobody writes an offset down.
+A record is a ``NamedTuple`` whose annotations give the shapes of its fields: ``q: Annotated[Array, "n"]``.
+Offsets, total size and views follow from this table.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ Array = NDArray[np.float64]
 
 
 class Packing(NamedTuple):
-    """How a record is packed; ``names`` are the sizes that its shapes are made of, in the order of the arguments.
+    """The layout of a record; ``sizes`` are those that its shapes name, in the order of ``names``.
 
-    views(array, *sizes): the record, its arrays views of ``array`` and its numbers read from it; also in compiled code,
-    where a shape () is a number.
-    size(*sizes): how many numbers the array has.
-    places(*sizes): where each field is, name → (first, last, shape), for one who needs few of them.
+    views(array, *sizes): the record with views of ``array`` as its fields; a field of shape () is a number. Python and
+        compiled code.
+    size(*sizes): length of the array.
+    places(*sizes): name → (first, last, shape) of each field.
     """
 
     views: Any
@@ -37,7 +37,7 @@ def packing(record: type[Any], *names: str) -> Packing:
     lines, values, places, offset = [], [], [], "0"
     for i, (name, shape) in enumerate(shapes.items()):
         if not shape:
-            raise TypeError(f"{record.__name__}.{name} does not tell its shape")
+            raise TypeError(f"{record.__name__}.{name} has no shape")
         sizes = [str(size) for size in shape if size != ()]
         lines.append(f"    o{i} = {offset}")
         values.append(f"view(array, o{i}, ({', '.join(sizes)},))" if sizes else f"array[o{i}]")
@@ -56,5 +56,5 @@ def packing(record: type[Any], *names: str) -> Packing:
 
 
 def packed(record: Any) -> Array:
-    """The numbers of a record one after the other, as ``views`` reads them."""
+    """The fields of a record in one array, in the order that ``views`` reads."""
     return np.concatenate([np.ravel(np.asarray(value, dtype=np.float64)) for value in record])

@@ -1,4 +1,4 @@
-"""Closest pairs between tool and surface, and the few of them that bind."""
+"""Closest pairs between tool and surface, and their reduction."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .compiled import compiled
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-MAX_ROWS = 40  # pairs that one program of the control loop gets at most
-COSINE, RADIUS_MM = 0.95, 4.0  # a nearer pair says the same when normals and points on the axis agree so far
+MAX_ROWS = 40  # pairs of one control program
+COSINE, RADIUS_MM = 0.95, 4.0  # of normals and of points on the axis: pairs that agree within both are redundant
 
-# Where the fields of Pairs are in the kernels' rows and labels.
+# Columns of the fields of ``Pairs`` in the kernels' rows and labels.
 _COLUMNS: dict[str, tuple[str, int | slice]] = {
     "distance": ("_rows", 0),
     "normal": ("_rows", slice(1, 4)),
@@ -29,13 +29,13 @@ _COLUMNS: dict[str, tuple[str, int | slice]] = {
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Closest pairs of the tool's segments and pieces of the surface; N of them, lengths in mm, patient frame.
+    """N closest pairs of tool segments and triangles; lengths in mm, patient frame.
 
     distance: (N,) from the capsule's surface to the anatomy; negative inside the capsule.
     normal: (N, 3) unit vectors from the surface to the axis; the triangle's own normal where the two coincide.
     on_tool: (N, 3) points P_k on the axis; on_surface: (N, 3) points P_b on the anatomy (Li 2007, III.D).
-    segment: (N,) which segment of the tool; triangle: (N,) which face of the mesh, −1 for a grouped pair
-        of the covariance tree.
+    segment: (N,) index of the tool's segment.
+    triangle: (N,) index of the face; −1 for a grouped pair of the covariance tree.
     """
 
     distance: Array
@@ -49,12 +49,12 @@ class Pairs:
         return len(self.distance)
 
     def __getattr__(self, name: str) -> Any:
-        """A column of what a kernel made, where that is what these pairs are from and it is asked for first."""
+        """Make a column of the kernel's rows on first access."""
         place, own = _COLUMNS.get(name), self.__dict__
-        if place is None or not ("_rows" in own or "_made" in own):
+        if place is None or not ("_rows" in own or "_buffer" in own):
             raise AttributeError(f"pairs have no {name}")
         if "_rows" not in own:
-            own["_rows"], own["_labels"] = cut_made(own["_made"], own["_found"])
+            own["_rows"], own["_labels"] = rows_and_labels(own["_buffer"], own["_count"])
         column = own[name] = own[place[0]][:, place[1]]
         return column
 
@@ -82,7 +82,7 @@ class Pair:
     triangle: int
 
     def __getattr__(self, name: str) -> Any:
-        """As in ``Pairs``: a part of the kernel's row, where ``pair_from_row`` made this pair."""
+        """As in ``Pairs``, for a pair that ``pair_from_row`` made."""
         place = _COLUMNS.get(name)
         if place is None or "_row" not in self.__dict__:
             raise AttributeError(f"a pair has no {name}")
@@ -91,7 +91,7 @@ class Pair:
 
 
 def pair_from_row(row: Array, distance: float, segment: int, triangle: int) -> Pair:
-    """A pair from a kernel's row, of which ten numbers are read."""
+    """A pair from a kernel's row (10,)."""
     row.setflags(write=False)
     pair = object.__new__(Pair)
     own = pair.__dict__
@@ -108,30 +108,30 @@ def pairs_from_rows(rows: Array, labels: Index) -> Pairs:
     return pairs
 
 
-def pairs_from_made(made: Array, found: int) -> Pairs:
-    """Pairs from the one array that a query makes; see ``cut_made``.
+def pairs_from_buffer(buffer: Array, found: int) -> Pairs:
+    """Pairs from the buffer of a query, see ``rows_and_labels``.
 
-    It is cut when a column is asked for: cutting takes as long as a small query.
+    The buffer is split on first access of a column, since splitting takes as long as a small query.
     """
     pairs = object.__new__(Pairs)
     own = pairs.__dict__
-    own["_made"], own["_found"] = made, found
+    own["_buffer"], own["_count"] = buffer, found
     return pairs
 
 
-def cut_made(made: Array, found: int) -> tuple[Array, Index]:
-    """Rows (N, 10) and labels (N, 2) of ``found`` pairs in one array (11 R,): R rows and behind them R labels."""
-    made.setflags(write=False)
-    labels = 10 * (len(made) // 11)
-    rows = made[: 10 * found].reshape(found, 10)
-    return rows, made[labels : labels + found].view(np.int32).reshape(found, 2)
+def rows_and_labels(buffer: Array, found: int) -> tuple[Array, Index]:
+    """Rows (N, 10) and labels (N, 2) of ``found`` pairs in a buffer (11 R,): R rows, then R labels."""
+    buffer.setflags(write=False)
+    labels = 10 * (len(buffer) // 11)
+    rows = buffer[: 10 * found].reshape(found, 10)
+    return rows, buffer[labels : labels + found].view(np.int32).reshape(found, 2)
 
 
 def reduce_pairs(pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE, radius: float = RADIUS_MM) -> Pairs:
-    """The nearest pairs that say something of their own, nearest first.
+    """The at most ``max_rows`` nearest pairs that are not redundant, nearest first.
 
-    A pair is dropped when a nearer kept one of the same segment has a normal within ``cosine`` and a point on the axis
-    within ``radius`` mm: its row would be nearly the same and weaker.
+    A pair is redundant when a nearer one of the same segment is kept whose normal agrees within ``cosine`` and whose
+    point on the axis lies within ``radius`` mm: its row would be nearly the same and weaker.
     """
     rows = select(pairs.distance, pairs.normal, pairs.on_tool, pairs.segment, max_rows, cosine, radius)
     return pairs.take(rows)
@@ -141,10 +141,10 @@ def reduce_pairs(pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE,
 def select(
     distance: Array, normal: Array, point: Array, segment: Index, max_rows: int, cosine: float, radius: float
 ) -> NDArray[np.int64]:
-    """Indices of the pairs that ``reduce_pairs`` keeps, in its order; of equal distances the first comes first.
+    """Indices of the pairs that ``reduce_pairs`` keeps, in its order; equal distances stay in the given order.
 
     Args:
-        distance: (N,) or another measure of nearness; normal, point: (N, 3); segment: (N,).
+        distance: (N,), or another sort key; normal, point: (N, 3); segment: (N,).
     """
     count = len(distance)
     kept = np.empty(min(max_rows, count), np.int64)

@@ -1,4 +1,4 @@
-"""The path through the anatomy: an interpolating B-spline, measured by its arc length."""
+"""The path through the anatomy: an interpolating B-spline, parameterised by arc length."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import PlanError
+from .checks import out_of_range
 from .path_kernels import arc_table, closest_on_path, sample
-from .places import too_far
 
 Array = NDArray[np.float64]
 
-_STEP = 0.1  # mm between the entries of the arc-length table
-_MOST = 50_000  # entries of the table at most
-_NEAR = 1e-9  # mm: control points nearer than that are the same point
+_TABLE_STEP_MM = 0.1  # mm between the entries of the arc-length table
+_MAX_ENTRIES = 50_000  # entries of the table at most
+_COINCIDENT_MM = 1e-9  # mm: control points nearer than that are the same point
 
 
 class SplinePath:
     """B-spline through control points in the patient frame; s is the arc length from the first point in mm.
 
     Args:
-        points: (n, 3) mm, at least two, neighbours apart.
-        degree: wanted degree; n points allow n − 1 at most.
+        points: (n, 3) mm, at least two; neighbours are distinct.
+        degree: of the spline, reduced to n − 1 for fewer points.
 
     Raises:
         PlanError: too few points, points that are not finite or a kilometre away, two neighbours in the same place.
@@ -36,12 +36,12 @@ class SplinePath:
         if not np.isfinite(control).all():
             bad = int(np.flatnonzero(~np.isfinite(control).all(axis=1))[0])
             raise PlanError(f"point {bad + 1} of the path is not finite")
-        if far := too_far(control):
+        if far := out_of_range(control):
             raise PlanError(f"point {far[0] + 1} of the path {far[1]}")
         if degree < 1:
             raise PlanError(f"a path has degree 1 or more, not {degree}")
         chords = np.linalg.norm(np.diff(control, axis=0), axis=1)
-        same = np.flatnonzero(chords <= _NEAR)
+        same = np.flatnonzero(chords <= _COINCIDENT_MM)
         if len(same):
             raise PlanError(
                 f"points {same[0] + 1} and {same[0] + 2} of the path are in the same place; move one of them"
@@ -50,7 +50,7 @@ class SplinePath:
         self.points, self.degree = control, min(degree, len(control) - 1)
         from scipy.interpolate import make_interp_spline  # imported here: slow to load
 
-        # Chord lengths as parameter keep the speed near 1 and the curve from swinging between uneven points.
+        # With chord lengths as parameter the speed is near 1 and the curve does not oscillate between uneven points.
         spline = make_interp_spline(np.concatenate([[0.0], np.cumsum(chords)]), control, k=self.degree)
         breaks = np.unique(spline.t)
         powers = range(self.degree, -1, -1)
@@ -58,7 +58,7 @@ class SplinePath:
         terms = [spline(breaks[:-1], nu=power) / math.factorial(power) for power in powers]
         coefficients = np.ascontiguousarray(np.stack(terms, axis=1))
         total = float(breaks[-1] - breaks[0])
-        step = max(_STEP, total / _MOST)
+        step = max(_TABLE_STEP_MM, total / _MAX_ENTRIES)
         self._curve = (breaks, coefficients)
         self._table = arc_table(breaks, coefficients, step)
 
@@ -80,8 +80,8 @@ class SplinePath:
     ) -> tuple[float, Array, Array]:
         """Arc length, position (3,) and unit tangent (3,) of the path's point nearest to ``point`` (3,).
 
-        With ``near_s`` only the arc within ``window`` mm of it is looked at, so that progress never jumps to another
-        branch of the path that happens to be near; without a window the whole path is looked at.
+        With ``near_s`` and ``window`` only the arc within ``window`` mm of ``near_s`` is searched, so that progress
+        does not jump to another branch of the path. Otherwise the whole path is searched.
 
         Raises:
             PlanError: a point or an arc length that is not finite.
@@ -94,13 +94,6 @@ class SplinePath:
             raise PlanError(f"no nearest point on the path to {target} between {low:g} and {high:g} mm")
         found = closest_on_path(*self._curve, *self._table, target, low, high)
         return float(found[0]), found[1:4], found[4:7]
-
-    def resample(self, spacing: float) -> Array:
-        """Points (m, 3) along the path, evenly spaced by ``spacing`` mm or a little less, both ends included."""
-        if not (np.isfinite(spacing) and spacing > 0.0):
-            raise PlanError(f"the spacing must be positive, not {spacing}")
-        count = max(int(np.ceil(self.length / spacing - 1e-9)), 1)
-        return self.position(np.linspace(0.0, self.length, count + 1))
 
     def _sampled(self, s: ArrayLike, order: int) -> Array:
         places = np.asarray(s, dtype=np.float64)

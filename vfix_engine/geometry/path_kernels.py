@@ -1,7 +1,7 @@
-"""Piecewise polynomials measured by arc length, compiled.
+"""Piecewise polynomial curves by arc length, compiled.
 
 A curve is ``breaks`` (m + 1,) and ``coefficients`` (m, degree + 1, 3), highest power first, about each piece's start.
-Its table holds parameters u (n,), arc lengths s (n,) and points (n, 3); every piece starts at an entry.
+Its table holds parameters u (n,), arc lengths s (n,) and points (n, 3); each piece starts at an entry.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 @compiled
-def _before(values: Array, x: float) -> int:
-    """Index of the last of the rising values that is not above x; the last but one at most."""
+def _interval(values: Array, x: float) -> int:
+    """Index of the interval of increasing values that holds x; clamped to the last interval."""
     low, high = 0, len(values) - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -52,8 +52,8 @@ def _arc(coefficients: Array, x0: float, x1: float, out: Array) -> float:
 
 
 @compiled
-def _take(into: Array, values: Array) -> None:
-    """Copy (3,). Assigning a slice would compile numba's texts about shapes into the kernel, which takes seconds."""
+def _copy3(into: Array, values: Array) -> None:
+    """Copy (3,). An assignment of slices compiles numba's shape errors into the kernel, which takes seconds."""
     for j in range(3):
         into[j] = values[j]
 
@@ -72,27 +72,27 @@ def arc_table(breaks: Array, coefficients: Array, step: float) -> tuple[Array, A
         for k in range(parts):
             _evaluate(coefficients[m], k * width, out)
             u[n] = breaks[m] + k * width
-            _take(points[n], out[0])
+            _copy3(points[n], out[0])
             s[n + 1] = s[n] + _arc(coefficients[m], k * width, (k + 1) * width, out)
             n += 1
     last = len(coefficients) - 1
     _evaluate(coefficients[last], breaks[last + 1] - breaks[last], out)
     u[n] = breaks[last + 1]
-    _take(points[n], out[0])
+    _copy3(points[n], out[0])
     return u, s, points
 
 
 @compiled
 def parameter_at(breaks: Array, coefficients: Array, u: Array, s: Array, wanted: float, out: Array) -> float:
-    """Parameter at an arc length, by Newton's steps inside one entry of the table."""
+    """Parameter at an arc length, by Newton's method within one interval of the table."""
     begin: float = u[0]
     finish: float = u[-1]
     if wanted <= 0.0:
         return begin
     if wanted >= s[-1]:
         return finish
-    i = _before(s, wanted)
-    m = _before(breaks, u[i])
+    i = _interval(s, wanted)
+    m = _interval(breaks, u[i])
     start, low, high = u[i] - breaks[m], u[i] - breaks[m], u[i + 1] - breaks[m]
     x = start + (high - start) * (wanted - s[i]) / (s[i + 1] - s[i])
     for _ in range(30):
@@ -111,7 +111,7 @@ def parameter_at(breaks: Array, coefficients: Array, u: Array, s: Array, wanted:
 
 @compiled
 def _unit_tangent(coefficients: Array, x: float, width: float, out: Array, tangent: Array) -> None:
-    """Unit tangent of a piece; where the derivative vanishes, the direction just beside it."""
+    """Unit tangent of a piece; where the derivative vanishes, that of a point close by."""
     _evaluate(coefficients, x, out)
     size = np.sqrt(out[1, 0] ** 2 + out[1, 1] ** 2 + out[1, 2] ** 2)
     if size < 1e-9:
@@ -128,17 +128,17 @@ def sample(breaks: Array, coefficients: Array, u: Array, s: Array, points: Array
     values, out = np.empty((len(wanted), 3)), np.empty((3, 3))
     for k in range(len(wanted)):
         place = parameter_at(breaks, coefficients, u, s, wanted[k], out)
-        m = _before(breaks, place)
+        m = _interval(breaks, place)
         if order == 0:
             _evaluate(coefficients[m], place - breaks[m], out)
-            _take(values[k], out[0])
+            _copy3(values[k], out[0])
         else:
             _unit_tangent(coefficients[m], place - breaks[m], breaks[m + 1] - breaks[m], out, values[k])
     return values
 
 
 @compiled
-def _slope(coefficients: Array, x: float, target: Array, out: Array) -> tuple[float, float]:
+def _half_derivative(coefficients: Array, x: float, target: Array, out: Array) -> tuple[float, float]:
     """First and second derivative of half the squared distance to the target."""
     _evaluate(coefficients, x, out)
     one, two = 0.0, 0.0
@@ -151,14 +151,14 @@ def _slope(coefficients: Array, x: float, target: Array, out: Array) -> tuple[fl
 
 @compiled
 def _refine(coefficients: Array, low: float, high: float, target: Array, out: Array) -> float:
-    """Where in [low, high] of one piece the distance to the target is least, from the sign of its slope."""
-    if _slope(coefficients, low, target, out)[0] >= 0.0:
+    """Parameter in [low, high] of one piece at which the distance to the target is smallest."""
+    if _half_derivative(coefficients, low, target, out)[0] >= 0.0:
         return low
-    if _slope(coefficients, high, target, out)[0] <= 0.0:
+    if _half_derivative(coefficients, high, target, out)[0] <= 0.0:
         return high
     x = 0.5 * (low + high)
     for _ in range(60):
-        one, two = _slope(coefficients, x, target, out)
+        one, two = _half_derivative(coefficients, x, target, out)
         if one > 0.0:
             high = x
         else:
@@ -187,31 +187,31 @@ def closest_on_path(
     out, result = np.empty((3, 3)), np.empty(7)
     start = parameter_at(breaks, coefficients, u, s, low, out)
     stop = parameter_at(breaks, coefficients, u, s, high, out)
-    first = _before(u, start)
-    last = _before(u, stop) + 1
-    # No point of a stretch is nearer than half of what its ends' distances exceed its arc by; the most promising
-    # stretch goes first, so that its answer rejects nearly all others.
-    promise = np.empty(last - first)
+    first = _interval(u, start)
+    last = _interval(u, stop) + 1
+    # No point of an interval is nearer than half of the sum of its ends' distances minus its arc length. The interval
+    # of the smallest lower bound is searched first, so that its result rejects nearly all others.
+    lower_bound = np.empty(last - first)
     for i in range(first, last):
-        promise[i - first] = 0.5 * (_gap(points[i], target) + _gap(points[i + 1], target) - s[i + 1] + s[i])
-    seed = first + int(np.argmin(promise))
+        lower_bound[i - first] = 0.5 * (_gap(points[i], target) + _gap(points[i + 1], target) - s[i + 1] + s[i])
+    seed = first + int(np.argmin(lower_bound))
     best, where, piece = np.inf, 0.0, 0
     for turn in range(first - 1, last):
         i = seed if turn < first else turn
-        if promise[i - first] > best or turn == seed:
+        if lower_bound[i - first] > best or turn == seed:
             continue
-        m = _before(breaks, u[i])
+        m = _interval(breaks, u[i])
         x = _refine(coefficients[m], max(u[i], start) - breaks[m], min(u[i + 1], stop) - breaks[m], target, out)
         _evaluate(coefficients[m], x, out)
         gap = _gap(out[0], target)
         if gap < best:
             best, where, piece = gap, x, m
-    i = min(max(_before(u, breaks[piece] + where), first), last - 1)
+    i = min(max(_interval(u, breaks[piece] + where), first), last - 1)
     if u[i] < breaks[piece]:
         i += 1
     result[0] = s[i] + _arc(coefficients[piece], u[i] - breaks[piece], where, out)
     result[0] = min(max(result[0], low), high)
     _evaluate(coefficients[piece], where, out)
-    _take(result[1:4], out[0])
+    _copy3(result[1:4], out[0])
     _unit_tangent(coefficients[piece], where, breaks[piece + 1] - breaks[piece], out, result[4:7])
     return result

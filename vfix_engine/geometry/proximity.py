@@ -1,4 +1,4 @@
-"""Proximity between tool and anatomy: one protocol, two structures that give the same answers.
+"""Proximity queries between tool and anatomy: one protocol, two implementations with equal results.
 
 Distances are from the surface of the tool's capsules to the triangles, in mm; they are exact.
 """
@@ -14,10 +14,10 @@ from ..errors import InputError
 from .candidate_kernels import pack
 from .candidates import CandidateList
 from .capsules import Segments
+from .checks import checked_points
 from .covariance.tree import CovarianceTree
 from .mesh import TriangleMesh
-from .pairs import Pair, Pairs, cut_made, pair_from_row, pairs_from_made, reduce_pairs
-from .points import checked_points
+from .pairs import Pair, Pairs, pair_from_row, pairs_from_buffer, reduce_pairs, rows_and_labels
 from .wide_build import build_wide
 from .wide_nearest import wide_clearance, wide_closest, wide_points
 from .wide_pairs import wide_pairs
@@ -29,25 +29,29 @@ __all__ = [
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-_FIRST_CAPACITY = 256  # pairs that a first query can return without a second pass
+_FIRST_CAPACITY = 256  # pairs of a query before its buffer has to grow
 
 
 class Proximity(Protocol):
-    """What is near a tool, or a point, among the triangles of one mesh."""
+    """Proximity queries of a tool or of points against one mesh; lengths in mm, patient frame."""
 
     @property
     def mesh(self) -> TriangleMesh:
-        """The anatomy; triangles without area count as the segment or point that they are."""
+        """The anatomy; triangles without area count as segments or points."""
         ...
 
     def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
-        """All pairs of a segment and a triangle whose distance is at most ``threshold`` mm."""
+        """All pairs of a segment and a triangle whose distance is at most ``threshold`` mm.
+
+        Raises:
+            InputError: the threshold is NaN.
+        """
         ...
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """Smallest distance from the whole tool's surface to the mesh, or ``upper`` when nothing is nearer than that.
 
-        Where an axis touches the mesh this is minus that segment's radius, however deep the tool is.
+        Where an axis intersects the mesh this is minus the segment's radius, whatever the depth.
         """
         ...
 
@@ -69,10 +73,10 @@ class Proximity(Protocol):
 
 
 class ProximityTree:
-    """The default: a tree of boxes, 16 at a time, over blocks of 16 triangles, 16 at a time.
+    """The default implementation of ``Proximity``: a box tree with 16 children per node over blocks of 16 triangles.
 
     Args:
-        mesh: the anatomy; triangles without area are allowed and count as the segment or point that they are.
+        mesh: the anatomy; triangles without area count as segments or points.
     """
 
     def __init__(self, mesh: TriangleMesh):
@@ -85,12 +89,12 @@ class ProximityTree:
         self._store = wide.store
 
     def moved(self, mesh: TriangleMesh) -> ProximityTree:
-        """The tree over the same faces with other vertices: without sorting, so in about half the time of a new one.
+        """The tree refitted to the same faces with other vertices, about four times as fast as a new one.
 
-        Answers are exact whatever the motion; they stay fast while neighbours stay neighbours.
+        The order of the triangles is kept. Answers are exact for any motion, and fast while neighbours stay close.
 
         Raises:
-            InputError: another number of faces.
+            InputError: the mesh has another number of faces.
         """
         order = self.arrays.label[: len(self.mesh.faces)]
         if len(mesh.faces) != len(order):
@@ -106,11 +110,13 @@ class ProximityTree:
 
     def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
         """See ``Proximity.pairs_within``."""
+        if threshold != threshold:  # every comparison with NaN is false: nothing would seem to be near
+            raise InputError("the threshold of a query is NaN; it is a distance in mm")
         capacity = self._capacity
-        made, found = wide_pairs(self._store, segments.packed, threshold, capacity)
-        if 5 * found > 4 * capacity:  # the next query is likely to find as many; too little is only slower
+        buffer, found = wide_pairs(self._store, segments.packed, threshold, capacity)
+        if 5 * found > 4 * capacity:  # the next query is likely to find as many; too small a buffer only costs time
             self._capacity = 2 * found
-        return pairs_from_made(made, found)
+        return pairs_from_buffer(buffer, found)
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """See ``Proximity.clearance``."""
@@ -126,7 +132,7 @@ class ProximityTree:
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        made, found = wide_pairs(self._store, segments.packed, reach, 2 * self._capacity)
-        labels = cut_made(made, found)[1]
+        buffer, found = wide_pairs(self._store, segments.packed, reach, 2 * self._capacity)
+        labels = rows_and_labels(buffer, found)[1]
         store = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), self.arrays.frame)
         return CandidateList(segments, reach, store, found)

@@ -1,4 +1,4 @@
-"""Rows of closest pairs, compiled: distance, normal (3), point on the axis (3), point on the surface (3)."""
+"""Rows (10,) of closest pairs, compiled: distance, normal (3), point on the axis (3), point on the surface (3)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .triangle_kernels import segment_point, segment_triangle
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-_COINCIDENT = 1e-9  # mm under which the direction between the two points is rounding only
+_COINCIDENT = 1e-9  # mm below which the direction between two points is rounding
 
 
 @compiled
@@ -28,7 +28,7 @@ def widened(rows: Array, labels: Index) -> tuple[Array, Index]:
     """The same rows with twice the capacity."""
     count = len(rows)
     more_rows, more_labels = np.empty((2 * count, 10)), np.empty((2 * count, 2), np.int32)
-    for i in range(count):  # not as slices: their messages of error take a second to compile
+    for i in range(count):  # not as slices, whose errors take a second to compile
         for k in range(10):
             more_rows[i, k] = rows[i, k]
         more_labels[i, 0], more_labels[i, 1] = labels[i, 0], labels[i, 1]
@@ -37,7 +37,7 @@ def widened(rows: Array, labels: Index) -> tuple[Array, Index]:
 
 @compiled
 def own_normal(d: Array, normal: Array, row: Array) -> None:
-    """The triangle's normal as the row's; for a triangle without area any direction across the segment."""
+    """Write the triangle's normal into the row; for a triangle without area, any direction across the segment."""
     if normal[0] != 0.0 or normal[1] != 0.0 or normal[2] != 0.0:
         row[1], row[2], row[3] = normal[0], normal[1], normal[2]
         return
@@ -56,7 +56,7 @@ def own_normal(d: Array, normal: Array, row: Array) -> None:
 
 @compiled
 def write_row(p: Array, d: Array, radius: float, limit: float, c: Array, normal: Array, row: Array) -> bool:
-    """The exact pair of the segment p + t·d and the triangle with corners c (9,), if within ``limit`` of the axis."""
+    """Write the pair of the segment p + t·d and the triangle with corners c (9,); False beyond ``limit`` mm."""
     gap, t, x, y, z, crosses = segment_triangle(
         p[0], p[1], p[2], d[0], d[1], d[2], c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8]
     )

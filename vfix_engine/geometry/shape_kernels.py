@@ -1,13 +1,14 @@
 """Exact closest pairs between a capsule of the tool and a solid shape, compiled.
 
-Distance is signed: outside, the smallest distance between the two; inside, minus the shortest translation that would
-part them.
-Both are one formula, the largest value over unit directions u of min_t u·x(t) − h(u) − radius, where x(t) is the axis
-and h the shape's support function: how far a plane across u can separate the two.
-For a fixed u this changes no faster than the ends of the axis move, hence so does the largest: the distance is
-1-Lipschitz in the motion of the segment, inside as well as outside, and the certificate's bound between two poses holds
-for shapes as it does for triangles.
-The normal is the best u: the gradient of the distance, a unit vector also where the axis runs through the shape.
+The distance is signed: outside it is the smallest distance, inside it is minus the penetration depth, the length of the
+shortest translation that separates the two. Both are
+
+    max over unit vectors u of ( min over t of u·x(t) − h(u) ) − radius,
+
+with x(t) the axis and h the support function of the shape. For each u the bracket is 1-Lipschitz in the motion of the
+ends of the axis, hence so is the maximum. The certificate's bound between two poses therefore holds for shapes as for
+triangles, inside and outside.
+The normal is the maximising u, the gradient of the distance; it is a unit vector also where the axis enters the shape.
 """
 
 from __future__ import annotations
@@ -21,19 +22,19 @@ from .triangle_kernels import edge_pair
 
 Array = NDArray[np.float64]
 
-_COINCIDENT = 1e-9  # mm under which the direction between two points is rounding only
+_COINCIDENT = 1e-9  # mm below which the direction between two points is rounding
 
 
 @compiled
 def shape_row(kind: int, data: Array, p: Array, d: Array, radius: float, row: Array) -> None:
-    """Writes the closest pair of the capsule p + t·d, t in [0, 1], and one shape.
+    """Write the closest pair of the capsule p + t·d, t in [0, 1], and one shape.
 
     Args:
         kind, data: one row of a ``ShapeTable``, scalar and (16,).
         p, d: start (3,) and extent (3,) of the axis in mm, patient frame; d may be zero.
         radius: of the tool's capsule in mm.
-        row: (10,) out, as in ``rows_kernel``: signed distance, unit normal 3 from the shape to the axis, point on the
-            axis 3, point on the shape's surface 3; distance = normal · (on_tool − on_surface) − radius.
+        row: output (10,), as in ``rows_kernel``: signed distance, unit normal 3 from the shape to the axis, point on
+            the axis 3, point on the shape's surface 3; distance = normal · (on_tool − on_surface) − radius.
     """
     if kind == SPHERE:
         gap, t = _sphere_row(data, p, d, row)
@@ -53,15 +54,15 @@ def shape_row(kind: int, data: Array, p: Array, d: Array, radius: float, row: Ar
 def shape_rows(
     kind: int, data: Array, p: Array, d: Array, radius: float, threshold: float, rows: Array, found: int
 ) -> tuple[int, float]:
-    """Appends the pairs of one capsule and one shape that are within ``threshold`` mm: the closest, and both ends.
+    """Append the pairs of one capsule and one shape within ``threshold`` mm: the closest pair, and those of both ends.
 
-    A capsule that lies along a face touches it with its whole length; the rows of its ends keep it from tilting in.
+    A capsule along a face touches it over its whole length; the rows of its ends prevent it from tilting into the face.
 
     Args:
-        rows: (m, 10) out, with space for three more from ``found`` on.
+        rows: output (m, 10) with space for three rows from ``found`` on.
 
     Returns:
-        How many rows there are now, and the distance of the closest pair, whatever the threshold.
+        The number of rows, and the distance of the closest pair, whatever the threshold.
     """
     closest = rows[found]
     shape_row(kind, data, p, d, radius, closest)
@@ -84,7 +85,7 @@ def shape_rows(
 
 @compiled
 def _across(d: Array, row: Array) -> None:
-    """Some unit vector across d as the row's normal; any where d is zero."""
+    """Write a unit vector across d as the row's normal; any unit vector where d is zero."""
     least = 0
     for i in range(1, 3):
         if abs(d[i]) < abs(d[least]):
@@ -100,7 +101,7 @@ def _across(d: Array, row: Array) -> None:
 
 @compiled
 def _sphere_row(data: Array, p: Array, d: Array, row: Array) -> tuple[float, float]:
-    """Normal into the row; the axis' signed distance from the sphere and its t."""
+    """Write the normal; return the signed distance of the axis and its t."""
     dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     gx, gy, gz = p[0] - data[0], p[1] - data[1], p[2] - data[2]
     t = 0.0
@@ -122,7 +123,7 @@ def _capsule_row(data: Array, p: Array, d: Array, row: Array) -> tuple[float, fl
     squared, t, s = edge_pair(d[0], d[1], d[2], ax, ay, az, ex, ey, ez)
     size = np.sqrt(squared)
     if size < _COINCIDENT:
-        # Across both axes lies the shortest way apart; where they are parallel, or one is a point, across the longer.
+        # The shortest separation is across both axes; where they are parallel, or one is a point, across the longer.
         nx, ny, nz = d[1] * ez - d[2] * ey, d[2] * ex - d[0] * ez, d[0] * ey - d[1] * ex
         length = np.sqrt(nx * nx + ny * ny + nz * nz)
         dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
@@ -175,7 +176,7 @@ def _box_row(data: Array, p: Array, d: Array, row: Array) -> tuple[float, float]
 
 
 @compiled
-def _slope(t: float, start: Array, along: Array, half: Array) -> float:
+def _half_derivative(t: float, start: Array, along: Array, half: Array) -> float:
     """Half the derivative of the squared distance to the box at t."""
     slope = 0.0
     for i in range(3):
@@ -186,9 +187,9 @@ def _slope(t: float, start: Array, along: Array, half: Array) -> float:
 
 @compiled
 def _nearest_to_box(start: Array, along: Array, half: Array) -> float:
-    """The t of the axis' point nearest to the box: the squared distance is convex, its slope linear between faces."""
+    """t of the axis point nearest to the box: the squared distance is convex, its derivative linear between faces."""
     low, high = 0.0, 1.0
-    low_slope, high_slope = _slope(0.0, start, along, half), _slope(1.0, start, along, half)
+    low_slope, high_slope = _half_derivative(0.0, start, along, half), _half_derivative(1.0, start, along, half)
     if low_slope >= 0.0:
         return 0.0
     if high_slope <= 0.0:
@@ -198,7 +199,7 @@ def _nearest_to_box(start: Array, along: Array, half: Array) -> float:
             if along[i] != 0.0:
                 t = (sign * half[i] - start[i]) / along[i]
                 if low < t < high:
-                    slope = _slope(t, start, along, half)
+                    slope = _half_derivative(t, start, along, half)
                     if slope < 0.0:
                         low, low_slope = t, slope
                     else:
@@ -208,9 +209,10 @@ def _nearest_to_box(start: Array, along: Array, half: Array) -> float:
 
 @compiled
 def _separation(start: Array, along: Array, half: Array, normal: Array) -> tuple[float, float]:
-    """Where the axis enters the box: minus the shortest translation that parts them, its direction, and the axis' t.
+    """Minus the penetration depth of an axis that enters the box, with its direction in ``normal``, and t.
 
-    Box minus axis is a polytope whose faces lie across the box's axes, or across one of these and the tool's axis.
+    The Minkowski difference of box and axis is a polytope. Its face normals are the box's axes and their cross products
+    with the tool's axis.
     """
     best, best_t = -np.inf, 0.0
     for i in range(3):

@@ -1,4 +1,4 @@
-"""A part of a surface as a surface of its own."""
+"""Patches: parts of a surface as meshes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 
 
 def patch_around(mesh: TriangleMesh, centre: ArrayLike, radius_mm: float) -> TriangleMesh:
-    """The triangles of which any point lies within ``radius_mm`` of ``centre`` (3,); whole triangles, none cut.
+    """The triangles with any point within ``radius_mm`` of ``centre`` (3,), mm; triangles stay whole.
 
     Raises:
-        InputError: no triangle comes that near, or a number is not usable.
+        InputError: no triangle is that near, or the centre or radius is not finite, or the radius not positive.
     """
     try:
         middle = np.array(centre, dtype=np.float64)
@@ -41,7 +41,7 @@ def patch_of(mesh: TriangleMesh, chosen: ArrayLike) -> TriangleMesh:
     """The chosen triangles of a mesh: a mask (F,) of booleans, or indices (n,) of faces.
 
     Raises:
-        InputError: nothing is chosen, or an index is none of the mesh's.
+        InputError: an empty choice, a mask of another length, or an index out of range.
     """
     faces = np.asarray(chosen)
     if faces.dtype == np.bool_:

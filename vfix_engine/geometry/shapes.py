@@ -1,4 +1,4 @@
-"""Solid shapes that the tool keeps out of: sphere, capsule, box, half-space; patient frame, mm."""
+"""Solid shapes of zones: sphere, capsule, box, half-space; patient frame, mm."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .places import rigid_transform
+from ..given import rigid_transform
 
 __all__ = ["Box", "CapsuleShape", "HalfSpace", "Shape", "ShapeTable", "Sphere", "shape_table"]
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 SPHERE, CAPSULE, BOX, HALF_SPACE = range(4)
 DATA_WIDTH = 16
-_FAR_MM = 1e5  # a hundred metres: further off, nothing is part of a patient and squares lose digits
+_FAR_MM = 1e5  # 100 m: beyond it is no patient, and squares lose digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class HalfSpace:
-    """Everything on the far side of the plane through ``point`` (3,); ``normal`` (3,) points to the free side.
+    """All points behind the plane through ``point`` (3,); ``normal`` (3,) points to the free side.
 
     Raises:
         InputError: a number is not finite or too large, or the normal has no direction.
@@ -107,7 +107,7 @@ class ShapeTable(NamedTuple):
     """Shapes as the compiled kernels read them.
 
     kind: (z,) SPHERE, CAPSULE, BOX or HALF_SPACE.
-    data: (z, 16) mm, unused places 0. Sphere: centre 3, radius. Capsule: start 3, end − start 3, radius.
+    data: (z, 16) mm, unused entries 0. Sphere: centre 3, radius. Capsule: start 3, end − start 3, radius.
     Box: centre 3, rotation_box_to_patient 9 row by row, half sizes 3. Half-space: unit normal 3, normal · point.
     """
 
@@ -144,7 +144,7 @@ def _numbers(shape: Shape) -> tuple[int, Array]:
 
 
 def _numeric(words: str, value: ArrayLike) -> Array:
-    """A copy of something that is made of numbers, not of text that looks like some."""
+    """A copy as float64; InputError with ``words`` for anything that is not numeric, text included."""
     try:
         array = np.array(value)
     except (TypeError, ValueError) as error:
@@ -155,7 +155,7 @@ def _numeric(words: str, value: ArrayLike) -> Array:
 
 
 def _vector(what: str, value: ArrayLike) -> Array:
-    """A read-only copy (3,) of finite numbers of a sensible size."""
+    """A read-only copy (3,) of finite numbers within ``_FAR_MM``."""
     vector = _numeric(f"{what} must be three numbers in mm", value)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError(f"{what} must be three finite numbers in mm, not {vector.tolist()}")
@@ -178,7 +178,7 @@ def _length(what: str, value: float) -> float:
 def _rigid(transform: ArrayLike) -> Array:
     matrix = _numeric("a box needs a rigid transform of 4 x 4 numbers", transform)
     matrix = rigid_transform(matrix, "a box's transform")
-    # Orthonormal to 1e-6 only would let the distance err by as much; the nearest rotation is exact.
+    # The nearest rotation: an error of 1e-6 in orthonormality would be an error of the distance.
     left, _, right = np.linalg.svd(matrix[:3, :3])
     matrix[:3, :3] = left @ right
     _vector("a box's centre", matrix[:3, 3])

@@ -1,12 +1,12 @@
-"""Which side of the bone's surface a point lies on, where there is no image.
+"""The side of a surface on which a point lies, without an image.
 
 The sign of Bærentzen & Aanæs 2005, "Signed distance computation using the angle weighted pseudonormal", IEEE
 Transactions on Visualization and Computer Graphics 11(3), section 3: of the vector from the surface's closest point
 along the pseudo-normal of the face, edge or vertex that the closest point lies on.
 
-For a closed surface of triangles with area that does not cross itself the side is exact. Else it is the side of the
-nearest piece: right near an open surface, undefined where its rim is the nearest, and the reverse where the triangles
-are turned inside out. Triangles without area have no say.
+The side is exact for a closed surface without self-intersections. Otherwise it is the side of the nearest piece:
+correct near an open surface, undefined where its rim is nearest, and reversed where the triangles are oriented inwards.
+Triangles without area do not count.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from .proximity import Proximity
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-# Of a triangle's longest edge: nearer to an edge or corner than this, a closest point counts as on it. There the
-# pseudo-normals of both features give the same sign, so the width does no harm.
+# A closest point nearer to an edge or corner than this share of the longest edge counts as on it. There the
+# pseudo-normals of both features give the same sign.
 _ON_FEATURE = 1e-6
-_ON_SURFACE = 1e-9  # [mm] nearer than this, rounding decides the sign
+_ON_SURFACE = 1e-9  # [mm] below it rounding decides the sign
 
 
 class SurfaceSide:
-    """Tells the outside of a tree's mesh from its inside; normals point outside."""
+    """The inside and outside of a tree's mesh, whose normals point outside."""
 
     def __init__(self, tree: Proximity) -> None:
         self._tree = tree
         self._edge_normals, self._corner_normals = _pseudo_normals(tree.mesh)
 
     def outside(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points (n, 3) in mm lie outside (n,); a point on the surface, or of no clear side, does not.
+        """Mask (n,) of the points (n, 3), in mm, outside; False on the surface and where undefined.
 
         Raises:
             InputError: points that are not finite or not of that shape.
@@ -52,7 +52,7 @@ class SurfaceSide:
         within = _ON_FEATURE * np.linalg.norm(along, axis=2).max(axis=1)
         to_corner = np.linalg.norm(closest[:, None] - corners, axis=2)
         to_edge = _edge_distance(closest, corners, along)
-        # Several edges are equally near in a triangle without area, and each leads to another neighbour.
+        # A triangle without area has several nearest edges, each with another neighbour.
         near = to_edge <= np.minimum(to_edge.min(axis=1) + _ON_SURFACE, within)[:, None]
         at_edge = np.einsum("ni,nij->nj", near, self._edge_normals[triangle])
         normal = np.where(near.any(axis=1)[:, None], at_edge, self._tree.mesh.face_normals[triangle])
@@ -74,7 +74,7 @@ def _edge_distance(points: Array, corners: Array, along: Array) -> Array:
 def _pseudo_normals(mesh: TriangleMesh) -> tuple[Array, Array]:
     """Pseudo-normals (F, 3, 3) of each triangle's edges and (F, 3, 3) of its corners, summed over the mesh.
 
-    Corners at equal places are one vertex: some files give every triangle corners of its own.
+    Corners with equal coordinates are one vertex, since some files do not share vertices between triangles.
     """
     vertex = _welded(mesh.vertices)[mesh.faces]
     normals = mesh.face_normals
@@ -99,7 +99,7 @@ def _summed(key: Index, values: Array) -> Array:
 
 
 def _welded(vertices: Array) -> Index:
-    """A number (V,) for each vertex (V, 3), equal where the places are."""
+    """An index (V,) for each vertex (V, 3), equal for equal coordinates."""
     order = np.lexsort(vertices.T)
     placed = vertices[order]
     number: Index = np.zeros(len(vertices), dtype=np.intp)

@@ -1,16 +1,15 @@
 """Closest points between a segment and a triangle, compiled.
 
-The minimum of the distance lies where the segment crosses the face, where an end of the segment faces the triangle's
-interior, or on an edge of the triangle.
-Each of these proposes a pair of points that really lie on segment and triangle, and the nearest pair wins: a misjudged
-case near a degeneracy can then cost a proposal, never yield a distance that no pair of points has (HAZ-08).
+The distance is smallest where the segment crosses the face, at an end of the segment above the face, or on an edge of
+the triangle. Each case proposes a pair of points that lie on segment and triangle, and the nearest pair is the result.
+Near a degeneracy a case may be missed, but every result is the distance of an actual pair of points (HAZ-08).
 """
 
 from __future__ import annotations
 
 from .compiled import compiled, inlined
 
-# Squared sine of a corner under which a triangle's normal is too inaccurate to reject proposals by.
+# Squared sine of a corner below which the triangle's normal is too inaccurate to reject a case.
 _THIN = 1e-6
 
 
@@ -26,7 +25,7 @@ def edge_pair(
     """Closest points of the segments t·d and a + s·e, t and s in [0, 1]: (squared distance, t, s)."""
     dd = dx * dx + dy * dy + dz * dz
     ee = ex * ex + ey * ey + ez * ez
-    # The cross product, not dd·ee − (d·e)², keeps the digits of nearly parallel directions.
+    # The cross product is accurate for nearly parallel directions, dd·ee − (d·e)² is not.
     nx, ny, nz = dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex
     nn = nx * nx + ny * ny + nz * nz
     t = 0.0
@@ -48,13 +47,13 @@ def face_point(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Foot of the point r on the plane of the triangle (0, u, v) with normal n = u × v, nn = n·n > 0.
 
-    Returns (squared distance, α, β) with the foot α·u + β·v; infinity when it lies outside.
+    Returns (squared distance, α, β) with the foot α·u + β·v; ∞ when it lies outside.
     """
     alpha = ((ry * vz - rz * vy) * nx + (rz * vx - rx * vz) * ny + (rx * vy - ry * vx) * nz) / nn
     beta = ((uy * rz - uz * ry) * nx + (uz * rx - ux * rz) * ny + (ux * ry - uy * rx) * nz) / nn
     gx, gy, gz = rx - alpha * ux - beta * vx, ry - alpha * uy - beta * vy, rz - alpha * uz - beta * vz
     if nn < _THIN * (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz):
-        # One round of refinement gives a sliver the digits that its inaccurate normal lost.
+        # One refinement restores the digits that the normal of a sliver has lost.
         alpha += ((gy * vz - gz * vy) * nx + (gz * vx - gx * vz) * ny + (gx * vy - gy * vx) * nz) / nn
         beta += ((uy * gz - uz * gy) * nx + (uz * gx - ux * gz) * ny + (ux * gy - uy * gx) * nz) / nn
         gx, gy, gz = rx - alpha * ux - beta * vx, ry - alpha * uy - beta * vy, rz - alpha * uz - beta * vz
@@ -73,7 +72,7 @@ def segment_triangle(
     Returns (squared distance, t, point on the triangle x, y, z, whether the segment crosses the face).
     Any segment and any triangle, also without length or area.
     """
-    # Everything relative to p: far from the origin no digits are lost.
+    # Relative to p, so that no digits are lost far from the origin.
     ax, ay, az = x0 - px, y0 - py, z0 - pz
     ux, uy, uz = x1 - x0, y1 - y0, z1 - z0
     vx, vy, vz = x2 - x0, y2 - y0, z2 - z0

@@ -1,4 +1,4 @@
-"""Lengths and products of single vectors, bit for bit those of NumPy, whose own take several times as long for one."""
+"""Length and products of single vectors: bitwise equal to NumPy's, and several times faster for one vector."""
 
 from __future__ import annotations
 

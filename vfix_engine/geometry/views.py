@@ -1,6 +1,6 @@
-"""Parts of an array, each with a shape of its own, at no cost in compiled code.
+"""Views of parts of an array without cost in compiled code.
 
-A slice with ``reshape`` took compiled code 30 ns, which a step of control does dozens of times.
+A slice with ``reshape`` takes compiled code 30 ns, and a control step makes dozens.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 
 
 def view(array: NDArray[Any], first: int, shape: tuple[int, ...]) -> NDArray[Any]:
-    """The items of a contiguous array of any shape from ``first`` on as an array of that shape.
+    """View of a contiguous array: its items from index ``first`` on, with the shape ``shape``.
 
-    In compiled code the view does not keep the array alive and nothing is checked. So it is for the arguments of a
-    call, which outlive it, and is never returned to Python; a function that returns views is ``shared``.
+    In compiled code the view holds no reference and nothing is checked. Use it on arguments of the call only and do not
+    return it to Python; a function that returns views is ``shared``.
     """
     return array.reshape(-1)[first : first + int(np.prod(shape))].reshape(shape)
 
 
 @intrinsic
 def _make_view(typing: Any, array: Any, first: Any, shape: Any) -> Any:
-    """The type of a view and how it is made: a pointer, a shape and steps."""
+    """Type and code generator of a view: pointer, shape and strides."""
     kind = types.Array(array.dtype, len(shape), "C", readonly=not array.mutable)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

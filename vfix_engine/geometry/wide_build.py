@@ -1,8 +1,8 @@
-"""Building the wide box tree: 16 triangles to a block, 16 boxes to a node, no pointers.
+"""Construction of the wide box tree: blocks of 16 triangles, nodes of 16 boxes, no pointers.
 
-Triangles are sorted so that every run of 16, of 16 · 16, and so on, is compact: ranges are split at their median along
-their longest extent, always at a multiple of a power of two of blocks.
-So the children of node i of a level are 16 i … 16 i + 15 of the level below, and a tree without gaps needs no links.
+Triangles are sorted so that every run of 16, of 16², and so on, is compact: ranges are split at the median along their
+longest extent, at a power of two of blocks. The children of node i of a level are the nodes 16 i … 16 i + 15 of the
+level below, so that the tree needs no links.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from .block_kernels import CORNERS, LANES
 from .box_lanes import FACETS, FARTHEST, HEADER, NODE, Words, unpacked
 from .candidate_kernels import box_of_block, empty_boxes, put_box
-from .compiled import borrowing, compiled, inlined
-from .wide_search import HEAD, cut
+from .compiled import compiled, inlined, no_refcount
+from .wide_search import HEAD, tree_views
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -26,13 +26,13 @@ Index = NDArray[np.int32]
 class Wide(NamedTuple):
     """The tree as arrays; B blocks, N nodes, lengths in mm.
 
-    store: all of the others in one piece of memory.
+    store: the buffer of all other arrays.
     boxes: (96 N,) float32, see ``box_lanes``: first the nodes over the blocks, last the root.
     corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
-    label: (16 B,) face of the mesh in each lane, −1 where there is none.
-    facets: (56 B,) int32, the triangles once more, rounded, see ``box_lanes``.
+    label: (16 B,) face of the mesh in each lane; −1 in unused lanes.
+    facets: (56 B,) int32, the rounded triangles, see ``box_lanes``.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
-    level: (L + 1,) blocks are numbered from 0, nodes behind them: those of level l from level[l] to level[l + 1] − 1.
+    level: (L + 1,) blocks are numbered from 0 and nodes after them; level l is level[l] … level[l + 1] − 1.
     """
 
     store: Array
@@ -46,7 +46,7 @@ class Wide(NamedTuple):
 
 @compiled
 def centres_of(vertices: Array, faces: Index, frame: Array) -> Single:
-    """Middles (F, 3) of the triangles' boxes relative to the frame's origin; frame (4,) is written."""
+    """Centres (F, 3) of the triangles' boxes relative to the origin of the frame (4,), which is written."""
     count = len(faces)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for f in range(count):
@@ -75,7 +75,7 @@ def _swap(centres: Single, order: Index, i: int, j: int) -> None:
 
 @compiled
 def _select(centres: Single, order: Index, first: int, last: int, middle: int, k: int) -> None:
-    """Reorder first … last − 1 so that those before ``middle`` are not larger along axis k than those after it."""
+    """Partition first … last − 1 at index ``middle`` along axis k (quickselect)."""
     low, high = first, last - 1
     while low < high:
         one, two, three = centres[low, k], centres[(low + high) // 2, k], centres[high, k]
@@ -100,7 +100,7 @@ def _select(centres: Single, order: Index, first: int, last: int, middle: int, k
 
 @compiled
 def sort_triangles(centres: Single) -> Index:
-    """Order (F,) of the triangles in the tree; the centres are reordered with it."""
+    """Order (F,) of the triangles in the tree; the centres are reordered too."""
     count = len(centres)
     order = np.arange(count).astype(np.int32)
     begin, stop = np.empty(64, np.int64), np.empty(64, np.int64)
@@ -132,7 +132,7 @@ def sort_triangles(centres: Single) -> Index:
 
 @compiled
 def levels_of(count: int) -> Index:
-    """Where each level begins among blocks and nodes, and where the last one ends; the blocks are level 0."""
+    """First index of each level among blocks and nodes, and the end of the last; the blocks are level 0."""
     level = np.zeros(12, np.int32)
     width, top = (count + LANES - 1) // LANES, 1
     level[1] = width
@@ -145,7 +145,7 @@ def levels_of(count: int) -> Index:
 
 @compiled
 def fill_blocks(vertices: Array, faces: Index, order: Index, corners: Array, label: Index) -> None:
-    """The triangles in their order into blocks."""
+    """Write the triangles into blocks, in their order."""
     count = len(order)
     for place in range(len(label)):
         face = order[min(place, count - 1)]
@@ -159,7 +159,7 @@ def fill_blocks(vertices: Array, faces: Index, order: Index, corners: Array, lab
 
 @compiled
 def fill_boxes(corners: Array, frame: Array, level: Index, boxes: Single) -> None:
-    """Boxes of all nodes from the blocks upwards."""
+    """Write the boxes of all nodes, from the blocks upwards."""
     blocks = level[1]
     for i in range(level[2] - level[1]):
         node = boxes[NODE * i : NODE * (i + 1)]
@@ -190,7 +190,7 @@ def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
 
 @compiled
 def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
-    """Each triangle as ``facet_gaps`` wants it."""
+    """Write the rounded triangles of ``box_lanes.facet_gaps``."""
     offsets, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
     for b in range(len(facets) // FACETS):
         block, here = corners[CORNERS * b : CORNERS * (b + 1)], facets[FACETS * b : FACETS * (b + 1)]
@@ -212,9 +212,9 @@ def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
         _measure_facets(block, frame, here)
 
 
-@borrowing
+@no_refcount
 def _pack_facets(offsets: Array, head: Single, words: Words) -> None:
-    """The middles and corners (3, 3, 16) in ten bits."""
+    """Round centroids and corners (3, 3, 16) to ten bits."""
     for i in range(3):
         span = np.float64(head[3 if i == 0 else 4])
         share = 1024.0 / span if 0.0 < span < FARTHEST else 0.0
@@ -227,9 +227,9 @@ def _pack_facets(offsets: Array, head: Single, words: Words) -> None:
             words[LANES * i + j] = np.int32(word)
 
 
-@borrowing
+@no_refcount
 def _measure_facets(block: Array, frame: Array, here: Words) -> None:
-    """How far the rounded corners are from where they should be and from their middles, at most."""
+    """Write the largest rounding error of a corner and the largest distance of a corner from its centroid."""
     head = here[:HEADER].view(np.float32)
     span, corner = np.float64(head[3]), np.float64(head[4])
     off, far = 0.0, 0.0
@@ -248,7 +248,7 @@ def _measure_facets(block: Array, frame: Array, here: Words) -> None:
 
 
 def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wide:
-    """The tree over vertices (V, 3) mm and faces (F, 3), sorted anew unless an order (F,) of them is given."""
+    """The tree over vertices (V, 3) in mm and faces (F, 3); ``order`` (F,) replaces the sorting."""
     frame = np.empty(4)
     centres = centres_of(vertices, faces, frame)
     if order is None:
@@ -259,7 +259,7 @@ def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wid
     store[:4] = frame
     head = store[4:HEAD].view(np.int32)
     head[0], head[1 : 1 + len(level)] = len(level), level
-    frame, level, corners, facets, boxes, label = cut(store)
+    frame, level, corners, facets, boxes, label = tree_views(store)
     fill_blocks(vertices, faces, order, corners, label)
     fill_boxes(corners, frame, level, boxes)
     fill_facets(corners, frame, facets)

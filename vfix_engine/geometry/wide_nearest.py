@@ -1,4 +1,4 @@
-"""The nearest triangle of a tool or of points in the wide box tree, compiled."""
+"""Nearest-triangle queries of the wide box tree, compiled."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from numpy.typing import NDArray
 from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
 from .box_lanes import FACETS, NODE, PROBE, Words, box_gaps, facet_bounds
 from .candidate_kernels import append_block, nearest_of_block
-from .compiled import borrowing, compiled, inlined
+from .compiled import compiled, inlined, no_refcount
 from .wide_search import (
-    KEPT,
-    LEFT,
+    GATHERED,
     NAMES,
+    NEAREST,
     NUMBERS,
-    PICKED,
     PLACES,
+    REMAINING,
     SINGLES,
     STACK,
     WORKSPACE,
     children,
-    in_reach,
-    parts,
-    pick,
+    describe_segment,
+    gather,
+    push_within,
     rows_of,
-    set_out,
     tool_of,
+    tree_views_compiled,
     workspace_of,
 )  # fmt: skip
 
@@ -35,18 +35,18 @@ Index = NDArray[np.int32]
 Lanes = NDArray[np.uint64]
 
 
-@borrowing
+@no_refcount
 def _nearest(
     boxes: Single, corners: Array, label: Index, facets: Words, level: Index, bound: float, seed: int,
     numbers: Array, singles: Single, places: Index,
 ) -> tuple[float, int]:  # fmt: skip
-    """Nearest triangle to the segment set out: (distance from its axis, place); (bound, −1) when none is nearer.
+    """Nearest triangle to the segment in the workspace: (distance from its axis, place); (bound, −1) if none is nearer.
 
-    ``seed``: a block that is likely to hold it, or −1. A place is 16 · block + lane.
-    The facets narrow the distance down; exact distances are only taken of the few blocks that are left.
+    ``seed``: a block that is likely to hold the triangle, or −1. A place is 16 · block + lane.
+    The facets bound the distance from both sides; exact distances are computed for the few remaining blocks.
     """
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
-    bounds, lows = singles[PROBE + LANES : SINGLES - LEFT], singles[SINGLES - LEFT : SINGLES]
+    bounds, lows = singles[PROBE + LANES : SINGLES - REMAINING], singles[SINGLES - REMAINING : SINGLES]
     waiting, left = places[:STACK], places[STACK:PLACES]
     blocks, count, far = level[1], 0, probe[9] == np.inf
     best, where, most = bound, -1, np.float32(bound) + probe[9]
@@ -59,8 +59,10 @@ def _nearest(
         node = waiting[top]
         if bounds[top] > most:
             continue
-        if count + LANES > LEFT:
-            best, where = _look(corners, label, facets, left, lows, count, most, best, where, numbers, singles, places)
+        if count + LANES > REMAINING:
+            best, where = _measure(
+                corners, label, facets, left, lows, count, most, best, where, numbers, singles, places
+            )
             count, most = 0, min(most, np.float32(best) + probe[9])
         box_gaps(boxes[NODE * (node - blocks) : NODE * (node - blocks + 1)], probe, gaps)
         first, last = children(node, level)
@@ -75,49 +77,49 @@ def _nearest(
                     most = min(most, high)
                 left[count], lows[count] = block, low
                 count += int(not low > most)
-    best, where = _look(corners, label, facets, left, lows, count, most, best, where, numbers, singles, places)
+    best, where = _measure(corners, label, facets, left, lows, count, most, best, where, numbers, singles, places)
     if where >= 0:
-        while label[where] < 0:  # lanes that no triangle fills repeat the last one
+        while label[where] < 0:  # unused lanes repeat the last triangle
             where -= 1
     return best, where
 
 
-@borrowing
-def _look(
+@no_refcount
+def _measure(
     corners: Array, label: Index, facets: Words, left: Index, lows: Single, count: int, most: np.float32,
     best: float, where: int, numbers: Array, singles: Single, places: Index,
 ) -> tuple[float, int]:  # fmt: skip
-    """Exact distances of what is left: only of triangles that may be nearer than ``most``."""
+    """Exact distances of the remaining triangles that may be nearer than ``most``."""
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
-    picked, names, chosen = places[PICKED:PLACES], places[NAMES:PICKED], 0
+    gathered, names, chosen = places[GATHERED:PLACES], places[NAMES:GATHERED], 0
     block, work = numbers[NUMBERS - CORNERS : NUMBERS], numbers[QUERY : QUERY + WORK]
     for i in range(count):
         if not lows[i] > most:
             here = left[i]
-            after = in_reach(facets, here, probe, float(most), gaps, picked, chosen)
+            after = push_within(facets, here, probe, float(most), gaps, gathered, chosen)
             if after < 0:
                 own = corners[CORNERS * here : CORNERS * (here + 1)]
                 best, lane = nearest_of_block(own, numbers[:QUERY], best, work)
                 if lane >= 0:
-                    _keep(work, lane, numbers)
+                    _store_nearest(work, lane, numbers)
                     where = LANES * here + lane
                     most = min(most, np.float32(best) + probe[9])
             else:
                 chosen = after
         while chosen >= LANES or (chosen > 0 and i == count - 1):
             last = chosen - 1
-            chosen = pick(corners, label, picked, chosen, block, names)
+            chosen = gather(corners, label, gathered, chosen, block, names)
             best, lane = nearest_of_block(block, numbers[:QUERY], best, work)
             if lane >= 0:
-                _keep(work, lane, numbers)
-                where = picked[min(chosen + lane, last)]
+                _store_nearest(work, lane, numbers)
+                where = gathered[min(chosen + lane, last)]
                 most = min(most, np.float32(best) + probe[9])
     return best, where
 
 
-@borrowing
+@no_refcount
 def _push(first: int, last: int, gaps: Single, most: np.float32, waiting: Index, bounds: Single, top: int) -> int:
-    """Children that are not farther than ``most`` onto the stack, the nearest last; how much waits there then."""
+    """Push the children within ``most`` onto the stack, the nearest last; return the new top."""
     best = top
     for child in range(first, last):
         gap = gaps[child - first]
@@ -131,16 +133,16 @@ def _push(first: int, last: int, gaps: Single, most: np.float32, waiting: Index,
     return top
 
 
-@borrowing
+@no_refcount
 def _clearance(store: Array, tool: Array, upper: float, workspace: Array) -> tuple[float, int, int]:
     """Smallest distance of the tool's surface, its segment and place; (upper, −1, −1) when none is nearer."""
-    frame, level, corners, facets, boxes, label = parts(store)
+    frame, level, corners, facets, boxes, label = tree_views_compiled(store)
     start, end, radius = tool_of(tool)
     numbers, singles, places, _ = workspace_of(workspace)
     least, segment, where = upper, -1, -1
     for s in range(len(radius)):
         if least + radius[s] > 0.0:
-            set_out(start[s], end[s], frame, numbers, singles)
+            describe_segment(start[s], end[s], frame, numbers, singles)
             gap, place = _nearest(
                 boxes, corners, label, facets, level, least + radius[s], -1, numbers, singles, places
             )  # fmt: skip
@@ -155,28 +157,28 @@ def wide_clearance(store: Array, tool: Array, upper: float) -> float:
     return _clearance(store, tool, upper, np.empty(WORKSPACE))[0]
 
 
-@borrowing
-def _keep(work: Array, lane: int, numbers: Array) -> None:
+@no_refcount
+def _store_nearest(work: Array, lane: int, numbers: Array) -> None:
     for k in range(4):
-        numbers[KEPT + k] = work[LANES * (1 + k) + lane]
+        numbers[NEAREST + k] = work[LANES * (1 + k) + lane]
 
 
 @compiled
 def wide_closest(store: Array, tool: Array) -> tuple[Array, float, int, int]:
     """The row of the pair with the smallest distance (see ``pair_from_row``), the distance, segment and triangle."""
-    made = np.empty(11)
-    segment, triangle = _closest(store, tool, made, np.empty(WORKSPACE))
-    return made, made[0], segment, triangle
+    buffer = np.empty(11)
+    segment, triangle = _closest(store, tool, buffer, np.empty(WORKSPACE))
+    return buffer, buffer[0], segment, triangle
 
 
-@borrowing
-def _closest(store: Array, tool: Array, made: Array, workspace: Array) -> tuple[int, int]:
-    frame, _, corners, _, _, label = parts(store)
+@no_refcount
+def _closest(store: Array, tool: Array, buffer: Array, workspace: Array) -> tuple[int, int]:
+    frame, _, corners, _, _, label = tree_views_compiled(store)
     start, end, radius = tool_of(tool)
     numbers, singles, places, lanes = workspace_of(workspace)
     _, s, place = _clearance(store, tool, np.inf, workspace)
-    if not _kept_row(start[s], end[s], radius[s], numbers, made):
-        rows, labels = rows_of(made)
+    if not _nearest_row(start[s], end[s], radius[s], numbers, buffer):
+        rows, labels = rows_of(buffer)
         _one_row(
             corners, label, place, start[s], end[s], radius[s], frame, rows, labels, numbers, singles, places, lanes
         )
@@ -184,13 +186,13 @@ def _closest(store: Array, tool: Array, made: Array, workspace: Array) -> tuple[
 
 
 @inlined
-def _kept_row(start: Array, end: Array, radius: float, numbers: Array, row: Array) -> bool:
-    """The row of the points that were kept; False where they meet and the triangle has to give the normal."""
-    t, size = numbers[KEPT], 0.0
+def _nearest_row(start: Array, end: Array, radius: float, numbers: Array, row: Array) -> bool:
+    """Write the row of the stored points; False where they coincide and the triangle has to give the normal."""
+    t, size = numbers[NEAREST], 0.0
     for k in range(3):
         row[4 + k] = start[k] + t * (end[k] - start[k])
-        row[7 + k] = start[k] + numbers[KEPT + 1 + k]
-        row[1 + k] = t * (end[k] - start[k]) - numbers[KEPT + 1 + k]
+        row[7 + k] = start[k] + numbers[NEAREST + 1 + k]
+        row[1 + k] = t * (end[k] - start[k]) - numbers[NEAREST + 1 + k]
         size += row[1 + k] * row[1 + k]
     distance = np.sqrt(size)
     row[0] = distance - radius
@@ -207,7 +209,7 @@ def _one_row(
 ) -> None:  # fmt: skip
     """The row of one segment and the triangle at one place."""
     block, alone = place // LANES, places[:LANES]
-    set_out(start, end, frame, numbers, singles)
+    describe_segment(start, end, frame, numbers, singles)
     alone[:] = -1
     alone[place % LANES] = label[place]
     append_block(
@@ -224,14 +226,14 @@ def wide_points(store: Array, points: Array) -> tuple[Array, Array, Index]:
     return distance, closest, triangle
 
 
-@borrowing
+@no_refcount
 def _points(store: Array, points: Array, distance: Array, closest: Array, triangle: Index, workspace: Array) -> None:
-    frame, level, corners, facets, boxes, label = parts(store)
+    frame, level, corners, facets, boxes, label = tree_views_compiled(store)
     numbers, singles, places, _ = workspace_of(workspace)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
-    block = -1  # the one before is a good guess when the points follow each other
+    block = -1  # the previous block is a good guess for successive points
     for i in range(len(points)):
-        set_out(points[i], points[i], frame, numbers, singles)
+        describe_segment(points[i], points[i], frame, numbers, singles)
         distance[i], place = _nearest(boxes, corners, label, facets, level, np.inf, block, numbers, singles, places)
         block = place // LANES
         block_gaps(corners[CORNERS * block : CORNERS * (block + 1)], query, np.inf, work)

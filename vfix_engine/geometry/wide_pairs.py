@@ -1,4 +1,4 @@
-"""Pairs within a distance in the wide box tree, compiled."""
+"""Pairs within a distance: query of the wide box tree, compiled."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from numpy.typing import NDArray
 from .block_kernels import CORNERS, LANES, QUERY, WORK
 from .box_lanes import NODE, PROBE, box_gaps
 from .candidate_kernels import append_block
-from .compiled import borrowing, compiled
+from .compiled import compiled, no_refcount
 from .wide_search import (
+    GATHERED,
     NAMES,
     NUMBERS,
-    PICKED,
     PLACES,
     STACK,
     WORKSPACE,
     children,
-    in_reach,
-    keep_near,
-    parts,
-    pick,
+    describe_segment,
+    gather,
+    push_near,
+    push_within,
     rows_of,
-    set_out,
     tool_of,
+    tree_views_compiled,
     workspace_of,
 )
 
@@ -35,34 +35,34 @@ Lanes = NDArray[np.uint64]
 
 @compiled
 def wide_pairs(store: Array, tool: Array, threshold: float, capacity: int) -> tuple[Array, int]:
-    """All pairs with distance − radius ≤ threshold (see ``pairs_from_made``) and how many.
+    """The buffer (see ``pairs_from_buffer``) and the number of all pairs with distance − radius ≤ threshold, in mm.
 
-    ``capacity``: how many are expected; more take a second pass.
+    ``capacity``: expected number of pairs; more take a second pass.
     """
     while True:
-        made = np.empty(11 * capacity)
-        found = _pairs(store, tool, threshold, made, np.empty(WORKSPACE))
+        buffer = np.empty(11 * capacity)
+        found = _pairs(store, tool, threshold, buffer, np.empty(WORKSPACE))
         if found <= capacity:
-            return made, found
+            return buffer, found
         capacity = found
 
 
-@borrowing
-def _pairs(store: Array, tool: Array, threshold: float, made: Array, workspace: Array) -> int:
-    frame, level, corners, facets, boxes, label = parts(store)
+@no_refcount
+def _pairs(store: Array, tool: Array, threshold: float, buffer: Array, workspace: Array) -> int:
+    frame, level, corners, facets, boxes, label = tree_views_compiled(store)
     start, end, radius = tool_of(tool)
-    rows, labels = rows_of(made)
+    rows, labels = rows_of(buffer)
     numbers, singles, places, lanes = workspace_of(workspace)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
-    waiting, near, picked = places[:STACK], places[STACK : STACK + LANES], places[PICKED:PLACES]
-    names = places[NAMES:PICKED]
+    waiting, near, gathered = places[:STACK], places[STACK : STACK + LANES], places[GATHERED:PLACES]
+    names = places[NAMES:GATHERED]
     found, blocks = 0, level[1]
     for s in range(len(radius)):
         limit = threshold + radius[s]
         if limit < 0.0:
             continue
-        set_out(start[s], end[s], frame, numbers, singles)
+        describe_segment(start[s], end[s], frame, numbers, singles)
         top, chosen = 1, 0
         waiting[0] = level[len(level) - 1] - 1
         while top > 0:
@@ -71,38 +71,38 @@ def _pairs(store: Array, tool: Array, threshold: float, made: Array, workspace: 
             box_gaps(boxes[NODE * (node - blocks) : NODE * (node - blocks + 1)], probe, gaps)
             first, last = children(node, level)
             if first >= blocks:
-                top = keep_near(first, last, gaps, limit, waiting, top)
+                top = push_near(first, last, gaps, limit, waiting, top)
                 continue
-            count = keep_near(first, last, gaps, limit, near, 0)
+            count = push_near(first, last, gaps, limit, near, 0)
             for i in range(count):
                 block = near[i]
-                after = in_reach(facets, block, probe, limit, gaps, picked, chosen)
+                after = push_within(facets, block, probe, limit, gaps, gathered, chosen)
                 if after < 0:
                     found, _ = append_block(
                         corners[CORNERS * block : CORNERS * (block + 1)], label[LANES * block : LANES * (block + 1)],
                         query, radius[s], limit, s, work, lanes, rows, labels, found, np.inf,
                     )  # fmt: skip
                 elif after >= LANES:
-                    chosen, found = _rows_of_picked(
-                        corners, label, picked, after, radius[s], limit, s, rows, labels, found, numbers, names, lanes
+                    chosen, found = _rows_of_gathered(
+                        corners, label, gathered, after, radius[s], limit, s, rows, labels, found, numbers, names, lanes
                     )
                 else:
                     chosen = after
         if chosen > 0:
-            chosen, found = _rows_of_picked(
-                corners, label, picked, chosen, radius[s], limit, s, rows, labels, found, numbers, names, lanes
+            chosen, found = _rows_of_gathered(
+                corners, label, gathered, chosen, radius[s], limit, s, rows, labels, found, numbers, names, lanes
             )
     return found
 
 
-@borrowing
-def _rows_of_picked(
-    corners: Array, label: Index, picked: Index, count: int, radius: float, limit: float, segment: int,
+@no_refcount
+def _rows_of_gathered(
+    corners: Array, label: Index, gathered: Index, count: int, radius: float, limit: float, segment: int,
     rows: Array, labels: Index, found: int, numbers: Array, names: Index, lanes: Lanes,
 ) -> tuple[int, int]:  # fmt: skip
-    """The rows of the last at most 16 picked triangles: (how many are still picked, how many rows there are)."""
+    """Append the rows of the last at most 16 gathered triangles: (number still gathered, number of rows)."""
     block = numbers[NUMBERS - CORNERS : NUMBERS]
-    count = pick(corners, label, picked, count, block, names)
+    count = gather(corners, label, gathered, count, block, names)
     found, _ = append_block(
         block, names, numbers[:QUERY], radius, limit, segment,
         numbers[QUERY : QUERY + WORK], lanes, rows, labels, found, np.inf,

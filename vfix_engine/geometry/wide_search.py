@@ -1,7 +1,7 @@
-"""What every search of the wide box tree has in common, compiled: the descent and the picking of triangles.
+"""Shared parts of the queries of the wide box tree, compiled: traversal and gathering of triangles.
 
-A query allocates its workspace in one function and searches in another, which makes no array
-(``compiled.borrowing``).
+A query allocates its workspace in one function and searches in another, which allocates nothing
+(``compiled.no_refcount``).
 """
 
 from __future__ import annotations
@@ -11,34 +11,34 @@ from numpy.typing import NDArray
 
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
 from .box_lanes import FACETS, NODE, PROBE, Words, describe_single, facet_gaps
-from .compiled import borrowing, inlined
+from .compiled import inlined, no_refcount
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Index = NDArray[np.int32]
 Lanes = NDArray[np.uint64]
 
-STACK = 16 * 10  # entries of a descent: at most 16 entries wait on each level of an index of 32 bits
-LEFT = 256  # blocks that are kept for a look at their exact distances
+STACK = 16 * 10  # entries of the traversal stack: at most 16 per level of a 32-bit index
+REMAINING = 256  # blocks whose exact distances are computed together
 
 # Workspace of a query: float64, float32 and int32.
-KEPT = QUERY + WORK + 4  # of the nearest so far: t on the segment, the triangle's point minus p (3)
-NUMBERS = KEPT + 4 + CORNERS
-SINGLES = PROBE + LANES + STACK + LEFT
-NAMES = STACK + LEFT
-PICKED = NAMES + LANES
-PLACES = PICKED + 2 * LANES
+NEAREST = QUERY + WORK + 4  # of the nearest so far: t on the segment, the triangle's point minus p (3)
+NUMBERS = NEAREST + 4 + CORNERS
+SINGLES = PROBE + LANES + STACK + REMAINING
+NAMES = STACK + REMAINING
+GATHERED = NAMES + LANES
+PLACES = GATHERED + 2 * LANES
 WORKSPACE = NUMBERS + (SINGLES + PLACES) // 2 + LANES + 1  # all of it in one array
 
-HEAD = 16  # numbers before the blocks: the frame, then as int32 how many numbers the levels have, and these
+HEAD = 16  # numbers before the blocks: the frame, then as int32 the length of ``level`` and its entries
 
-_PICKED_OVER = 6  # of 16 triangles too far away: fewer, and the block is measured as it lies
+_GATHER_ABOVE = 6  # of 16 triangles beyond the limit; with no more of them the whole block is measured
 
 
-def cut(store: Array) -> tuple[Array, Index, Array, Words, Single, Index]:
-    """The arrays of a tree in its one piece of memory: frame, level, corners, facets, boxes, label.
+def tree_views(store: Array) -> tuple[Array, Index, Array, Words, Single, Index]:
+    """Views of the arrays of a tree in its buffer: frame, level, corners, facets, boxes, label.
 
-    One array is handed over sooner than six: that took as long as a third of a query.
+    To pass six arrays instead of one took a third of the time of a query.
     """
     head = store[4:HEAD].view(np.int32)
     level = head[1 : 1 + head[0]]
@@ -52,12 +52,13 @@ def cut(store: Array) -> tuple[Array, Index, Array, Words, Single, Index]:
     )  # fmt: skip
 
 
-parts = borrowing(cut)  # this and the next three: for borrowing kernels only, what they return is not counted
+# This and the next three are for no_refcount kernels only: their views have no reference count.
+tree_views_compiled = no_refcount(tree_views)
 
 
-@borrowing
+@no_refcount
 def workspace_of(workspace: Array) -> tuple[Array, Single, Index, Lanes]:
-    """The workspace of a query, cut from one array (WORKSPACE,): NUMBERS, SINGLES, PLACES and LANES + 1."""
+    """The workspace of a query in one array (WORKSPACE,): NUMBERS float64, SINGLES float32, PLACES int32, LANES + 1."""
     one, two, three = NUMBERS, NUMBERS + SINGLES // 2, NUMBERS + SINGLES // 2 + PLACES // 2
     return (
         workspace[:one], workspace[one:two].view(np.float32), workspace[two:three].view(np.int32),
@@ -65,14 +66,14 @@ def workspace_of(workspace: Array) -> tuple[Array, Single, Index, Lanes]:
     )  # fmt: skip
 
 
-@borrowing
-def rows_of(made: Array) -> tuple[Array, Index]:
-    """Rows (R, 10) and labels (R, 2) in one array (11 R,), see ``pairs_from_made``."""
-    count = len(made) // 11
-    return made[: 10 * count].reshape(count, 10), made[10 * count :].view(np.int32).reshape(count, 2)
+@no_refcount
+def rows_of(buffer: Array) -> tuple[Array, Index]:
+    """Rows (R, 10) and labels (R, 2) in one array (11 R,), see ``pairs_from_buffer``."""
+    count = len(buffer) // 11
+    return buffer[: 10 * count].reshape(count, 10), buffer[10 * count :].view(np.int32).reshape(count, 2)
 
 
-@borrowing
+@no_refcount
 def tool_of(packed: Array) -> tuple[Array, Array, Array]:
     """Start (S, 3), end (S, 3) and radius (S,) of packed ``Segments``."""
     count = len(packed) // 7
@@ -81,10 +82,10 @@ def tool_of(packed: Array) -> tuple[Array, Array, Array]:
     )  # fmt: skip
 
 
-@borrowing
-def set_out(start: Array, end: Array, frame: Array, numbers: Array, singles: Single) -> None:
-    """Describe the segment from ``start`` to ``end`` (3,) in the workspace of a query."""
-    # The start goes into the workspace as well: one that is read-only is another type, and would be compiled for again.
+@no_refcount
+def describe_segment(start: Array, end: Array, frame: Array, numbers: Array, singles: Single) -> None:
+    """Write the constants of the segment from ``start`` to ``end`` (3,) into the workspace of a query."""
+    # Also the start: a read-only array is another type, for which the callees would be compiled again.
     p, d = numbers[:3], numbers[QUERY + WORK : QUERY + WORK + 3]
     for k in range(3):
         p[k], d[k] = start[k], end[k] - start[k]
@@ -92,9 +93,9 @@ def set_out(start: Array, end: Array, frame: Array, numbers: Array, singles: Sin
     describe_single(p, d, frame, singles[:PROBE])
 
 
-@borrowing
+@no_refcount
 def children(node: int, level: Index) -> tuple[int, int]:
-    """The first child of a node and the one behind its last; blocks are numbered from 0, nodes behind them."""
+    """First child of a node and the end of its children; blocks are numbered from 0, nodes after them."""
     deep = 1
     while node >= level[deep + 1]:
         deep += 1
@@ -103,37 +104,39 @@ def children(node: int, level: Index) -> tuple[int, int]:
 
 
 @inlined
-def keep_near(first: int, last: int, gaps: Single, limit: float, places: Index, top: int) -> int:
-    """Those of the children first … last − 1 that may be within ``limit``, from places[top] on; the place behind."""
+def push_near(first: int, last: int, gaps: Single, limit: float, places: Index, top: int) -> int:
+    """Push the children first … last − 1 that may be within ``limit``; return the new top."""
     for child in range(first, last):
         places[top] = child
         top += int(not gaps[child - first] > limit)
     return top
 
 
-@borrowing
-def in_reach(facets: Words, block: int, probe: Single, limit: float, gaps: Single, picked: Index, count: int) -> int:
-    """Places of a block's triangles that may be within ``limit``, from picked[count] on; the place behind.
+@no_refcount
+def push_within(
+    facets: Words, block: int, probe: Single, limit: float, gaps: Single, gathered: Index, count: int
+) -> int:
+    """Append the places of a block's triangles that may be within ``limit``; return the new count.
 
-    −1 when most of the block may be: then it is measured as it is, which costs less than picking.
+    −1 where most of the block may be within: then the whole block is measured, which costs less than gathering.
     """
     over = facet_gaps(facets[FACETS * block : FACETS * (block + 1)], probe, np.float32(limit), gaps)
     if over == LANES:
         return count
-    if over <= _PICKED_OVER:
+    if over <= _GATHER_ABOVE:
         return -1
     for j in range(LANES):
-        picked[count] = LANES * block + j
+        gathered[count] = LANES * block + j
         count += int(not gaps[j] > limit)
     return count
 
 
-@borrowing
-def pick(corners: Array, label: Index, picked: Index, count: int, block: Array, names: Index) -> int:
-    """The last at most 16 of ``count`` picked triangles into a block of their own; how many are left."""
+@no_refcount
+def gather(corners: Array, label: Index, gathered: Index, count: int, block: Array, names: Index) -> int:
+    """Copy the last at most 16 of ``count`` gathered triangles into a block; return the number left."""
     first = max(count - LANES, 0)
     for j in range(LANES):
-        place = picked[min(first + j, count - 1)]
+        place = gathered[min(first + j, count - 1)]
         names[j] = label[place] if first + j < count else -1
         lane = corners[CORNERS * (place // LANES) + place % LANES : CORNERS * (place // LANES + 1)]
         for k in range(9):

@@ -1,10 +1,9 @@
-"""What the kernel keeps a worker from, asked for by the worker itself before it imports or reads anything.
+"""Sandbox of a worker process, set up by the worker itself before it imports or reads anything.
 
-Linux offers two ways that need no rights of an administrator. Landlock leaves a process the files it is given, and a
-seccomp filter refuses it connections, other programs, children of its own, and what Landlock leaves open: rights,
-owners, times and attributes of files, and signals and limits to other processes. Either holds for the rest of the
-process and cannot be taken back. Where the kernel lacks one of them, and on other systems, the worker runs without it:
-`probe` says what is in force, by trying.
+Linux has two mechanisms that need no administrator. Landlock restricts the process to given files. A seccomp filter
+refuses connections, other programs, child processes, and what Landlock leaves open: changes of rights, owners, times
+and attributes of files, and signals and limits to other processes. Both last as long as the process.
+Where the kernel lacks one of them, and on other systems, the worker runs without it; `probe` tests what is in force.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ _X32, _THREAD = 0x40000000, 0x00010000
 class _Calls:
     """Numbers of system calls on one kind of processor.
 
-    architecture: how the filter knows it. refused: whatever is asked. own: their first argument is a process, which
+    architecture: how the filter knows it. refused: with any arguments. own: their first argument is a process, which
     must be 0, the caller itself. tgkill: its first argument must be the caller; abort() sends itself a signal so.
     """
 
@@ -91,9 +90,9 @@ _CLONE3 = 435  # hides its flags from a filter: the C library takes clone where 
 
 
 def die_with_parent(parent: int) -> None:
-    """Have the kernel end this process when the one that started it ends, on Linux.
+    """End this process when its parent ends, on Linux.
 
-    parent: its process id; when it has ended already, so does this one.
+    parent: process id of the parent; if it has ended already, this process exits.
     """
     if sys.platform == "linux":
         _prctl(_DEATH_SIGNAL, signal.SIGKILL)
@@ -102,9 +101,13 @@ def die_with_parent(parent: int) -> None:
 
 
 def confine(readable: Sequence[Path], writable: Sequence[Path], listable: Sequence[Path]) -> None:
-    """Leave this process what lies beneath these folders and files, Python and the system's libraries.
+    """Restrict this process to the given folders and files, Python and the system's libraries.
 
-    Of the network and of other processes it is left nothing. Called while there is one thread only.
+    Network and other processes become inaccessible. Call it while the process has one thread.
+
+    Args:
+        readable, writable: folders and files with everything below them.
+        listable: folders whose entries may be listed only.
     """
     if sys.platform != "linux" or not _prctl(_NO_NEW_PRIVILEGES, 1):
         return
@@ -113,12 +116,16 @@ def confine(readable: Sequence[Path], writable: Sequence[Path], listable: Sequen
 
 
 def probe(file: str) -> dict[str, bool]:
-    """What this process is kept from, by trying. file: one that it was not given, where the caller could write."""
+    """Test what this process is kept from. file: one outside the given paths that the caller could write."""
     return {
         "network": _refused(_connect),
         "other_files": _refused(Path(file).read_bytes),
-        "writing_elsewhere": all(_refused(way, Path(file)) for way in (_write_beside, _give_rights, _set_times)),
-        "other_processes": all(_refused(way) for way in (_start_another, _signal, _limit, _set_priority, _set_cores)),
+        "writing_elsewhere": all(
+            _refused(attempt, Path(file)) for attempt in (_write_beside, _give_rights, _set_times)
+        ),
+        "other_processes": all(
+            _refused(attempt) for attempt in (_start_another, _signal, _limit, _set_priority, _set_cores)
+        ),
         "large_files": _large_files_refused(),
     }
 
@@ -151,7 +158,7 @@ def _keep_to_files(readable: Sequence[Path], writable: Sequence[Path], listable:
 
 
 def _allow(libc: ctypes.CDLL, rules: int, path: Path, rights: int) -> None:
-    """Add what lies beneath a path; a path that is not there needs no right."""
+    """Allow access below a path; a missing path needs no rule."""
     try:
         place = os.open(path, os.O_PATH | os.O_CLOEXEC)
     except OSError:
@@ -165,7 +172,7 @@ def _allow(libc: ctypes.CDLL, rules: int, path: Path, rights: int) -> None:
 
 
 def _refuse_calls() -> bool:
-    """The filter of system calls, for the processors whose numbers are known."""
+    """Install the filter of system calls, on processors whose call numbers are known."""
     known = _CALLS.get(platform.machine())
     if known is None or sys.maxsize < 1 << 32:
         return False
@@ -174,8 +181,7 @@ def _refuse_calls() -> bool:
     for number in (*known.refused, *_REFUSED_EVERYWHERE):
         program += [(_EQUAL, 0, 1, number), no]
     program += [(_EQUAL, 0, 1, _CLONE3), (_RETURN, 0, 0, _ERRNO | _ENOSYS)]
-    # These are decided by the lower half of their first argument. A thread is no child: clone is refused without that
-    # flag.
+    # These depend on the lower half of their first argument. A thread is no child: clone is refused without that flag.
     itself = [(known.tgkill, os.getpid()), *((number, 0) for number in known.own)]
     for number, test in [*((n, (_EQUAL, 0, 1, who)) for n, who in itself), (known.clone, (_ANY_BIT, 0, 1, _THREAD))]:
         program += [(_EQUAL, 0, 4, number), (_LOAD, 0, 0, 16), test, yes, no]
@@ -219,7 +225,7 @@ def _start_another() -> None:
     os.waitpid(child, 0)
 
 
-# What follows changes nothing where it is let through; elsewhere than on Linux, nothing refuses it.
+# The probes below change nothing where they are allowed; they are refused on Linux only.
 def _give_rights(file: Path) -> None:
     file.chmod(file.stat().st_mode & 0o777)
 

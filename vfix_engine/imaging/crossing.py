@@ -1,7 +1,6 @@
-"""How values cross from a worker process and back: JSON, with arrays beside it as .npy files. Never pickle.
+"""Serialisation of values between a worker process and its caller: JSON and .npy files, never pickle.
 
-The types that may cross are listed here; anything else is refused. What a worker left is read as what an attacker may
-have written: plain files only, of a bounded size.
+Only the types listed here are accepted. Files of a worker are untrusted: they are read as plain files of bounded size.
 """
 
 from __future__ import annotations
@@ -18,13 +17,16 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-# Where each type is defined: imported only when one crosses, since a worker that reads a header needs no mesh library.
-_HOMES = {
+# Module of each type, imported when a value needs it, since a worker that reads a header needs no mesh library.
+_MODULE_OF = {
     "TriangleMesh": "vfix_engine.geometry.mesh",
     "FrameReport": "vfix_engine.imaging.frame_report",
     "BoneSurfaces": "vfix_engine.imaging.bone",
     "SurfaceReport": "vfix_engine.imaging.bone",
     "Dropped": "vfix_engine.imaging.surface",
+    "LabelSurface": "vfix_engine.imaging.labels.surfaces",
+    "Place": "vfix_engine.imaging.labels.reading",
+    "Segmentation": "vfix_engine.imaging.labels.reading",
     "Volume": "vfix_engine.imaging.volume",
 }
 
@@ -43,20 +45,20 @@ def save(value: Any, folder: Path, name: str) -> None:
 def load(folder: Path, name: str, max_bytes: int) -> Any:
     """Read a value that `save` wrote, of at most `max_bytes` of arrays together.
 
-    Raises whatever comes of it when another program wrote it; at a trust boundary the caller catches all.
+    May raise any exception for a file that `save` did not write; at a trust boundary the caller catches all.
     """
     return _decoded(read_json(folder / f"{name}.json", MAX_JSON_BYTES), _Arrays(folder, name, max_bytes))
 
 
 def read_json(file: Path, max_bytes: int) -> Any:
-    """What a plain file of at most that size holds. Raises OSError, and ValueError when it is no JSON."""
+    """The JSON in a plain file of at most `max_bytes`. Raises OSError or ValueError."""
     with _opened(file, max_bytes) as opened:
         return json.loads(opened.read(max_bytes))
 
 
 @contextmanager
 def _opened(file: Path, max_bytes: int) -> Iterator[BinaryIO]:
-    """A file that was left in a folder: no link to another place, and no pipe, which could make its reader wait."""
+    """Open a plain file; links are not followed and pipes are refused, since they could block the reader."""
     plain = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     with open(file, "rb", opener=lambda path, flags: os.open(path, flags | plain)) as opened:
         state = os.fstat(opened.fileno())
@@ -66,7 +68,7 @@ def _opened(file: Path, max_bytes: int) -> Iterator[BinaryIO]:
 
 
 class _Arrays:
-    """The arrays of one value; each counts as often as it is asked for."""
+    """The arrays of one value; every read counts towards the limit."""
 
     def __init__(self, folder: Path, name: str, max_bytes: int) -> None:
         self._folder, self._name, self._left = folder, name, max_bytes
@@ -92,7 +94,7 @@ def _encoded(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
         return {"kind": "list", "value": [_encoded(item, arrays) for item in value]}
     if isinstance(value, dict):
         return {"kind": "dict", "value": [[str(key), _encoded(item, arrays)] for key, item in value.items()]}
-    if is_dataclass(value) and _HOMES.get(type(value).__name__) == type(value).__module__:
+    if is_dataclass(value) and _MODULE_OF.get(type(value).__name__) == type(value).__module__:
         content = {field.name: _encoded(getattr(value, field.name), arrays) for field in fields(value)}
         return {"kind": type(value).__name__, "value": content}
     raise TypeError(f"a {type(value).__name__} does not cross between processes.")
@@ -112,8 +114,8 @@ def _decoded(value: Any, arrays: _Arrays) -> Any:
         return [_decoded(item, arrays) for item in content]
     if kind == "dict":
         return {key: _decoded(item, arrays) for key, item in content}
-    if kind not in _HOMES:
-        raise ValueError("the worker answered with a value of a kind that does not cross.")
-    return getattr(importlib.import_module(_HOMES[kind]), kind)(
+    if kind not in _MODULE_OF:
+        raise ValueError("the worker answered with a value of a kind that is not accepted.")
+    return getattr(importlib.import_module(_MODULE_OF[kind]), kind)(
         **{key: _decoded(item, arrays) for key, item in content.items()}
     )

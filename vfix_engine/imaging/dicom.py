@@ -1,7 +1,7 @@
-"""One DICOM CT series from a folder or a zip: read slice by slice, checked to be one regular stack, in LPS mm.
+"""Reader of one DICOM CT series from a folder or a zip: slices are checked to form one regular stack; LPS mm.
 
-Only the few tags named here are read, and no value of any of them but geometry ever leaves this module: messages count
-and measure, they do not quote.
+Only the tags listed here are read. Apart from geometry and voxels no value of a file leaves this module: messages
+contain counts and measures, never text from a file.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import io
 import logging
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,10 +19,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.errors import ImageError
-from vfix_engine.imaging.dicom_files import contents
+from vfix_engine.errors import ImageError, SegmentationFound
+from vfix_engine.imaging.dicom_enhanced import GROUPS, frames_of, is_enhanced
+from vfix_engine.imaging.dicom_files import MAX_FILE_BYTES, contents
+from vfix_engine.imaging.dicom_series import SeriesList
 from vfix_engine.imaging.grid_header import MAX_VOXELS, PLAUSIBLE_SPACING, check_length, check_sizes, check_transform
 from vfix_engine.imaging.itk import decode
+from vfix_engine.imaging.nrrd import INTO_A_CASE
 from vfix_engine.imaging.volume import AIR_HU, Volume, to_hu, volume_of
 
 Floats = npt.NDArray[np.float64]
@@ -46,11 +49,15 @@ _TAGS = [
     "SliceThickness",
     "RescaleSlope",
     "RescaleIntercept",
+    "WindowCenter",
+    "WindowWidth",
     "PixelPaddingValue",
     "PixelPaddingRangeLimit",
     "PixelData",
+    "SeriesDescription",  # shown where one of several series is chosen, and kept nowhere
+    *GROUPS,
 ]
-# What a scanner or an archive puts beside the slices and is not an image, by the beginning of its SOP class: the
+# Prefixes of SOP classes that are not images but lie beside the slices: the
 # directory of the medium, presentation states, waveforms, raw data, reports, documents, and structures and plans of
 # radiotherapy.
 _NO_IMAGE = (
@@ -63,7 +70,12 @@ _NO_IMAGE = (
     "1.2.840.10008.5.1.4.1.1.481.3",
     "1.2.840.10008.5.1.4.1.1.481.5",
 )
+CT_ONLY = ("CT",)
+SEGMENTATION = "1.2.840.10008.5.1.4.1.1.66."  # the beginning of the SOP classes of segmentations
 _DEFLATED = b"1.2.840.10008.1.2.1.99"
+# Whose packed frames pydicom decodes with what vfix installs; one slice is decoded by GDCM.
+_FRAMES_UNPACKED = ("1.2.840.10008.1.2.5", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81")
+WINDOW_HU, LEVEL_HU = (1.0, 10_000.0), (-2000.0, 4000.0)  # of a window that is taken over
 _MAX_SIDE = 4096  # [pixel]
 _POSITION_ROUNDING = 0.02  # [mm] positions are written with two decimals by some scanners
 _GAP_TOLERANCE = 0.01  # of the spacing
@@ -75,7 +87,7 @@ class Slice:
     """One slice. hu: (rows, columns) int16; the rest is geometry in LPS mm.
 
     pixel_mm: (2,) distance between columns and between rows. axes: (3, 2) unit directions along a row and a column.
-    thickness_mm: None where the file does not say it.
+    thickness_mm: None where the file does not say it. window: width and centre that the file suggests; None for none.
     """
 
     hu: npt.NDArray[np.int16]
@@ -83,79 +95,111 @@ class Slice:
     axes: Floats
     pixel_mm: Floats
     thickness_mm: float | None
+    window: tuple[float, float] | None = None
 
 
-@dataclass
-class _Series:
-    """What may be told of a series, which is nothing that a person wrote."""
-
-    is_ct: bool
-    pixels: tuple[int, int]
-    files: int = 0
-
-    def __str__(self) -> str:
-        images = f"{self.files} image{'s' * (self.files > 1)} of {self.pixels[0]} x {self.pixels[1]}"
-        return images if self.is_ct else f"{images}, not CT"
-
-
-def read_series(path: Path, series: int | None = None) -> Volume:
+def read_series(path: Path, series: int | None = None, modalities: tuple[str, ...] = CT_ONLY) -> Volume:
     """The CT series in a folder or zip.
 
     series: which one, counted from 1 in the order of the files' names; None where there is only one.
+    modalities: those that are taken; an MR series comes with its values as they are, and its enhanced form is not read.
 
-    Raises ImageError, which names the series or the file that is wrong, when it is not one regular stack.
+    Raises:
+        ImageError: the series is not one regular stack, or the choice of a series is missing or wrong.
     """
-    if path.name.lower().endswith(".dcm"):
-        raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
-    found: dict[str, _Series] = {}
+    if path.is_file() and not path.name.lower().endswith(".zip"):
+        return _read_one_file(path)
+    found = SeriesList(modalities)
     slices: list[Slice] = []
     voxels = 0
     fault: ImageError | None = None
     for name, data in contents(path):
         where = f"the file {name!r:.80}"
-        with _pydicom_silenced():
-            with _fault_named(where):
+        with pydicom_silenced():
+            with fault_named(where):
                 dataset = _dataset(data, where)
                 number = _count(dataset, found)
             if fault is not None or number != (series or 1):
                 continue
             try:
-                with _fault_named(where):
-                    slices.append(_checked_slice(dataset, data, where))
+                with fault_named(where):
+                    more = _slices_of(dataset, data, where, modalities)
             except ImageError as error:
-                fault = error  # of several series this may be one that nobody wants
-        voxels += slices[-1].hu.size if fault is None else 0
+                fault = error  # this may be another series than the chosen one
+                continue
+        slices += more
+        voxels += sum(one.hu.size for one in more)
         if voxels > MAX_VOXELS:
             raise ImageError(f"the series holds more than {MAX_VOXELS:,} voxels.")
-    _check_choice(list(found.values()), series)
+    found.check_choice(series)
     if fault is not None:
         raise fault
     return stack(slices)
 
 
-def _count(dataset: Any, found: dict[str, _Series]) -> int:
-    """Count an image to its series; the number of that series, from 1, or 0 for what is not an image."""
-    kind = dataset.get("SOPClassUID") or dataset.file_meta.get("MediaStorageSOPClassUID")
-    if str(kind).startswith(_NO_IMAGE):
-        return 0
-    identity = str(dataset.get("SeriesInstanceUID"))
-    pixels = int(dataset.get("Columns") or 0), int(dataset.get("Rows") or 0)
-    known = found.setdefault(identity, _Series(dataset.get("Modality") == "CT", pixels))
-    known.files += 1
-    return list(found).index(identity) + 1
+def _read_one_file(path: Path) -> Volume:
+    """The volume in one file of enhanced CT. Raises ImageError, with the reason that another one is no head."""
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise ImageError(f"the file is larger than {MAX_FILE_BYTES >> 20} MiB.")
+    data, where = path.read_bytes(), "the file"
+    with pydicom_silenced(), fault_named(where):
+        dataset = _dataset(data, where)
+        if str(dataset.get("SOPClassUID")).startswith(SEGMENTATION):
+            raise SegmentationFound(f"the file is a DICOM segmentation, not a CT. {INTO_A_CASE}")
+        if not is_enhanced(dataset):
+            raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
+        slices = _slices_of(dataset, data, where)
+    return stack(slices)
 
 
-def _check_choice(found: list[_Series], series: int | None) -> None:
-    if not found:
-        raise ImageError("there is no DICOM image in it.")
-    listed = "; ".join(f"{number}: {one}" for number, one in enumerate(found[:20], start=1))
-    if series is None and len(found) > 1:
+def _slices_of(dataset: Any, data: bytes, where: str, modalities: tuple[str, ...] = CT_ONLY) -> list[Slice]:
+    """The slice of a file, or the slices of one with several frames."""
+    if not is_enhanced(dataset):
+        _check_modality(dataset, where, modalities)
+        return [_checked_slice(dataset, where, lambda: _stored(dataset, data, where))]
+    _check_modality(dataset, where, CT_ONLY)
+    count, size = int(dataset.get("NumberOfFrames") or 1), int(dataset.Rows) * int(dataset.Columns)
+    if count * size > MAX_VOXELS:
+        raise ImageError(f"{where} claims more than {MAX_VOXELS:,} voxels.")
+    frames = frames_of(dataset, where)
+    stored = _stored_frames(dataset, where).reshape(count, int(dataset.Rows), int(dataset.Columns))
+    return [_checked_slice(frame, where, lambda n=number: stored[n]) for number, frame in enumerate(frames)]  # type: ignore[misc]
+
+
+def _stored_frames(dataset: Any, where: str) -> npt.NDArray[Any]:
+    """The stored values of all frames. Raises ImageError where they are packed in a way that is not read."""
+    syntax = dataset.file_meta.TransferSyntaxUID
+    if syntax.is_compressed and syntax not in _FRAMES_UNPACKED:
         raise ImageError(
-            f"there are {len(found)} series in it ({listed}). Say which one with --series on the command line, "
-            "or name the folder or zip of one."
+            f"the frames of {where} are packed as {syntax.name}, which is not read for enhanced CT; export it "
+            "unpacked, or as JPEG-LS or RLE."
         )
-    if series is not None and not 1 <= series <= len(found):
-        raise ImageError(f"there is no series {series} in it; there are {len(found)} ({listed}).")
+    if not syntax.is_compressed:
+        _check_stored_length(dataset, int(dataset.get("NumberOfFrames") or 1), where)
+    values: npt.NDArray[Any] = dataset.pixel_array
+    return values
+
+
+def _stored(dataset: Any, data: bytes, where: str) -> npt.NDArray[Any]:
+    """The stored values of a file of one slice."""
+    if dataset.file_meta.TransferSyntaxUID.is_compressed:
+        slope, intercept = _numbers([dataset.RescaleSlope, dataset.RescaleIntercept], 2, where)
+        unpacked: npt.NDArray[Any] = np.rint((_decoded_by_gdcm(data) - intercept) / slope)
+        return unpacked
+    _check_stored_length(dataset, 1, where)
+    values: npt.NDArray[Any] = dataset.pixel_array
+    return values
+
+
+def _check_stored_length(dataset: Any, frames: int, where: str) -> None:
+    claimed = frames * int(dataset.Rows) * int(dataset.Columns) * (int(dataset.BitsAllocated) // 8)
+    check_length(len(dataset.PixelData), claimed, where=where.removeprefix("the "), padding=claimed % 2)
+
+
+def _count(dataset: Any, found: SeriesList) -> int:
+    """Count an image to its series; returns the number of the series, from 1, or 0 for a file that is no image."""
+    kind = dataset.get("SOPClassUID") or dataset.file_meta.get("MediaStorageSOPClassUID")
+    return 0 if str(kind).startswith(_NO_IMAGE) else found.count(dataset)
 
 
 def stack(slices: list[Slice]) -> Volume:
@@ -177,7 +221,9 @@ def stack(slices: list[Slice]) -> Volume:
     transform[:3, 3] = ordered[0].position
     check_sizes([first.hu.shape[1], first.hu.shape[0], len(ordered)])
     thickness = max((one.thickness_mm for one in slices if one.thickness_mm is not None), default=None)
-    return volume_of(np.stack([one.hu for one in ordered]), check_transform(transform, 1.0), thickness)
+    windows = [one.window for one in slices if one.window is not None]
+    window = tuple(np.median(windows, axis=0).tolist()) if windows else None
+    return volume_of(np.stack([one.hu for one in ordered]), check_transform(transform, 1.0), thickness, window)
 
 
 def _regular_step(positions: Floats, normal: Floats) -> Floats:
@@ -204,7 +250,7 @@ def _regular_step(positions: Floats, normal: Floats) -> Floats:
 
 
 def _dataset(data: bytes, where: str) -> Any:
-    """The few tags of a file that are needed. Raises ImageError."""
+    """The listed tags of a file. Raises ImageError."""
     import pydicom  # imported here: slow to load, and only needed for this format
 
     if data[128:132] != b"DICM":
@@ -215,8 +261,8 @@ def _dataset(data: bytes, where: str) -> Any:
 
 
 @contextmanager
-def _fault_named(where: str) -> Iterator[None]:
-    """Whatever a damaged file provokes inside the decoder ends here, without its words: they quote the patient."""
+def fault_named(where: str) -> Iterator[None]:
+    """Turn any error of the decoder into an ImageError without its message, which may quote patient data."""
     try:
         yield
     except ImageError:
@@ -228,8 +274,8 @@ def _fault_named(where: str) -> Iterator[None]:
 
 
 @contextmanager
-def _pydicom_silenced() -> Iterator[None]:
-    """Its warnings and log lines quote what they complain about."""
+def pydicom_silenced() -> Iterator[None]:
+    """Silence pydicom's warnings and log lines, which quote the file."""
     logger = logging.getLogger("pydicom")
     before = logger.disabled
     logger.disabled = True
@@ -241,9 +287,18 @@ def _pydicom_silenced() -> Iterator[None]:
         logger.disabled = before
 
 
-def _checked_slice(dataset: Any, data: bytes, where: str) -> Slice:
-    if dataset.get("Modality") != "CT":
-        raise ImageError(f"{where} is not a CT image.")
+def _check_modality(dataset: Any, where: str, modalities: tuple[str, ...]) -> None:
+    """Raise ImageError for another modality; an MR image without a rescale has its values as they are."""
+    modality = dataset.get("Modality")
+    if modality not in modalities:
+        raise ImageError(f"{where} is not a{' CT' if modalities == CT_ONLY else ' CT or an MR'} image.")
+    if modality == "MR":
+        dataset.RescaleSlope = 1.0 if dataset.get("RescaleSlope") is None else dataset.RescaleSlope
+        dataset.RescaleIntercept = 0.0 if dataset.get("RescaleIntercept") is None else dataset.RescaleIntercept
+
+
+def _checked_slice(dataset: Any, where: str, stored: Callable[[], npt.NDArray[Any]]) -> Slice:
+    """A slice out of its tags; stored: gives its stored values, once the tags are checked."""
     if int(dataset.get("NumberOfFrames") or 1) != 1 or int(dataset.get("SamplesPerPixel") or 1) != 1:
         raise ImageError(f"{where} is not a single grey image.")
     for keyword in ("SeriesInstanceUID", "ImagePositionPatient", "ImageOrientationPatient", "PixelSpacing"):
@@ -261,23 +316,33 @@ def _checked_slice(dataset: Any, data: bytes, where: str) -> Slice:
     rows, columns = int(dataset.Rows), int(dataset.Columns)
     if not (1 < rows <= _MAX_SIDE and 1 < columns <= _MAX_SIDE):
         raise ImageError(f"{where} claims {rows} x {columns} pixels.")
-    hu = _hounsfield(dataset, data, where)
+    hu = _hounsfield(dataset, stored, where)
     position = _numbers(dataset.ImagePositionPatient, 3, where)
     thickness = float(dataset.get("SliceThickness") or 0.0)
-    told = thickness if 0.0 < thickness <= PLAUSIBLE_SPACING[1] else None
-    return Slice(hu, position, axes, np.array([column_mm, row_mm]), told)
+    thick = thickness if 0.0 < thickness <= PLAUSIBLE_SPACING[1] else None
+    return Slice(hu, position, axes, np.array([column_mm, row_mm]), thick, _window(dataset))
 
 
-def _hounsfield(dataset: Any, data: bytes, where: str) -> npt.NDArray[np.int16]:
+def _window(dataset: Any) -> tuple[float, float] | None:
+    """Width and centre of the first window that a file suggests; None where there is none that can be drawn."""
+    found = []
+    for keyword in ("WindowWidth", "WindowCenter"):
+        value = dataset.get(keyword)
+        first = value[0] if isinstance(value, (list, tuple)) or (hasattr(value, "__len__") and value) else value
+        try:
+            found.append(float(first))
+        except (TypeError, ValueError):
+            return None
+    width, centre = found
+    fits = WINDOW_HU[0] <= width <= WINDOW_HU[1] and LEVEL_HU[0] <= centre <= LEVEL_HU[1]
+    return (width, centre) if fits else None
+
+
+def _hounsfield(dataset: Any, values: Callable[[], npt.NDArray[Any]], where: str) -> npt.NDArray[np.int16]:
     slope, intercept = _numbers([dataset.RescaleSlope, dataset.RescaleIntercept], 2, where)
     if slope == 0.0:
         raise ImageError(f"the rescale slope of {where} is zero.")
-    if dataset.file_meta.TransferSyntaxUID.is_compressed:
-        stored = np.rint((_decoded_by_gdcm(data) - intercept) / slope)
-    else:
-        claimed = int(dataset.Rows) * int(dataset.Columns) * (int(dataset.BitsAllocated) // 8)
-        check_length(len(dataset.PixelData), claimed, where=where.removeprefix("the "), padding=claimed % 2)
-        stored = dataset.pixel_array
+    stored = values()
     if stored.shape != (int(dataset.Rows), int(dataset.Columns)):
         raise ImageError(f"{where} holds another number of pixels than it claims.")
     hu = to_hu(stored * slope + intercept)
@@ -286,7 +351,7 @@ def _hounsfield(dataset: Any, data: bytes, where: str) -> npt.NDArray[np.int16]:
 
 
 def _padding(dataset: Any, stored: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    """Pixels outside the scanner's circle, by the stored value or range of values that marks them."""
+    """Mask of padding pixels outside the scanner's field of view, by their stored value or range."""
     value = dataset.get("PixelPaddingValue")
     if value is None:
         return np.zeros(stored.shape, dtype=np.bool_)
@@ -296,7 +361,7 @@ def _padding(dataset: Any, stored: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
 
 
 def _decoded_by_gdcm(data: bytes) -> Floats:
-    """(rows, columns) rescaled values of a compressed slice. GDCM reads files only: one of our own naming, deleted."""
+    """(rows, columns) rescaled values of a compressed slice, through a temporary file, since GDCM reads files only."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "slice.dcm"
         file.write_bytes(data)

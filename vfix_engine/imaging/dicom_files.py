@@ -1,4 +1,4 @@
-"""The files of a DICOM folder or zip, one after the other, within caps; nothing is ever unpacked to disk."""
+"""The files of a DICOM folder or zip, in order and within limits; nothing is unpacked to disk."""
 
 from __future__ import annotations
 
@@ -12,27 +12,43 @@ from pathlib import Path, PurePosixPath
 from vfix_engine.errors import ImageError
 
 MAX_FILES = 5000
-MAX_FILE_BYTES = 64 << 20
+MAX_FILE_BYTES = 640 << 20  # of enhanced CT, which has all slices in one file
 MAX_TOTAL_BYTES = 2 << 30
 MAX_RATIO = 200  # inflated to stored; CT slices stay below 20
 
-# What lies beside the slices on a disc from a hospital. Anything else has to be DICOM: a slice that has lost its
-# magic word must not be dropped without a word.
-_BESIDE = re.compile(r"(?i)^(dicomdir|\..*|thumbs\.db|desktop\.ini|.*\.(txt|md|pdf|html?|xml|json|inf|exe|jpe?g|png))$")
+# Files beside the slices on a hospital's disc. All other files have to be DICOM: a damaged slice must not be dropped
+# silently.
+_COMPANION = re.compile(
+    r"(?i)^(dicomdir|\..*|thumbs\.db|desktop\.ini|.*\.(txt|md|pdf|html?|xml|json|inf|exe|jpe?g|png))$"
+)
 
 
-def is_beside(name: str) -> bool:
-    """Whether a file of this name is one that lies beside the slices, not a slice."""
+def is_companion(name: str) -> bool:
+    """Whether the name is that of a file beside the slices, not of a slice."""
     path = PurePosixPath(name.replace("\\", "/"))
-    return "__MACOSX" in path.parts or _BESIDE.match(path.name) is not None
+    return "__MACOSX" in path.parts or _COMPANION.match(path.name) is not None
 
 
 def contents(path: Path) -> Iterator[tuple[str, bytes]]:
-    """Name, without folders, and bytes of each file that has to be DICOM.
+    """Name without folders, and bytes, of each file that has to be DICOM.
 
-    Raises ImageError past a cap or for an unsafe archive.
+    Raises:
+        ImageError: a limit is exceeded, or the archive is damaged or unsafe.
     """
     return _zip_contents(path) if path.is_file() else _folder_contents(path)
+
+
+def names(path: Path) -> list[str]:
+    """Names without folders of the files of a folder or zip, without those beside the images. Raises ImageError."""
+    if path.is_file():
+        try:
+            with zipfile.ZipFile(path) as archive:
+                found = [member.filename for member in archive.infolist() if not member.is_dir()]
+        except (zipfile.BadZipFile, NotImplementedError, OSError, ValueError):
+            raise ImageError("the zip is damaged, or packed in a way that is not read.") from None
+    else:
+        found = [file.name for file in path.rglob("*") if file.is_file()]
+    return [PurePosixPath(name.replace("\\", "/")).name for name in found if not is_companion(name)]
 
 
 def _folder_contents(path: Path) -> Iterator[tuple[str, bytes]]:
@@ -40,7 +56,7 @@ def _folder_contents(path: Path) -> Iterator[tuple[str, bytes]]:
     for file in sorted(path.rglob("*")):
         if file.is_symlink():
             raise ImageError("the folder holds a symbolic link; copy the series itself.")
-        if file.is_file() and not is_beside(file.name):
+        if file.is_file() and not is_companion(file.name):
             files.append(file)
     sizes = [file.stat().st_size for file in files]
     _check_caps(sizes)
@@ -54,7 +70,7 @@ def _zip_contents(path: Path) -> Iterator[tuple[str, bytes]]:
             members = [member for member in archive.infolist() if not member.is_dir()]
             for member in members:
                 _check_member(member)
-            members = [member for member in members if not is_beside(member.filename)]
+            members = [member for member in members if not is_companion(member.filename)]
             _check_caps([member.file_size for member in members])
             if sum(member.compress_size for member in members) > path.stat().st_size:
                 raise ImageError("entries of the zip overlap.")

@@ -1,4 +1,4 @@
-"""Frame and unit of a file at the door: named by it, given by the user, or taken as LPS mm and said so."""
+"""Frame and unit of a file: named by the file, given by the user, or assumed as LPS mm and reported."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ FRAMES = ("LPS", "RAS")
 
 @dataclass(frozen=True)
 class FrameReport:
-    """Frame the file was written in, and whether that, or its unit, was assumed; what was read from it is LPS mm.
+    """Frame and unit in which a file was read; the result of reading is LPS mm.
 
-    missing: which of the two the file does not name and nobody said: 'frame', 'unit', both or nothing.
-    unit: the one it was read by; unit_named: whether the file itself names it.
+    name: the frame. assumed: whether frame or unit were assumed.
+    missing: what neither file nor user names: 'frame', 'unit', both or nothing.
+    unit: 'mm' or 'm'; unit_named: whether the file names it.
     """
 
     name: str
@@ -30,20 +31,27 @@ class FrameReport:
 
 
 def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.float64]:
-    """Points (n, 3) of a frame and unit as LPS mm. Raises FrameError for a frame or unit that is not known."""
+    """Points (n, 3) of a frame and unit as LPS mm. Raises FrameError for an unknown frame or unit."""
     check_frame(frame)
     check_unit(unit)
     placed = np.asarray(points, dtype=np.float64) * MM_PER_UNIT[unit]
     return placed * RAS_TO_LPS if frame == "RAS" else placed
 
 
-def settle(
+def resolve_frame(
     named: tuple[str | None, str | None], given: tuple[str | None, str | None], *, assume: bool
 ) -> tuple[str, str, FrameReport]:
-    """Frame and unit to read a file by, out of what it names and what the user says; each pair is (frame, unit).
+    """Frame and unit of a file from what the file names and what the user gives; each pair is (frame, unit).
 
-    Returns (frame, unit, report). What neither names is LPS mm when `assume` is set, and the report says so.
-    Raises FrameError for an unknown word, for a user who contradicts the file, or for something nobody names.
+    Args:
+        named, given: of the file and of the user; None where missing.
+        assume: take LPS and mm for what neither names, and report it.
+
+    Returns:
+        Frame, unit and the report.
+
+    Raises:
+        FrameError: an unknown word, a contradiction between user and file, or a missing value without `assume`.
     """
     check_frame(given[0])
     check_unit(given[1])

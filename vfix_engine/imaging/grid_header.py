@@ -1,4 +1,4 @@
-"""What the header of an image file claims, checked before a single voxel is decoded."""
+"""Checks of the header of an image file, before any voxel is decoded."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from vfix_engine.errors import ImageError
 
 MAX_VOXELS = 300_000_000  # a head of 512 x 512 x 1100; 0.6 GB as int16
 MAX_SIDE = 8192  # [voxel]
-PLAUSIBLE_SPACING = (0.01, 30.0)  # [mm] finer or coarser is another unit or another thing
+PLAUSIBLE_SPACING = (0.01, 30.0)  # [mm] of a CT
 _CHUNK = 1 << 20  # [byte]
-_RIGHT_ANGLES = 1e-4  # of the products of unit directions; as much as a Volume takes
+_RIGHT_ANGLES = 1e-4  # tolerance of dot products of unit directions, as in ``Volume``
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class GridHeader:
 
     sizes: voxels along i, j, k.
     transform_index_to_file: (4, 4) from (i, j, k) to the file's own frame and unit.
-    frame, unit: as the file names them; None where it does not. The unit of a CT grid that names none is mm, because
-        its spacing has to be plausible in mm to be read at all.
+    frame: as the file names it; None where it does not. unit: mm where the file names none, because the spacing has to
+        be plausible in mm.
     """
 
     sizes: tuple[int, int, int]
@@ -47,7 +47,7 @@ def check_sizes(sizes: list[int]) -> tuple[int, int, int]:
 
 
 def check_transform(transform: npt.NDArray[np.float64], mm_per_unit: float) -> npt.NDArray[np.float64]:
-    """The transform, finite, invertible and of a spacing that a CT can have. Raises ImageError."""
+    """The transform (4, 4). Raises ImageError unless it is finite, orthogonal and of a plausible spacing."""
     if not np.isfinite(transform).all():
         raise ImageError("the placement in the header is not finite.")
     spacing = np.linalg.norm(transform[:3, :3], axis=0) * mm_per_unit
@@ -67,9 +67,9 @@ def check_transform(transform: npt.NDArray[np.float64], mm_per_unit: float) -> n
 
 
 def check_length(found: int, claimed: int, *, where: str = "file", padding: int = 0) -> None:
-    """Raise ImageError when another number of bytes of voxels is there than the header claims.
+    """Raise ImageError when the number of voxel bytes differs from the header's.
 
-    padding: bytes that may follow the voxels.
+    padding: number of bytes that may follow the voxels.
     """
     if found < claimed:
         raise ImageError(f"the {where} is cut off: the header claims {claimed:,} bytes of voxels, {found:,} are there.")
@@ -81,15 +81,16 @@ def check_length(found: int, claimed: int, *, where: str = "file", padding: int 
 
 
 def check_not_packed(head: bytes, kind: str) -> None:
-    """Raise ImageError for a file that is packed as a whole under a name that does not say so."""
+    """Raise ImageError for a gzip file whose name does not say so."""
     if head.startswith(b"\x1f\x8b"):
         raise ImageError(f"the file is packed with gzip as a whole, which its name does not say; unpack it to {kind}.")
 
 
 def inflated(stream: BinaryIO, wbits: int, limit: int) -> Iterator[bytes]:
-    """What a zlib (wbits 15) or gzip (31) stream holds, piece by piece; it stops as soon as `limit` is passed.
+    """The content of a zlib (wbits 15) or gzip (31) stream in pieces, up to `limit` bytes.
 
-    Raises ImageError for a damaged or unfinished stream, one past the limit, or one that something else follows.
+    Raises:
+        ImageError: a damaged or truncated stream, one above the limit, or data after its end.
     """
     total = 0
     inflater = zlib.decompressobj(wbits)
@@ -104,7 +105,7 @@ def inflated(stream: BinaryIO, wbits: int, limit: int) -> Iterator[bytes]:
         else:
             pending = inflater.unconsumed_tail or stream.read(_CHUNK)
             if not pending:
-                raise ImageError("the compressed voxels are cut off.")
+                raise ImageError("the compressed voxels are cut off; copy or export the file again.")
         try:
             data = inflater.decompress(pending, _CHUNK)
         except zlib.error:

@@ -1,6 +1,6 @@
-"""The one door for a head from a file: read, checked that it can be one, and what is doubtful about it as sentences.
+"""Reader of a head from a file, with plausibility checks; doubts are returned as sentences.
 
-`read_mesh` and `read_volume` take any surface and any volume; a head has a size, air around it and bone in it.
+`read_mesh` and `read_volume` accept any surface and any volume; a head has a size, air around it and bone in it.
 """
 
 from __future__ import annotations
@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vfix_engine.errors import ImageError, MeshError
+from vfix_engine.errors import ImageError, MeshError, SegmentationFound
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.frame_report import MM_PER_UNIT, FrameReport
 from vfix_engine.imaging.mesh_files import read_mesh
+from vfix_engine.imaging.nrrd import INTO_A_CASE
 from vfix_engine.imaging.readers import read_volume
 from vfix_engine.imaging.volume import Volume
 
@@ -22,6 +23,7 @@ FEW_TRIANGLES = 1000
 FINE_MM = 1.25  # the coarsest slices that navigation of the sinuses is advised
 PLAUSIBLE_HU = (-2000, 10_000)  # from what scanners write outside their circle to metal
 STRANGE_SHARE = 0.01  # of the voxels beyond that, which is not metal any more
+_INWARDS_MM = -0.05  # enclosed volume over area of a surface whose triangles face inwards: half of a shell's thickness
 _MOST_LABELS = 250  # a label map has fewer values than this, all whole and none below 0
 
 Notes = tuple[str, ...]
@@ -36,10 +38,16 @@ def read_surface_of_head(
 
 
 def read_ct_of_head(
-    path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False, series: int | None = None
+    path: Path,
+    frame: str | None = None,
+    unit: str | None = None,
+    *,
+    assume: bool = False,
+    series: int | None = None,
+    files: tuple[Path, ...] = (),
 ) -> tuple[Volume, FrameReport, Notes]:
     """`read_volume`, and what is doubtful about the CT. Raises ImageError for one that cannot be a head's."""
-    volume, report = read_volume(path, frame, unit, assume=assume, series=series)
+    volume, report = read_volume(path, frame, unit, assume=assume, series=series, files=files)
     return volume, report, (*assumption(report), *check_ct(volume, report))
 
 
@@ -69,6 +77,11 @@ def check_surface(mesh: TriangleMesh, report: FrameReport) -> Notes:
         )
     if len(mesh.faces) < FEW_TRIANGLES:
         notes.append(f"The surface has {len(mesh.faces):,} triangles only, which is little for the bone of a head.")
+    if _volume_over_area(mesh) < _INWARDS_MM:
+        notes.append(
+            "The triangles of the surface face inwards: bone and air are taken for each other where a path point is "
+            "judged. Flip the normals of the file."
+        )
     used = np.zeros(len(mesh.vertices), dtype=np.bool_)
     used[mesh.faces] = True
     unused = int(np.count_nonzero(~used))
@@ -79,11 +92,19 @@ def check_surface(mesh: TriangleMesh, report: FrameReport) -> Notes:
     return tuple(notes)
 
 
+def _volume_over_area(mesh: TriangleMesh) -> float:
+    """Signed volume that the triangles enclose over their area, in mm: negative where their normals face inwards."""
+    a, b, c = np.moveaxis(mesh.triangles - mesh.bounds.mean(axis=0), 1, 0)
+    normals = np.cross(b - a, c - a)
+    return float(np.einsum("ij,ij->", a, normals) / 3.0 / np.linalg.norm(normals, axis=1).sum())
+
+
 def check_ct(volume: Volume, report: FrameReport) -> Notes:
     """What is doubtful about the CT of a head. Raises ImageError when it cannot be one."""
     low, high = int(volume.hu.min()), int(volume.hu.max())
     if low >= 0:
-        raise ImageError(f"the values run from {low} to {high}: {_why_no_air(volume, high)}")
+        words = f"the values run from {low} to {high}: {_why_no_air(volume, high)}"
+        raise SegmentationFound(words) if high < _MOST_LABELS else ImageError(words)
     sides = volume.bounds[1] - volume.bounds[0]
     fault = _size_fault(sides, "CT", report)
     if fault:
@@ -95,12 +116,20 @@ def _why_no_air(volume: Volume, high: int) -> str:
     if high < _MOST_LABELS:
         return (
             f"{len(np.unique(volume.hu))} whole numbers from 0 on are the labels of a segmentation, not Hounsfield "
-            "units. Import the CT that it was drawn on."
+            f"units. {INTO_A_CASE}"
         )
     return (
         "there is no air in them, so they are not Hounsfield units; an offset of 1024 is missing, perhaps. "
         "Export the CT with its rescale applied."
     )
+
+
+def check_size(volume: Volume, report: FrameReport) -> Notes:
+    """What is doubtful about the size of a volume. Raises ImageError when it cannot be of a head."""
+    sides = volume.bounds[1] - volume.bounds[0]
+    if fault := _size_fault(sides, "volume", report):
+        raise ImageError(fault)
+    return _size_notes(sides, "volume")
 
 
 def _strange_values(volume: Volume, low: int, high: int) -> Notes:
@@ -127,10 +156,10 @@ def _coarseness(volume: Volume) -> Notes:
         return ()
     sizes = " x ".join(f"{value:.3g}" for value in volume.spacing)
     thick = volume.slice_thickness_mm
-    told = f", its slices {thick:.3g} mm thick" if thick is not None else ""
+    thickness = f", its slices {thick:.3g} mm thick" if thick is not None else ""
     return (
-        f"The CT is coarse: its voxels are {sizes} mm{told}, where at most {FINE_MM:g} mm are advised. Thin bone is "
-        "missing from it.",
+        f"The CT is coarse: its voxels are {sizes} mm{thickness}, where at most {FINE_MM:g} mm are advised. Thin bone "
+        "is missing from it.",
     )
 
 

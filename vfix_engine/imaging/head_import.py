@@ -1,6 +1,6 @@
-"""Importing a head: a file of anybody's making is read and checked in one worker process, its bone made in another.
+"""Import of a head: one worker process reads and checks an untrusted file, another extracts the bone.
 
-The page, the command line and the library all import through this module, so every head meets the same checks.
+Page, command line and library import through this module, so that every head passes the same checks.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from ..errors import FrameError, InputError
 from ..geometry.kernel_cache import cache_root
 from ..geometry.mesh import TriangleMesh
 from .bone import BoneSurfaces, bone_of_surface, bone_of_volume
+from .detached import files_of, is_header
 from .frame_report import MM_PER_UNIT, FrameReport
 from .head_files import read_ct_of_head, read_surface_of_head
 from .isolated import Cancellation, run_isolated
@@ -27,18 +28,18 @@ from .volume import Volume
 READ_SECONDS = 30.0
 EXTRACT_SECONDS = 300.0
 
-# Name of a stage, and how much of the whole is done.
+# (name of a stage, share of the whole that is done)
 Progress = Callable[[str, float], None]
 Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
 class HeadRequest:
-    """Which file to read, and what the user says of it.
+    """The file to read, and what the user says about it.
 
     path: a CT file, a folder or zip of one DICOM series, or a surface.
-    frame, unit: what the user says where the file does not ('LPS' or 'RAS', 'mm' or 'm').
-    assume: take LPS mm where nobody says, and report that it was assumed, instead of raising FrameError.
+    frame, unit: 'LPS' or 'RAS', 'mm' or 'm', where the file does not name them.
+    assume: take LPS mm where neither names them, and report it, instead of raising FrameError.
     series: which one of several DICOM series, counted from 1; an error lists them.
     """
 
@@ -52,9 +53,9 @@ class HeadRequest:
 
 @dataclass(frozen=True, eq=False)
 class ReadHead:
-    """A file's head, read and checked, LPS mm: its CT or its surface.
+    """A head that was read and checked, in LPS mm: its CT or its surface.
 
-    frame: frame of the file, and whether it was assumed. notes: what is doubtful about the file, in sentences.
+    frame: frame and unit of the file. notes: sentences on what is doubtful about the file.
     """
 
     volume: Volume | None
@@ -65,7 +66,7 @@ class ReadHead:
 
 @dataclass(frozen=True, eq=False)
 class ControlHead:
-    """A head to drive in: its bone, its CT where it has one, how far bone may lie off the surface, and the notes."""
+    """A head for control: bone surface, CT where there is one, uncertainty of the surface, and notes."""
 
     mesh: TriangleMesh
     scan: Volume | None
@@ -78,7 +79,7 @@ def no_progress(stage: str, fraction: float) -> None:
 
 
 def is_head(path: Path) -> bool:
-    """Whether there is a file or folder at the path whose name says that it may be a head."""
+    """Whether the path exists and its name is that of a volume or a mesh."""
     return (is_mesh(path) or is_volume(path)) and path.exists()
 
 
@@ -89,28 +90,31 @@ def read_head(
     cancellation: Cancellation | None = None,
     folder: Path | None = None,
 ) -> ReadHead:
-    """What a file holds.
+    """Read and check a head in a worker process.
 
     Args:
+        request: the file and what the user says about it.
+        progress: called with a stage and a share.
         cancellation: ends the worker from another thread.
-        folder: where the worker keeps its temporary files; the system's folder for such where there is none.
+        folder: for temporary files of the worker; None is the system's.
 
     Raises:
-        FrameError: the file does not say its frame or unit and neither does the request; `missing` names them.
+        FrameError: neither file nor request names frame or unit; `missing` lists them.
         InputError: the file cannot be used for another reason.
         OSError: the worker's files could not be written.
     """
     if not request.path.exists():
         raise InputError("there is no such file or folder.")
     isolate = partial(run_isolated, seconds=READ_SECONDS, cancellation=cancellation, folder=folder)
-    told = request.path, request.frame, request.unit, request.assume, request.series
+    options = request.path, request.frame, request.unit, request.assume, request.series
     if is_mesh(request.path):
         progress("Reading the surface", 0.0)
-        mesh, report, notes = isolate(_read_surface, *told)
+        mesh, report, notes = isolate(_read_surface, *options)
         return ReadHead(None, mesh, report, notes)
     if is_volume(request.path):
         progress("Reading the CT", 0.0)
-        volume, report, notes = isolate(_read_volume, *told)
+        files = files_of(request.path) if is_header(request.path) else ()
+        volume, report, notes = isolate(_read_volume, *options, files)
         return ReadHead(volume, None, report, notes)
     known = ", ".join((*VOLUME_SUFFIXES, *MESH_SUFFIXES))
     raise InputError(f"a case is made of {known}, or of a folder of DICOM files.")
@@ -125,7 +129,7 @@ def extract_bone(
 ) -> BoneSurfaces:
     """Bone surfaces of a head that was read; arguments and OSError as in `read_head`.
 
-    No decoder runs in this worker, so it alone may keep the kernels that it compiles.
+    No decoder runs in this worker, so it may write the cache of compiled kernels.
 
     Raises:
         ImageError: there is no bone in the CT.
@@ -141,13 +145,13 @@ def extract_bone(
 def control_head(
     request: HeadRequest, *, cancellation: Cancellation | None = None, folder: Path | None = None
 ) -> ControlHead:
-    """The head that a case made of the file would be driven in; arguments and errors as in `read_head`."""
+    """Read a file and extract the head for control; arguments and errors as in `read_head` and `extract_bone`."""
     head = read_head(request, cancellation=cancellation, folder=folder)
     if head.volume is None:
         assert head.surface is not None
         return ControlHead(head.surface, None, SurfaceUncertainty(0.0, 0.0), head.notes)
     bone = extract_bone(head, cancellation=cancellation, folder=folder)
-    off = SurfaceUncertainty(bone.control_report.max_deviation_mm, head.volume.resolution_mm)
+    off = SurfaceUncertainty(bone.control_report.error_mm, head.volume.resolution_mm)
     return ControlHead(bone.control, head.volume, off, head.notes)
 
 
@@ -160,17 +164,22 @@ def _read_surface(
 ) -> tuple[TriangleMesh, FrameReport, tuple[str, ...]]:
     if series is not None:
         raise InputError("a series is chosen among those of a DICOM folder or zip, which this file is not.")
-    return _read_or_ask(read_surface_of_head, path, frame, unit, assume)
+    return read_or_ask(read_surface_of_head, path, frame, unit, assume)
 
 
 def _read_volume(
-    path: Path, frame: str | None, unit: str | None, assume: bool, series: int | None
+    path: Path,
+    frame: str | None,
+    unit: str | None,
+    assume: bool,
+    series: int | None,
+    files: tuple[Path, ...] = (),
 ) -> tuple[Volume, FrameReport, tuple[str, ...]]:
-    return _read_or_ask(partial(read_ct_of_head, series=series), path, frame, unit, assume)
+    return read_or_ask(partial(read_ct_of_head, series=series, files=files), path, frame, unit, assume)
 
 
-def _read_or_ask(read: Callable[..., Result], path: Path, frame: str | None, unit: str | None, assume: bool) -> Result:
-    """Read a file. The frame or unit is asked for only where some answer would make the file readable."""
+def read_or_ask(read: Callable[..., Result], path: Path, frame: str | None, unit: str | None, assume: bool) -> Result:
+    """Read a file. A missing frame or unit is reported only where some answer would make the file readable."""
     try:
         return read(path, frame, unit, assume=assume)
     except FrameError as question:

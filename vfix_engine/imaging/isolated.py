@@ -1,9 +1,9 @@
-"""Run a function on untrusted input in a process of its own, with limits on memory, time and disk.
+"""Run a function on untrusted input in a separate process, with limits on memory, time and disk.
 
-Whatever a hostile file does to the decoders (endless loop, crash, all the memory), it does to the worker; the caller
-gets an InputError. Values cross by `crossing`: JSON and .npy, no pickle. `worker` is the other end.
-The worker is the first of a group of processes, which ends with the answer and with the caller, and the kernel keeps
-it to the files it is given where it can (`confinement`).
+A hostile file can make a decoder loop, crash or exhaust memory: that ends the worker, and the caller gets an
+InputError. `crossing` passes the values as JSON and .npy, without pickle; `worker` is the other end. The worker leads a
+process group, which ends with the result or with the caller. Where the kernel supports it, the worker is confined to
+its files (`confinement`).
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ _MAX_FAILURE_BYTES = 64 << 10
 
 
 class Cancellation:
-    """Ends the workers that run under it, from another thread, and lets no further one start.
+    """Ends workers from another thread and prevents further ones from starting.
 
-    within: another one that ends them too; this one ends its own alone.
+    within: an outer cancellation, which also ends the workers of this one.
     """
 
     def __init__(self, within: Cancellation | None = None) -> None:
@@ -45,14 +45,14 @@ class Cancellation:
         self._cancelled = False
 
     def cancel(self) -> None:
-        """End them now; whoever waits for one gets an InputError."""
+        """End all workers; their callers get an InputError."""
         with self._lock:
             self._cancelled = True
             for process in self._running:
                 _kill(process)
 
     def check(self) -> None:
-        """Raises InputError once it was cancelled."""
+        """Raise InputError after cancellation."""
         if self._within is not None:
             self._within.check()
         if self._cancelled:
@@ -60,7 +60,7 @@ class Cancellation:
 
     @contextmanager
     def over(self, process: subprocess.Popen[bytes]) -> Iterator[None]:
-        """While a worker runs; one that comes too late is ended at once."""
+        """Register a running worker; after cancellation it is ended at once."""
         with ExitStack() as outer:
             if self._within is not None:
                 outer.enter_context(self._within.over(process))
@@ -90,19 +90,20 @@ def run_isolated(
     folder: Path | None = None,
     writable: Sequence[Path] = (),
 ) -> Result:
-    """The function's result, computed in a fresh process.
+    """The result of a function, computed in a new process.
 
     function: at the top of a module; with `progress` it is called with a keyword argument `progress(stage, fraction)`.
-    args: of the kinds that `crossing` lists; of the files of the machine the worker is given those that are paths here.
-    memory_bytes: address space the worker may take, and the size of a file it may write; where the system cannot limit
-        them, only the time limit holds.
+    args: of the types that `crossing` lists; the worker may read the files whose paths are among them.
+    memory_bytes: limits of its address space and of a file it writes; where the system has none, only the time limit
+        holds.
     seconds: wall-clock limit.
     cancellation: lets another thread end the worker.
-    folder: where it keeps its temporary files, which may hold a whole CT; else the system's folder for such.
-    writable: folders that the worker may write besides.
+    folder: for its temporary files, which may hold a whole CT; None is the system's.
+    writable: further folders that the worker may write.
 
-    Raises what the function raises when that is a VfixError, and InputError when the worker dies, is late or is
-    cancelled.
+    Raises:
+        VfixError: what the function raises.
+        InputError: the worker crashed, ran out of time or was cancelled.
     """
     cancellation = cancellation or Cancellation()
     cancellation.check()
@@ -145,9 +146,9 @@ def _paths_in(value: Any) -> Iterator[Path]:
 def _run_worker(own: Path, seconds: float, progress: Progress | None, cancellation: Cancellation) -> None:
     process = subprocess.Popen(
         [sys.executable, "-P", str(Path(__file__).with_name("worker.py")), str(own)],
-        stdin=subprocess.PIPE,  # nothing is written: its end is the caller's
+        stdin=subprocess.PIPE,  # nothing is written; its end tells the worker that the caller has ended
         stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,  # decoders write there what the file says
+        stderr=subprocess.DEVNULL,  # decoders quote the file there
         env=_environment(own),
         start_new_session=True,
     )
@@ -167,7 +168,7 @@ def _run_worker(own: Path, seconds: float, progress: Progress | None, cancellati
             _await_end(process)
     finally:
         timer.cancel()
-        timer.join()  # it must not end a group that has another owner by then
+        timer.join()  # it must not end a later group with the same id
         _kill(process)
         process.wait()
         for pipe in (process.stdin, process.stdout):
@@ -181,16 +182,16 @@ def _run_worker(own: Path, seconds: float, progress: Progress | None, cancellati
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the worker and all it started; nothing is done for one whose end has been asked for."""
+    """End the worker and its group, unless it was waited for already."""
     if os.name != "posix":
         process.kill()
-    elif process.returncode is None:  # as long as nobody has asked, the group cannot be another's
+    elif process.returncode is None:  # until it is waited for, its group id is not reused
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
 
 
 def _await_end(process: subprocess.Popen[bytes]) -> None:
-    """Wait for the worker and leave its group its number."""
+    """Wait for the worker without freeing its group id."""
     if hasattr(os, "waitid"):
         os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
     else:
@@ -204,7 +205,7 @@ def _end(status: int) -> str:
 
 
 def _forward(line: bytes, progress: Progress | None) -> None:
-    """Pass on one line of progress; what is not one is dropped, since a decoder may print there."""
+    """Pass on one line of progress; other lines, which a decoder may print, are dropped."""
     try:
         stage, fraction = json.loads(line)
         if progress is not None and isinstance(stage, str):
@@ -214,7 +215,7 @@ def _forward(line: bytes, progress: Progress | None) -> None:
 
 
 def _environment(own: Path) -> dict[str, str]:
-    """What the worker needs of the environment, and nothing that is secret; its temporary files go to its folder."""
+    """The variables that the worker needs, without secrets; its temporary files go to its folder."""
     kept = {"PATH", "HOME", "SYSTEMROOT", "LANG", "LC_ALL"}
     kept |= {"NUMBA_CACHE_DIR", "VFIX_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"}  # where compiled kernels are kept
     single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS"), "1")
@@ -223,17 +224,31 @@ def _environment(own: Path) -> dict[str, str]:
 
 
 def _answer(folder: Path, max_bytes: int) -> Any:
-    """What the worker left, at most so much; it may have been made to leave anything. Raises what it tells."""
+    """The worker's result, at most `max_bytes` of it; untrusted. Raises the error that the worker reports."""
     try:
         try:
-            told = crossing.read_json(folder / "failure.json", _MAX_FAILURE_BYTES)
+            failure = crossing.read_json(folder / "failure.json", _MAX_FAILURE_BYTES)
         except FileNotFoundError:
             return crossing.load(folder, "result", max_bytes)
-        error = _failure(str(told["kind"]), str(told["message"]), tuple(map(str, told["missing"])))
-    # The trust boundary: whatever comes of reading it, the worker provoked, and its words may quote the file.
+        error = _failure(str(failure["kind"]), str(failure["message"]), tuple(map(str, failure["missing"])))
+        if isinstance(error, errors.SeriesUnclear):
+            error.series = tuple(_plain(one) for one in failure["series"])
+    # The trust boundary: any error here comes from the worker's files, and its message may quote the input.
     except Exception:
         raise errors.InputError("the file could not be read: its reader gave no answer.") from None
     raise error
+
+
+def _plain(series: Any) -> dict[str, Any]:
+    """What a worker says of a series, as far as it is text, numbers and lists of numbers."""
+    return {
+        str(key)[:40]: [float(part) for part in value] if isinstance(value, list) else _text_or_number(value)
+        for key, value in series.items()
+    }
+
+
+def _text_or_number(value: Any) -> str | int | float | None:
+    return value if value is None or isinstance(value, int | float) else str(value)[:200]
 
 
 def _failure(kind: str, message: str, missing: tuple[str, ...]) -> errors.VfixError:

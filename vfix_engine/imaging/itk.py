@@ -1,4 +1,4 @@
-"""The one place that calls SimpleITK: one file, one named decoder, no word of its own printed."""
+"""The only caller of SimpleITK: one file, one named decoder, its warnings silenced."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def decode(path: Path, decoder: str) -> tuple[Any, npt.NDArray[Any]]:
 
     Raises ImageError when it cannot be decoded.
     """
-    simpleitk: Any = importlib.import_module("SimpleITK")  # here, as it takes a second and most users never read a file
+    simpleitk: Any = importlib.import_module("SimpleITK")  # imported here: slow to load
     simpleitk.ProcessObject.SetGlobalWarningDisplay(False)  # its warnings quote the header
     reader = simpleitk.ImageFileReader()
     reader.SetImageIO(decoder)

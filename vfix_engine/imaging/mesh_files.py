@@ -1,7 +1,7 @@
-"""Surfaces at the door: .ply, .stl and .obj in, LPS mm out; and .ply out, naming its frame and unit.
+"""Reader of surfaces (.ply, .stl, .obj, .glb, .vtk, .vtp) into LPS mm, and writer of .ply with its frame and unit.
 
-trimesh reads the triangles of a PLY; what it would pass over in silence (a false count, NaN, an index out of range,
-nothing at all) is checked here, before and after.
+trimesh reads the triangles of a PLY. What it accepts silently (wrong counts, NaN, indices out of range, no triangle) is
+checked here, before and after.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
@@ -19,12 +19,14 @@ import numpy.typing as npt
 
 from vfix_engine.errors import FrameError, MeshError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.frame_report import FrameReport, settle, to_lps_mm
+from vfix_engine.imaging.frame_report import FrameReport, resolve_frame, to_lps_mm
+from vfix_engine.imaging.mesh_glb import read_glb
+from vfix_engine.imaging.mesh_vtk import read_vtk, read_vtp
 
-MESH_SUFFIXES = (".ply", ".stl", ".obj")
+MESH_SUFFIXES = (".ply", ".stl", ".obj", ".glb", ".vtk", ".vtp")
 MAX_FILE_BYTES = 1 << 30
 MAX_TRIANGLES = 5_000_000
-FARTHEST_MM = 1e5  # of a corner from the origin: farther is damage or another unit
+FARTHEST_MM = 1e5  # of a corner from the origin
 _HEADER_BYTES = 4096
 _STL_RECORD = 50  # [byte] one triangle of a binary STL
 # 3D Slicer writes the frame as 'SPACE=LPS' into the comment of each of these formats; the unit follows its example.
@@ -39,21 +41,24 @@ _PLY_BYTES = {
 
 
 def is_mesh(path: Path) -> bool:
-    """Whether the name says that a surface is in it."""
+    """Whether the name ends like that of a surface."""
     return path.suffix.lower() in MESH_SUFFIXES
 
 
 def read_mesh(
     path: str | Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> tuple[TriangleMesh, FrameReport]:
-    """Read a surface into LPS mm; every triangle of the file is kept, in order; polygons are split into triangles.
+    """Read a surface into LPS mm. Triangles keep their order; polygons are split into triangles.
 
-    What the file claims or lists is compared with what was read, so that a file that was cut off is refused.
+    The counts of the file are compared with its content, so that a truncated file is refused.
 
-    frame, unit: what the user says where the file does not ('LPS' or 'RAS', 'mm' or 'm').
-    assume: take LPS mm where nobody says, and report it, instead of raising.
+    Args:
+        frame, unit: 'LPS' or 'RAS', 'mm' or 'm', where the file does not name them.
+        assume: take LPS mm where neither names them, and report it, instead of raising FrameError.
 
-    Raises MeshError when the surface cannot be used and FrameError when frame or unit are missing or contradict it.
+    Raises:
+        MeshError: the surface cannot be used.
+        FrameError: frame or unit are missing, or contradict the file.
     """
     path = Path(path)
     if not path.is_file():
@@ -66,9 +71,15 @@ def read_mesh(
     kind = path.suffix.lower()[1:]
     if not data:
         raise MeshError("the file is empty.")
-    named = _named(_NAMED_FRAME, data), _named(_NAMED_UNIT, data)
-    read_frame, read_unit, report = settle(named, (frame, unit), assume=assume)
-    vertices, faces = {"stl": _read_stl, "obj": _read_obj, "ply": _read_ply}[kind](data)
+    named_frame = _named(_NAMED_FRAME, data)
+    if kind in _VTK_READERS:
+        vertices, faces, space = _VTK_READERS[kind](data)
+        named_frame = named_frame or space
+    read_frame, read_unit, report = resolve_frame(
+        (named_frame, _named(_NAMED_UNIT, data)), (frame, unit), assume=assume
+    )
+    if kind in _READERS:
+        vertices, faces = _READERS[kind](data)
     _check(vertices, faces)
     placed = to_lps_mm(vertices, read_frame, read_unit)
     farthest = float(np.abs(placed).max())
@@ -81,7 +92,7 @@ def read_mesh(
 
 
 def _named(pattern: re.Pattern[bytes], data: bytes) -> str | None:
-    """What the comments say of the frame or the unit; FrameError where they contradict each other, wherever it is."""
+    """The frame or unit in the comments; FrameError where two comments contradict each other."""
     words = list(dict.fromkeys(word.decode() for word in pattern.findall(data)))
     if len(words) > 1:
         raise FrameError(f"the file says {words[1]} after {words[0]}; keep the one that is right, or split the file.")
@@ -89,7 +100,7 @@ def _named(pattern: re.Pattern[bytes], data: bytes) -> str | None:
 
 
 def write_ply(path: Path, mesh: TriangleMesh) -> None:
-    """Write a binary PLY in LPS mm that names both; vertices as double, so that nothing is lost."""
+    """Write a binary PLY in LPS mm, with frame and unit named and vertices in double precision."""
     head = (
         "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS UNIT=mm\ncomment Not for clinical use\n"
         f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
@@ -118,7 +129,7 @@ def _check(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> None:
 def _read_stl(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Corners that coincide exactly become one vertex: STL stores each triangle on its own."""
     (count,) = struct.unpack_from("<I", data, 80) if len(data) >= 84 else (0,)
-    if len(data) >= 84 and len(data) == 84 + _STL_RECORD * count:  # binary, whatever its first word is
+    if len(data) >= 84 and len(data) == 84 + _STL_RECORD * count:  # binary, even where it begins with 'solid'
         record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
         corners = np.frombuffer(data, dtype=record, offset=84)["corners"].reshape(-1, 3)
     elif data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:_HEADER_BYTES]:
@@ -175,7 +186,7 @@ def _obj_corner(word: bytes, known: int) -> int:
 
 
 def _check_last_line(data: bytes, kind: str) -> None:
-    """A text that is cut off within a line may still make sense: its last number has lost digits."""
+    """Refuse a last line without an end: its last number may be truncated."""
     if not data.endswith((b"\n", b"\r")):
         raise MeshError(
             f"the last line of the {kind} file has no end: the file is cut off. "
@@ -195,16 +206,16 @@ def _read_ply(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
 
     _check_ply(data)
     try:
-        # From memory and without a resolver: a texture that the file names is never opened.
+        # From memory and without a resolver, so that no texture is opened.
         loaded = trimesh.load_mesh(io.BytesIO(data), file_type="ply", process=False)
         return np.asarray(loaded.vertices, dtype=np.float64), np.asarray(loaded.faces, dtype=np.int64)
-    # trimesh raises whatever a damaged file provokes; its words quote the file.
+    # trimesh raises many types of errors for a damaged file, and their messages quote it.
     except Exception as error:
         raise MeshError(f"the PLY file is damaged or cut off ({type(error).__name__}).") from None
 
 
 def _check_ply(data: bytes) -> None:
-    """The header's counts against what is there, so that nothing is lost and nothing allocated on a false claim."""
+    """Compare the counts of the header with the content, before anything is allocated for them."""
     end = re.search(rb"end_header\r?\n", data[: 1 << 16])
     if not data.startswith(b"ply") or end is None:
         raise MeshError("the file is not PLY, or its header is cut off.")
@@ -259,3 +270,12 @@ def _check_ply_rows(body: bytes, elements: list[tuple[bytes, int, list[list[byte
                 taken += 1 + (int(listed) if listed.isdigit() and len(listed) < 6 else 0)
             if taken != len(words):
                 raise MeshError(f"row {number:,} of the PLY file has {len(words)} values, not {taken}; it is damaged.")
+
+
+_READERS: dict[str, Callable[[bytes], tuple[npt.NDArray[Any], npt.NDArray[Any]]]] = {
+    "stl": _read_stl,
+    "obj": _read_obj,
+    "ply": _read_ply,
+    "glb": read_glb,
+}
+_VTK_READERS = {"vtk": read_vtk, "vtp": read_vtp}  # that know the frame of their fields too

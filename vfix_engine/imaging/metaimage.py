@@ -33,7 +33,7 @@ _BYTES_OF_TYPE = {
 
 
 def read_header(path: Path) -> GridHeader:
-    """The checked header of a MetaImage, its voxels counted. Raises ImageError."""
+    """Read and check the header of a MetaImage and the length of its voxels. Raises ImageError."""
     with path.open("rb") as file:
         fields = _fields(file)
         sizes = check_sizes([_whole(word) for word in fields.get("DimSize", "").split()])

@@ -32,7 +32,7 @@ _PLACEMENTS_AGREE = 0.05  # [mm]
 
 
 def read_header(path: Path) -> GridHeader:
-    """The checked header of a NIfTI-1 file, its voxels counted; the transform is in RAS mm. Raises ImageError."""
+    """Read and check the header of a NIfTI-1 file and the length of its voxels; RAS mm. Raises ImageError."""
     with path.open("rb") as file:
         pieces = _pieces(file, packed=path.name.lower().endswith(".gz"))
         head = b""
@@ -50,6 +50,22 @@ def read_header(path: Path) -> GridHeader:
     transform, placed = _transform(head, order, sizes)
     transform[:3] *= mm
     return GridHeader(sizes, check_transform(transform, 1.0), "RAS" if placed else None, "mm")
+
+
+def bytes_before_voxels(path: Path) -> bytes:
+    """The header and its extensions, unpacked, of a file that `read_header` takes; at most the first mebibyte.
+
+    Raises ImageError for a damaged stream.
+    """
+    with path.open("rb") as file:
+        pieces = _pieces(file, packed=path.name.lower().endswith(".gz"))
+        head = b""
+        while len(head) < _PIECE and (piece := next(pieces, None)) is not None:
+            head += piece
+    if len(head) < _HEADER_BYTES:
+        return b""
+    _, begin, _ = _grid(head, _byte_order(head))
+    return head[: min(begin, _PIECE)]
 
 
 def _pieces(file: BinaryIO, *, packed: bool) -> Iterator[bytes]:
@@ -83,9 +99,7 @@ def _grid(head: bytes, order: str) -> tuple[tuple[int, int, int], int, np.dtype[
 
 
 def _length_of_voxels(pieces: Iterable[bytes], begin: int, voxel: np.dtype[Any]) -> int:
-    """How many bytes of voxels there are. Raises ImageError for NaN or infinity: the library behind SimpleITK makes
-    zeros of them, where those of the other formats leave them to be refused.
-    """
+    """Number of bytes of voxels. Raises ImageError for NaN or infinity, which SimpleITK's NIfTI library sets to 0."""
     seen, rest = 0, b""
     for piece in pieces:
         voxels = piece[max(0, begin - seen) :]

@@ -6,12 +6,14 @@ import math
 import os
 import re
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
+import numpy.typing as npt
 
-from vfix_engine.errors import ImageError
+from vfix_engine.errors import ImageError, SegmentationFound
 from vfix_engine.imaging.grid_header import (
     GridHeader,
     check_length,
@@ -24,47 +26,85 @@ from vfix_engine.imaging.grid_header import (
 _MAX_HEADER = 1 << 16  # [byte]
 _MAGIC = re.compile(rb"NRRD000[1-5]\r?\n")
 # 3D Slicer marks each of its segmentations with such keys, one layer or several.
-_SEGMENTATION = re.compile(r"(Segmentation_|Segment\d+_)\w+:=")
+_SEGMENTATION = re.compile(r"(Segmentation_|Segment\d+_)\w+")
+INTO_A_CASE = (
+    "Import it into the case of its CT: with the case open at the Patient step, or by 'vfix import --into CASE FILE'."
+)
 _SPACES = {"LPS": "left-posterior-superior", "RAS": "right-anterior-superior"}
 _FRAMES = {word: frame for frame, space in _SPACES.items() for word in (space, frame.lower())}
 _NAMELESS_SPACES = {"", "scanner-xyz", "3d-right-handed", "3d-left-handed"}
-_ITEM_BYTES = (
-    (1, ("signed char", "int8", "int8_t", "uchar", "unsigned char", "uint8", "uint8_t")),
-    (2, ("short", "short int", "signed short", "signed short int", "int16", "int16_t")),
-    (2, ("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t")),
-    (4, ("int", "signed int", "int32", "int32_t", "uint", "unsigned int", "uint32", "uint32_t", "float")),
-    (8, ("double",)),
+_CODES = (
+    ("i1", ("signed char", "int8", "int8_t")),
+    ("u1", ("uchar", "unsigned char", "uint8", "uint8_t")),
+    ("i2", ("short", "short int", "signed short", "signed short int", "int16", "int16_t")),
+    ("u2", ("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t")),
+    ("i4", ("int", "signed int", "int32", "int32_t")),
+    ("u4", ("uint", "unsigned int", "uint32", "uint32_t")),
+    ("f4", ("float",)),
+    ("f8", ("double",)),
 )
-_BYTES_OF_TYPE = {name: size for size, names in _ITEM_BYTES for name in names}
+_TYPES = {name: code for code, names in _CODES for name in names}
 
 
 def read_header(path: Path) -> GridHeader:
-    """The checked header of an NRRD file, its voxels counted. Raises ImageError."""
+    """Read and check the header of an NRRD file and the length of its voxels. Raises ImageError."""
     with path.open("rb") as file:
-        fields = _fields(file)
+        fields, keys = read_fields(file)
+        if is_segmentation(keys):
+            raise SegmentationFound(
+                f"the file is a segmentation (.seg.nrrd), whose voxels are labels, not Hounsfield units. {INTO_A_CASE}"
+            )
         sizes = _sizes(fields)
-        item = _BYTES_OF_TYPE.get(fields.get("type", "").lower())
-        if item is None:
-            raise ImageError("the NRRD file holds a type of voxel that is not a plain number.")
-        if item > 1 and fields.get("endian", "").lower() not in ("little", "big"):
-            raise ImageError("the NRRD header does not say the order of bytes in a voxel ('endian: little' or 'big').")
-        claimed = math.prod(sizes) * item
-        encoding = fields.get("encoding", "").lower()
-        if encoding == "raw":
-            check_length(os.fstat(file.fileno()).st_size - file.tell(), claimed)
-        elif encoding in ("gzip", "gz"):
+        claimed = math.prod(sizes) * voxel_type(fields).itemsize
+        if is_packed(fields):
             check_length(inflated_length(file, 31, claimed), claimed)
         else:
-            raise ImageError("the NRRD file is neither raw nor gzip encoded; save it as one of these.")
+            check_length(os.fstat(file.fileno()).st_size - file.tell(), claimed)
+    return GridHeader(sizes, *placement(fields))
+
+
+def is_segmentation(keys: Mapping[str, str]) -> bool:
+    """Whether keys of a header are those that 3D Slicer marks its segmentations with, of one layer or several."""
+    return any(_SEGMENTATION.match(key) for key in keys)
+
+
+def marks_segmentation(path: Path) -> bool:
+    """Whether a file is an NRRD with the marks of a segmentation. Raises ImageError where its header is damaged."""
+    with path.open("rb") as file:
+        return is_segmentation(read_fields(file)[1])
+
+
+def voxel_type(fields: Mapping[str, str]) -> np.dtype[Any]:
+    """Type and byte order of a voxel. Raises ImageError."""
+    code = _TYPES.get(fields.get("type", "").lower())
+    if code is None:
+        raise ImageError("the NRRD file holds a type of voxel that is not a plain number.")
+    orders = {"little": "<", "big": ">"}
+    order = orders.get(fields.get("endian", "").lower())
+    if np.dtype(code).itemsize > 1 and order is None:
+        raise ImageError("the NRRD header does not say the order of bytes in a voxel ('endian: little' or 'big').")
+    return np.dtype((order or "") + code)
+
+
+def is_packed(fields: Mapping[str, str]) -> bool:
+    """Whether the voxels are packed with gzip. Raises ImageError for another encoding than raw and gzip."""
+    encoding = fields.get("encoding", "").lower()
+    if encoding not in ("raw", "gzip", "gz"):
+        raise ImageError("the NRRD file is neither raw nor gzip encoded; save it as one of these.")
+    return encoding != "raw"
+
+
+def placement(fields: Mapping[str, str]) -> tuple[npt.NDArray[np.float64], str | None, str]:
+    """((4, 4) from the index of the three spatial axes to the file's frame and unit, frame or None, unit)."""
     unit = _unit(fields)
     transform = check_transform(_transform(fields), 1.0 if unit == "mm" else 1000.0)
-    return GridHeader(sizes, transform, _frame(fields), unit)
+    return transform, _frame(fields), unit
 
 
 def write_named(path: Path, frame: str, named: Path) -> None:
     """Copy an NRRD file whose frame is not named, with the frame ('LPS' or 'RAS') in its header.
 
-    The library behind SimpleITK refuses a placed volume whose space has no name.
+    SimpleITK's NRRD library refuses a volume with directions whose space has no name.
     """
     with path.open("rb") as source, named.open("wb") as target:
         target.write(source.readline())
@@ -76,12 +116,14 @@ def write_named(path: Path, frame: str, named: Path) -> None:
         shutil.copyfileobj(source, target)
 
 
-def _fields(file: BinaryIO) -> dict[str, str]:
+def read_fields(file: BinaryIO) -> tuple[dict[str, str], dict[str, str]]:
+    """Fields and keys of the header; the file stands at its voxels then. Raises ImageError."""
     magic = file.readline(16)
     check_not_packed(magic, ".nrrd")
     if _MAGIC.fullmatch(magic) is None:
         raise ImageError("the file is not NRRD: its first line is not NRRD0001 to NRRD0005.")
     fields: dict[str, str] = {}
+    keys: dict[str, str] = {}
     while True:
         line = file.readline(_MAX_HEADER)
         if not line.endswith(b"\n") or file.tell() > _MAX_HEADER:
@@ -89,12 +131,11 @@ def _fields(file: BinaryIO) -> dict[str, str]:
         text = line.decode("latin-1").strip()
         if not text:
             break
-        if _SEGMENTATION.match(text):
-            raise ImageError(
-                "the file is a segmentation (.seg.nrrd), whose voxels are labels, not Hounsfield units; "
-                "import the CT that it was drawn on."
-            )
-        if text.startswith("#") or ":=" in text:
+        if text.startswith("#"):
+            continue
+        if ":=" in text:
+            key, _, value = text.partition(":=")
+            keys[key.strip()] = value
             continue
         key, colon, value = text.partition(":")
         key = key.strip().lower()
@@ -104,10 +145,10 @@ def _fields(file: BinaryIO) -> dict[str, str]:
     for refused in ("data file", "datafile", "line skip", "lineskip", "byte skip", "byteskip"):
         if fields.get(refused, "0") != "0":
             raise ImageError(f"an NRRD file with '{refused}' is not read; save header and voxels in one file.")
-    return fields
+    return fields, keys
 
 
-def _sizes(fields: dict[str, str]) -> tuple[int, int, int]:
+def _sizes(fields: Mapping[str, str]) -> tuple[int, int, int]:
     if fields.get("dimension") != "3":
         raise ImageError("the NRRD file does not have three dimensions.")
     words = fields.get("sizes", "").split()
@@ -116,7 +157,7 @@ def _sizes(fields: dict[str, str]) -> tuple[int, int, int]:
     return check_sizes([int(word) for word in words])
 
 
-def _frame(fields: dict[str, str]) -> str | None:
+def _frame(fields: Mapping[str, str]) -> str | None:
     space = fields.get("space", "").lower()
     if space in _NAMELESS_SPACES:
         return None
@@ -125,14 +166,14 @@ def _frame(fields: dict[str, str]) -> str | None:
     return _FRAMES[space]
 
 
-def _unit(fields: dict[str, str]) -> str:
+def _unit(fields: Mapping[str, str]) -> str:
     units: set[str] = set(re.findall(r'"([^"]*)"', fields.get("space units", ""))) or {"mm"}
     if units not in ({"mm"}, {"m"}):
         raise ImageError("the NRRD file's space units are neither mm nor m.")
     return units.pop()
 
 
-def _transform(fields: dict[str, str]) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def _transform(fields: Mapping[str, str]) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     directions = [_triple(text) for text in re.findall(r"\(([^)]*)\)", fields.get("space directions", ""))]
     if len(directions) != 3:
         raise ImageError("the NRRD file has no direction for each of its three axes ('space directions').")

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from vfix_engine.geometry.compiled import compiled, inlined
 
-# A position this close to the outermost voxel centres [voxels] counts as on them: round-off of the mapping.
+# Tolerance [voxels] beyond the outermost voxel centres: rounding of the mapping.
 _EDGE = 1e-6
 
 
@@ -31,10 +31,14 @@ def _trilinear(hu: Any, x: float, y: float, z: float, outside: float) -> float:
 
 
 @compiled
-def _points(hu: Any, indices: Any, outside: float) -> Any:
-    values = np.empty(indices.shape[0])
-    for n in range(indices.shape[0]):
-        values[n] = _trilinear(hu, indices[n, 0], indices[n, 1], indices[n, 2], outside)
+def _points(hu: Any, points: Any, origin: Any, to_index: Any, outside: float) -> Any:
+    values = np.empty(points.shape[0])
+    for n in range(points.shape[0]):
+        x, y, z = points[n, 0] - origin[0], points[n, 1] - origin[1], points[n, 2] - origin[2]
+        i = (to_index[0, 0] * x + to_index[0, 1] * y) + to_index[0, 2] * z
+        j = (to_index[1, 0] * x + to_index[1, 1] * y) + to_index[1, 2] * z
+        k = (to_index[2, 0] * x + to_index[2, 1] * y) + to_index[2, 2] * z
+        values[n] = _trilinear(hu, i, j, k, outside)
     return values
 
 
@@ -49,11 +53,20 @@ def _plane(hu: Any, start: Any, column: Any, row: Any, height: int, width: int, 
 
 
 def sample_points(
-    hu: npt.NDArray[np.int16], indices: npt.NDArray[np.float64], outside: float
+    hu: npt.NDArray[np.int16],
+    points: npt.NDArray[np.float64],
+    origin: npt.NDArray[np.float64],
+    to_index: npt.NDArray[np.float64],
+    outside: float,
 ) -> npt.NDArray[np.float64]:
-    """(n,) trilinear values of hu (K, J, I) at fractional indices (n, 3) in the order i, j, k."""
-    # One layout of memory: another would be compiled as another kernel, by the first start that meets it.
-    values: npt.NDArray[np.float64] = _points(hu, np.ascontiguousarray(indices), outside)
+    """(n,) trilinear values of hu (K, J, I) at points (n, 3).
+
+    origin: where the first voxel's centre is; to_index: (3, 3), from a point relative to it to fractional (i, j, k).
+    """
+    # One layout of memory, not to be written to: another would be compiled as another kernel, by the first start that
+    # meets it.
+    placed, start, matrix = (_read_only(np.ascontiguousarray(array)) for array in (points, origin, to_index))
+    values: npt.NDArray[np.float64] = _points(_read_only(hu), placed, start, matrix, outside)
     return values
 
 
@@ -67,10 +80,15 @@ def sample_plane(
 ) -> npt.NDArray[np.float32]:
     """(h, w) trilinear values of hu (K, J, I) at start + c * column + r * row, all fractional indices i, j, k."""
     if column[0] == 0.0 and row[0] == 0.0 and 0.0 <= start[0] <= hu.shape[2] - 1:
-        # A plane of constant i strides through the whole volume: its two columns, copied side by side first, are
-        # three times faster to sample than to gather voxel by voxel.
+        # A plane of constant i strides through the whole volume. To copy its two layers first is three times faster.
         first = min(int(start[0]), hu.shape[2] - 2)
         hu = np.ascontiguousarray(hu[:, :, first : first + 2])
         start = start - np.array([first, 0.0, 0.0])
     values: npt.NDArray[np.float32] = _plane(hu, start, column, row, shape[0], shape[1], outside)
     return values
+
+
+def _read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    view = array.view()
+    view.setflags(write=False)
+    return view

@@ -1,7 +1,7 @@
-"""Soft tissue around a tool, from the CT: how much of the tool's centreline passes it, and what a place lies in.
+"""Soft tissue from the CT: the length of a tool's centreline in it, and what surrounds a point.
 
-The bone surface says nothing about skin and mucosa: a tool that keeps its clearance to bone may run through the nose's
-tip. Positions are in the patient frame (LPS, mm).
+The bone surface does not contain skin and mucosa: a tool that is clear of bone may pass through the tip of the nose.
+Positions are in the patient frame (LPS, mm).
 """
 
 from __future__ import annotations
@@ -18,24 +18,22 @@ from vfix_engine.imaging.volume import Volume
 Floats = npt.NDArray[np.float64]
 Surroundings = Literal["air_inside", "soft_tissue", "outside_body", "outside_scan", "not_known"]
 
-TISSUE_HU = -300.0  # above it skin, mucosa or bone; half way between air and soft tissue, and a little
-SAMPLE_MM = 0.1  # between samples of a centreline: a border of tissue is placed to half of it
-BODY_GOES_ON_MM = 30.0  # a scan that ends in tissue no farther than this from the tool may have cut off what it passes
+TISSUE_HU = -300.0  # above it skin, mucosa or bone; somewhat above the middle between air and soft tissue
+SAMPLE_MM = 0.1  # between samples of a centreline: the border of tissue is located to half of it
+BODY_GOES_ON_MM = 30.0  # tissue at the border of the scan within this distance of the tool may continue outside
 _RAYS = 64
 _RAY_MM, _RAY_STEP_MM = 80.0, 1.0
-_ENCLOSED = 0.85  # share of rays that meet tissue: at most 0.81 outside of the body, down to 0.89 in a nostril
+_ENCLOSED = 0.85  # share of rays that hit tissue: at most 0.81 outside the body, at least 0.89 in a nostril
 
 
 @dataclass(frozen=True)
 class TissuePassed:
-    """What a tool's centreline passes of tissue denser than -300 HU, in the worst of a series of poses.
+    """Largest length of a tool's centreline in tissue denser than -300 HU over a series of poses.
 
-    length_mm: the largest length of the centreline in tissue, within the scan; None where no pose is in the scan, or
-    there is no scan.
-    at_mm: arc length of the path where the tip is in that pose; None as above.
-    complete: False where the length is a lower bound: the tool leaves the scan within 30 mm of tissue at its border,
-    so more of the body may lie beyond; False as well where nothing is known. Beyond a border that is all air there,
-    air is taken to go on.
+    length_mm: within the scan; None where no pose is in the scan, or without a scan.
+    at_mm: arc length of the path at which the tip is in that pose; None as above.
+    complete: False where the length is a lower bound, because the tool leaves the scan within 30 mm of tissue at its
+        border, or unknown. Beyond a border of air, air is assumed.
     """
 
     length_mm: float | None = None
@@ -44,12 +42,12 @@ class TissuePassed:
 
 
 def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Floats, Floats]]) -> TissuePassed:
-    """The longest stretch of a tool's centreline in tissue, over a series of poses.
+    """The largest length of a tool's centreline in tissue over a series of poses.
 
-    poses: for each the arc length [mm] of the tip along the path, and starts (S, 3) and ends (S, 3) of the tool's axis
-    segments in LPS mm, from the tip on, as `Tool.segments` has them.
+    poses: the arc length [mm] of the tip along the path, and starts (S, 3) and ends (S, 3) of the tool's axis segments
+        in LPS mm, from the tip on, as `Tool.segments` returns them.
 
-    The trilinear HU are sampled every 0.1 mm or closer, so that each border of tissue is off by 0.05 mm at most.
+    The CT is sampled every 0.1 mm or closer, so that the error of each border of tissue is 0.05 mm at most.
     """
     if volume is None:
         return TissuePassed()
@@ -70,30 +68,12 @@ def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Floats, Fl
     return TissuePassed(length, at, not _ends_in_tissue(volume, np.concatenate(exits)))
 
 
-def lining_mm(volume: Volume, places: npt.ArrayLike, nearest: npt.ArrayLike) -> float | None:
-    """How thick soft tissue lies over bone, in mm: the median over places (n, 3) in air, LPS mm.
-
-    nearest: the point of the bone's surface (n, 3) next to each place. From there towards the place everything denser
-    than -300 HU counts, up to the first air. None where no place lies in air within the scan.
-    """
-    ends, starts = np.asarray(places, dtype=np.float64), np.asarray(nearest, dtype=np.float64)
-    found = []
-    for start, end in zip(starts, ends, strict=True):
-        length = float(np.linalg.norm(end - start))
-        steps = np.arange(0.0, length, SAMPLE_MM)
-        hu = volume.sample(np.vstack([start + (steps / max(length, SAMPLE_MM))[:, None] * (end - start), end]), np.nan)
-        if np.isnan(hu).any() or hu[-1] > TISSUE_HU:
-            continue
-        found.append(SAMPLE_MM * int(np.argmax(hu <= TISSUE_HU)))
-    return float(np.median(found)) if found else None
-
-
 def surroundings(volume: Volume | None, place: npt.ArrayLike) -> Surroundings:
-    """What a place (3,) in LPS mm lies in.
+    """What surrounds a point (3,) in LPS mm.
 
-    'air_inside' is air that tissue encloses (airway, sinus, mouth), 'soft_tissue' anything above -300 HU,
-    'outside_body' other air, and 'not_known' the answer without a CT. Air counts as enclosed when four of five rays
-    from it, of 80 mm, meet tissue within the scan.
+    'air_inside' is air enclosed by tissue (airway, sinus, mouth), 'soft_tissue' anything above -300 HU, 'outside_body'
+    other air, 'outside_scan' a point outside the CT, 'not_known' the answer without a CT. Air counts as enclosed when
+    at least 85 % of 64 rays of 80 mm hit tissue within the scan.
     """
     if volume is None:
         return "not_known"
@@ -110,7 +90,7 @@ def surroundings(volume: Volume | None, place: npt.ArrayLike) -> Surroundings:
 
 
 def _centreline(start: Floats, end: Floats) -> tuple[Floats, Floats]:
-    """Samples (m, 3) of the tool's axis from its tail to its tip, and the length (m,) that each stands for."""
+    """Samples (m, 3) of the tool's axis from its tail to its tip, and the length (m,) of each sample."""
     lengths = np.linalg.norm(end - start, axis=1)
     points, weights = [], []
     for a, b, length in zip(start[::-1], end[::-1], lengths[::-1], strict=True):

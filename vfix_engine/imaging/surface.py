@@ -1,40 +1,28 @@
-"""Bone surface out of a CT: marching cubes at a threshold, small bodies away, thinned with the deviation measured."""
+"""Isosurface of a CT by marching cubes, slab by slice slab, and removal of small components."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-import fast_simplification
 import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import ImageError, MeshError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.imaging.volume import Volume
 
 BONE_HU = 250.0
-_AGGRESSIVENESS = 5.0  # of the edge collapse, 0 to 10: slower and closer to the original than its default of 7
-
-
-@dataclass(frozen=True)
-class ThinnedSurface:
-    """A thinned surface and how far [mm] it and the original lie apart, measured at every vertex of both.
-
-    mean_deviation_mm: of the vertices of one from the other's triangles, the larger of the two directions.
-    max_deviation_mm: the largest of both directions. Between vertices the surfaces may lie further apart.
-    """
-
-    mesh: TriangleMesh
-    mean_deviation_mm: float
-    max_deviation_mm: float
+SLAB_SLICES = 50  # made at a time: a fifth of the memory of the whole, and somewhat faster
+Floats = npt.NDArray[np.float64]
+Faces = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)
 class Dropped:
-    """Loose pieces that were left out of a surface: how many, their triangles, and the largest one's extent.
+    """Components removed from a surface: their number, their triangles, and the extent of the largest.
 
-    extent_mm: the largest diagonal of a piece's box along the axes of LPS; no piece reaches further than that.
+    extent_mm: largest diagonal of a component's bounding box in LPS.
     """
 
     pieces: int = 0
@@ -44,30 +32,41 @@ class Dropped:
 
 @dataclass(frozen=True)
 class CleanedSurface:
+    """The result of `clean`."""
+
     mesh: TriangleMesh
     dropped: Dropped
 
 
 def extract_surface(
-    volume: Volume, threshold_hu: float = BONE_HU, region: npt.NDArray[np.float64] | None = None
+    volume: Volume,
+    threshold_hu: float = BONE_HU,
+    region: npt.NDArray[np.float64] | None = None,
+    *,
+    slab_slices: int = SLAB_SLICES,
+    tell: Callable[[float], None] = lambda share: None,
 ) -> TriangleMesh:
-    """Isosurface in LPS mm, normals out of the bone.
+    """Isosurface in LPS mm, normals out of the bone (marching cubes of Lewiner et al. 2003, as in scikit-image).
 
-    threshold_hu: bone is what is denser.
-    region: (2, 3) LPS corners [mm] of the box to stay in; None is the whole volume.
-    The surface is open where the volume or the region cuts through bone.
+    The surface is open where the volume or the region cuts through bone, and closed elsewhere. Marching cubes leaves
+    holes at voxels of the very value of the level, so the level lies half a Hounsfield unit under the threshold, where
+    no voxel has its value.
 
-    Raises ImageError when there is no bone in it.
+    Args:
+        threshold_hu: voxels of at least this value are bone.
+        region: (2, 3) LPS corners [mm] of a box; None is the whole volume.
+        slab_slices: layers of cells that are made at a time; the surface does not depend on it.
+        tell: called with the share that is done.
+
+    Raises:
+        ImageError: no bone, or a region outside the volume.
     """
-    from skimage.measure import marching_cubes  # slow to import, and a start needs none of it
-
     first, hu = _cropped(volume, region)
-    if not hu.min() < threshold_hu < hu.max():
-        raise ImageError(f"no bone surface at {threshold_hu:g} HU: the values run from {hu.min()} to {hu.max()}.")
-    kji, faces, _, _ = marching_cubes(
-        hu.astype(np.float32), threshold_hu, gradient_direction="descent", allow_degenerate=False
-    )
-    vertices = volume.index_to_lps(kji[:, ::-1].astype(np.float64) + first)
+    low, high = int(hu.min()), int(hu.max())
+    if not low < threshold_hu <= high:
+        raise ImageError(f"no bone surface at {threshold_hu:g} HU: the values run from {low} to {high}.")
+    kji, faces = _by_slab(hu, float(np.ceil(threshold_hu)) - 0.5, max(1, int(slab_slices)), tell)
+    vertices = volume.index_to_lps(kji[:, ::-1] + first)
     # With 'descent' (denser inside) and the corners taken in the order i, j, k, the triangles turn outwards; a
     # left-handed direction matrix mirrors them.
     if np.linalg.det(volume.direction) < 0:
@@ -75,10 +74,59 @@ def extract_surface(
     return TriangleMesh(vertices, np.ascontiguousarray(faces, dtype=np.int32))
 
 
-def clean(mesh: TriangleMesh, min_body_triangles: int) -> CleanedSurface:
-    """The mesh without bodies of fewer triangles, unused vertices and triangles of no area; and what bodies those were.
+def _by_slab(hu: npt.NDArray[np.int16], level: float, slab: int, tell: Callable[[float], None]) -> tuple[Floats, Faces]:
+    """Vertices (V, 3) as indices k, j, i, and faces (F, 3), of all slabs joined in the layers that they share."""
+    from skimage.measure import marching_cubes  # imported here: slow to load
 
-    Raises MeshError when nothing is left.
+    vertices, faces, count = list[Floats](), list[Faces](), 0
+    open_vertices, open_numbers = np.zeros((0, 3)), np.zeros(0, dtype=np.int64)  # in the last layer of the slab before
+    for start in range(0, len(hu) - 1, slab):
+        end = min(start + slab, len(hu) - 1)
+        block = hu[start : end + 1].astype(np.float32)
+        tell(start / len(hu))
+        if not block.min() < level < block.max():
+            open_vertices, open_numbers = np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+            continue
+        found, corners, _, _ = marching_cubes(block, level, gradient_direction="descent", allow_degenerate=True)
+        placed = found.astype(np.float64)
+        placed[:, 0] += start
+        number = np.full(len(placed), -1, dtype=np.int64)
+        bottom = np.flatnonzero(placed[:, 0] == start)
+        number[bottom] = _matching(placed[bottom], open_vertices, open_numbers)
+        fresh = number < 0
+        number[fresh] = count + np.arange(int(fresh.sum()))
+        vertices.append(placed[fresh])
+        faces.append(number[corners].astype(np.int32))
+        count += int(fresh.sum())
+        top = np.flatnonzero(placed[:, 0] == end)
+        open_vertices, open_numbers = placed[top], number[top]
+    return np.concatenate(vertices), np.concatenate(faces)
+
+
+def _matching(places: Floats, known: Floats, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """The number (n,) of the known vertex of the same coordinates for each place (n, 3), or -1."""
+    if not len(places) or not len(known):
+        return np.full(len(places), -1, dtype=np.int64)
+    both = np.concatenate([known, places])
+    _, group = np.unique(both, axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    of_group = np.full(int(group.max()) + 1, -1, dtype=np.int64)
+    of_group[group[: len(known)]] = numbers
+    return of_group[group[len(known) :]]
+
+
+def compact(vertices: Floats, faces: npt.NDArray[np.integer]) -> tuple[Floats, Faces]:
+    """Vertices (V, 3) and faces (F, 3) without the vertices that no face uses."""
+    used = np.zeros(len(vertices), dtype=bool)
+    used[faces] = True
+    return vertices[used], (np.cumsum(used, dtype=np.int32) - 1)[faces]
+
+
+def clean(mesh: TriangleMesh, min_body_triangles: int) -> CleanedSurface:
+    """Remove components of fewer triangles, unused vertices and triangles without area.
+
+    Raises:
+        MeshError: nothing is left.
     """
     from scipy.sparse import coo_matrix  # as above
     from scipy.sparse.csgraph import connected_components
@@ -89,19 +137,16 @@ def clean(mesh: TriangleMesh, min_body_triangles: int) -> CleanedSurface:
     graph = coo_matrix((np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(count, count))
     _, body_of_vertex = connected_components(graph, directed=False)
     body = body_of_vertex[faces[:, 0]]
-    stays = np.bincount(body, minlength=count)[body] >= min_body_triangles
-    if not stays.any():
+    kept = np.bincount(body, minlength=count)[body] >= min_body_triangles
+    if not kept.any():
         raise MeshError(f"no body of the surface has {min_body_triangles} triangles.")
-    dropped = _dropped(mesh.vertices[faces[~stays]], body[~stays])
-    faces = faces[stays]
-    used = np.zeros(count, dtype=bool)
-    used[faces] = True
-    compact = (np.cumsum(used, dtype=np.int32) - 1)[faces]
-    return CleanedSurface(TriangleMesh(mesh.vertices[used], compact), dropped)
+    dropped = _dropped(mesh.vertices[faces[~kept]], body[~kept])
+    faces = faces[kept]
+    return CleanedSurface(TriangleMesh(*compact(mesh.vertices, faces)), dropped)
 
 
 def _dropped(triangles: npt.NDArray[np.float64], body: npt.NDArray[np.int32]) -> Dropped:
-    """What the triangles (n, 3, 3) of dropped bodies (n,) come to."""
+    """Summary of the triangles (n, 3, 3) of removed components (n,)."""
     if not len(triangles):
         return Dropped()
     bodies, number = np.unique(body, return_inverse=True)
@@ -109,21 +154,6 @@ def _dropped(triangles: npt.NDArray[np.float64], body: npt.NDArray[np.int32]) ->
     np.minimum.at(low, number, triangles.min(axis=1))
     np.maximum.at(high, number, triangles.max(axis=1))
     return Dropped(len(bodies), len(triangles), float(np.linalg.norm(high - low, axis=1).max()))
-
-
-def thin(mesh: TriangleMesh, target_triangles: int) -> ThinnedSurface:
-    """Quadric edge collapse to about the target, and how far the result and the original lie apart.
-
-    A mesh that is small enough already is returned as it is.
-    """
-    if len(mesh.faces) <= target_triangles:
-        return ThinnedSurface(mesh, 0.0, 0.0)
-    vertices, faces = fast_simplification.simplify(
-        np.array(mesh.vertices), np.array(mesh.faces), target_count=target_triangles, agg=_AGGRESSIVENESS
-    )
-    thinned = clean(TriangleMesh(vertices.astype(np.float64), faces.astype(np.int32)), 1).mesh
-    deviations = [ProximityTree(to).point_distance(of.vertices)[0] for of, to in ((mesh, thinned), (thinned, mesh))]
-    return ThinnedSurface(thinned, float(max(d.mean() for d in deviations)), float(max(d.max() for d in deviations)))
 
 
 def _cropped(

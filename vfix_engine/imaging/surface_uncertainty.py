@@ -1,18 +1,19 @@
-"""How far a bone surface may lie from bone, as sentences, and whether a margin covers that."""
+"""Uncertainty of a bone surface in words, and whether a margin covers it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vfix_engine.imaging.bone import SurfaceReport, slices_may_hide_mm
+from vfix_engine.imaging.bone import SurfaceReport, slice_uncertainty_mm
 
 
 @dataclass(frozen=True)
 class SurfaceUncertainty:
-    """thinning_mm: the largest deviation of the surface that the margin is kept to from the one it was thinned from.
+    """Sources of error of a bone surface.
 
-    voxel_mm: distance of the CT's voxels where they are furthest apart, or the thickness of its slices; 0 without a CT.
-    Of a surface that came without a CT it is not known how far it was off before that.
+    thinning_mm: how far decimation and smoothing may have moved it; the controller adds that to the margin.
+    voxel_mm: the larger of largest voxel spacing and slice thickness of the CT; 0 without a CT, where the error before
+        decimation is unknown.
     """
 
     thinning_mm: float
@@ -20,32 +21,41 @@ class SurfaceUncertainty:
 
     @property
     def off_mm(self) -> float:
-        """How far bone may lie from the surface, both causes together."""
-        return self.thinning_mm + slices_may_hide_mm(self.voxel_mm)
+        """How far bone may lie from the surface in mm: the sum of both."""
+        return self.thinning_mm + slice_uncertainty_mm(self.voxel_mm)
+
+    @property
+    def added_mm(self) -> float:
+        """What the controller adds to every margin."""
+        return self.thinning_mm
 
     def words(self) -> str:
-        """What there is to say, with the figures and without a full stop; '' where that is nothing."""
+        """The uncertainty as a phrase with figures; '' where there is none."""
         if self.voxel_mm:
             return self._figures()
         unknown = "how far bone may lie off its surface is not known, since it came without a CT"
-        return f"{unknown}; it was thinned by up to {self.thinning_mm:.2f} mm" if self.thinning_mm else unknown
+        moved = (
+            f"{unknown}; thinning and smoothing moved it by up to {self.thinning_mm:.2f} mm, which the margin grows by"
+        )
+        return moved if self.thinning_mm else unknown
 
     def _figures(self) -> str:
         causes = []
-        if hidden := slices_may_hide_mm(self.voxel_mm):
+        if hidden := slice_uncertainty_mm(self.voxel_mm):
             causes.append(f"{hidden:.2f} mm: slices {self.voxel_mm:g} mm apart")
         if self.thinning_mm:
-            causes.append(f"{self.thinning_mm:.2f} mm: surface thinned")
+            causes.append(f"{self.thinning_mm:.2f} mm: surface thinned or smoothed, added to the margin")
         further = ", thin bone further" if hidden else ""
         return f"bone may lie {self.off_mm:.2f} mm off its surface{further} ({'; '.join(causes)})" if causes else ""
 
     def warning(self, margin_mm: float) -> str:
-        """The same where the margin does not cover it, else ''."""
-        return f"{self._figures()}, more than the margin of {margin_mm:.2f} mm" if self.off_mm > margin_mm else ""
+        """A phrase where the margin, with what is added to it, is smaller than the uncertainty, else ''."""
+        kept = margin_mm + self.added_mm
+        return f"{self._figures()}, more than the {kept:.2f} mm that are kept" if self.off_mm > kept else ""
 
 
-def report_words(report: SurfaceReport) -> str:
-    """What making a surface cost, with the figures."""
+def describe_report(report: SurfaceReport) -> str:
+    """A phrase on removed components, decimation and smoothing, with figures."""
     dropped, parts = report.dropped, []
     if dropped.pieces:
         what = "1 loose piece" if dropped.pieces == 1 else f"{dropped.pieces} loose pieces"
@@ -57,4 +67,10 @@ def report_words(report: SurfaceReport) -> str:
         )
     else:
         parts.append("not thinned")
+    if report.put_back:
+        parts.append(f"{report.put_back:,} triangles that thinning had moved too far are put back")
+    if report.certified_mm:
+        parts.append(f"no point of the bone is farther than {report.certified_mm:.2f} mm from it")
+    if report.smoothed_mm:
+        parts.append(f"smoothed by {report.smoothed_mm:.2f} mm at most")
     return "; ".join(parts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -37,6 +38,7 @@ class Volume:
         it is how the file stores the patient, and every mapping here goes through the full matrix.
     slice_thickness_mm: how thick a layer the scanner took for one slice, where the file says so; it may be more than
         the distance between slices.
+    window: (2,) width and centre of the grey values that the scanner's files suggest; None where they suggest none.
 
     Raises ImageError when the grid is not usable.
     """
@@ -46,6 +48,7 @@ class Volume:
     spacing: Floats
     direction: Floats
     slice_thickness_mm: float | None = None
+    window: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         hu = np.asarray(self.hu)
@@ -70,11 +73,24 @@ class Volume:
         for name, value in (("hu", view), ("origin", origin), ("spacing", spacing), ("direction", direction)):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "slice_thickness_mm", thickness)
+        if self.window is not None:
+            width, centre = (float(value) for value in self.window)
+            object.__setattr__(self, "window", (width, centre))
 
     @property
     def resolution_mm(self) -> float:
-        """The coarsest of its voxels' sides and its slices' thickness: what is smaller may not be seen at all."""
+        """The larger of largest voxel spacing and slice thickness in mm; smaller structures may be invisible."""
         return max(float(self.spacing.max()), self.slice_thickness_mm or 0.0)
+
+    @property
+    def content_hash(self) -> str:
+        """SHA-256 of grid and voxels; the slice thickness is not part of it."""
+        digest = hashlib.sha256(repr(self.hu.shape).encode())
+        for part in (self.origin, self.spacing, self.direction):
+            digest.update(part.astype("<f8").tobytes())
+        for layer in self.hu:
+            digest.update(np.ascontiguousarray(layer, dtype="<i2").data)
+        return digest.hexdigest()
 
     @property
     def transform_index_to_lps(self) -> Floats:
@@ -102,8 +118,8 @@ class Volume:
 
     def sample(self, points: npt.ArrayLike, outside: float = AIR_HU) -> Floats:
         """(n,) trilinear HU at LPS points (n, 3) [mm]; `outside` beyond the outermost voxel centres."""
-        indices = np.ascontiguousarray(self.lps_to_index(np.atleast_2d(np.asarray(points, dtype=np.float64))))
-        return sample_points(self.hu, indices, float(outside))
+        placed = np.atleast_2d(np.asarray(points, dtype=np.float64))
+        return sample_points(self.hu, placed, self.origin, self.direction.T / self.spacing[:, None], float(outside))
 
     def slice_image(
         self, axis: Axis, position_mm: float, window: float = 2000.0, level: float = 400.0
@@ -120,10 +136,17 @@ class Volume:
 
         Raises ImageError for an unknown axis, a plane outside the volume or a window that is not positive.
         """
-        if axis not in get_args(Axis):
-            raise ImageError(f"a slice is axial, coronal or sagittal, not {axis!r}.")
         if not (np.isfinite(window) and np.isfinite(level) and window > 0):
             raise ImageError(f"a window must be positive and finite, not {window} HU at a level of {level} HU.")
+        shape, transform = self.slice_grid(axis, position_mm)
+        hu = self._plane(transform[:3, 3], transform[:3, :2], shape, -np.inf)
+        grey = np.clip((hu - (level - window / 2.0)) * np.float32(255.0 / window), 0.0, 255.0)
+        return np.rint(grey).astype(np.uint8), transform
+
+    def slice_grid(self, axis: Axis, position_mm: float) -> tuple[tuple[int, int], Floats]:
+        """Height and width [pixel] of that picture, and the (4, 4) affine of its pixels; raises as `slice_image`."""
+        if axis not in get_args(Axis):
+            raise ImageError(f"a slice is axial, coronal or sagittal, not {axis!r}.")
         view = _VIEW_AXES[axis]
         low, high = self.bounds
         through = int(np.abs(view[:, 2]).argmax())
@@ -137,12 +160,10 @@ class Volume:
         extent = np.abs(view[:, :2].T @ (high - low))
         pixel = max(float(self.spacing.min()), float(extent.max()) / (LONGEST_SIDE - 1))
         width, height = (np.floor(extent / pixel + 1e-6) + 1).astype(int)
-        hu = self._plane(start, view[:, :2] * pixel, (int(height), int(width)), -np.inf)
-        grey = np.clip((hu - (level - window / 2.0)) * np.float32(255.0 / window), 0.0, 255.0)
         transform = np.eye(4)
         transform[:3, :3] = view * pixel
         transform[:3, 3] = start
-        return np.rint(grey).astype(np.uint8), transform
+        return (int(height), int(width)), transform
 
     def _plane(self, start: Floats, steps: Floats, shape: tuple[int, int], outside: float) -> npt.NDArray[np.float32]:
         """(h, w) HU on the grid start + column * steps[:, 0] + row * steps[:, 1], all LPS mm."""
@@ -171,12 +192,15 @@ def check_finite(values: npt.NDArray[Any]) -> None:
 
 
 def volume_of(
-    hu: npt.NDArray[np.int16], transform_index_to_lps: Floats, slice_thickness_mm: float | None = None
+    hu: npt.NDArray[np.int16],
+    transform_index_to_lps: Floats,
+    slice_thickness_mm: float | None = None,
+    window: tuple[float, float] | None = None,
 ) -> Volume:
     """Volume on the grid of a (4, 4) affine from (i, j, k) to LPS mm."""
     spacing = np.linalg.norm(transform_index_to_lps[:3, :3], axis=0)
     direction = transform_index_to_lps[:3, :3] / spacing
-    return Volume(hu, transform_index_to_lps[:3, 3], spacing, direction, slice_thickness_mm)
+    return Volume(hu, transform_index_to_lps[:3, 3], spacing, direction, slice_thickness_mm, window)
 
 
 def _vector(value: npt.ArrayLike, name: str) -> Floats:

@@ -33,24 +33,25 @@ def main(folder: Path) -> None:
 
     try:
         function = getattr(importlib.import_module(request["module"]), request["function"])
-        options: dict[str, Any] = {"progress": _say} if request["progress"] else {}
+        options: dict[str, Any] = {"progress": _report_progress} if request["progress"] else {}
         arguments = crossing.load(folder, "arguments", request["memory_bytes"])
         crossing.save(function(*arguments, **options), folder, "result")
     except VfixError as error:
-        _fail(folder, type(error).__name__, str(error), getattr(error, "missing", ()))
+        series = getattr(error, "series", ())
+        _write_failure(folder, type(error).__name__, str(error), getattr(error, "missing", ()), series)
     except MemoryError:
-        _fail(folder, "InputError", "reading the file takes more memory than it may.", ())
+        _write_failure(folder, "InputError", "reading the file takes more memory than it may.", ())
     except RecursionError:
-        _fail(folder, "InputError", "the file is nested too deeply.", ())
+        _write_failure(folder, "InputError", "the file is nested too deeply.", ())
     except OSError as error:
-        words = _FULL.get(error.errno or 0, f"the file could not be read ({type(error).__name__}).")
-        _fail(folder, "InputError", words, ())
-    # The trust boundary: any other error is one that the file provoked, and its words may quote the file.
+        words = _DISK_ERRORS.get(error.errno or 0, f"the file could not be read ({type(error).__name__}).")
+        _write_failure(folder, "InputError", words, ())
+    # The trust boundary: any other error was caused by the file, and its message may quote it.
     except Exception as error:
-        _fail(folder, "InputError", f"the file could not be read ({type(error).__name__}).", ())
+        _write_failure(folder, "InputError", f"the file could not be read ({type(error).__name__}).", ())
 
 
-_FULL = {
+_DISK_ERRORS = {
     errno.ENOSPC: "reading the file takes more disk than there is; make room and try again.",
     errno.EDQUOT: "reading the file takes more disk than you may use; make room and try again.",
     errno.EFBIG: "reading the file takes more disk than it may.",
@@ -58,7 +59,7 @@ _FULL = {
 
 
 def _end_with_caller() -> None:
-    """The caller holds the other end of stdin and writes nothing; when it ends, so does this group of processes."""
+    """End this process group when the caller ends, which closes the other end of stdin."""
     while os.read(0, 1):
         pass
     if os.name == "posix":
@@ -86,12 +87,14 @@ def _limit(memory_bytes: int, seconds: float) -> None:
             continue
 
 
-def _say(stage: str, fraction: float) -> None:
+def _report_progress(stage: str, fraction: float) -> None:
     print(json.dumps([stage, fraction]), flush=True)
 
 
-def _fail(folder: Path, kind: str, message: str, missing: tuple[str, ...]) -> None:
-    text = json.dumps({"kind": kind, "message": message, "missing": list(missing)})
+def _write_failure(
+    folder: Path, kind: str, message: str, missing: tuple[str, ...], series: tuple[dict[str, Any], ...] = ()
+) -> None:
+    text = json.dumps({"kind": kind, "message": message, "missing": list(missing), "series": list(series)})
     (folder / "failure.json").write_text(text, encoding="utf-8")
 
 

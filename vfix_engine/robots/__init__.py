@@ -1,8 +1,8 @@
 """Robots and tools over Pinocchio.
 
-A robot file names its joints in order, each with axis, range, speed and the source of those numbers.
-A placed robot has its base somewhere in the patient frame: its kinematics and Jacobian are in LPS mm.
-A snake of universal joints has no file: it is made from the number of its links.
+``RobotModel`` is a serial robot from a URDF, a configuration or a Pinocchio model. ``PlacedRobot`` has its base in the
+patient frame, so that its kinematics and Jacobian are in LPS mm. ``SnakeModel`` is a robot of identical links behind
+universal joints, made from numbers.
 """
 
 from .config import robot_from_urdf, urdf_frames

@@ -1,4 +1,4 @@
-"""Forward kinematics and Jacobian of a serial robot, compiled: the copy of Pinocchio's model that the step uses."""
+"""Forward kinematics and Jacobian of a serial robot, compiled for the control step; equal to Pinocchio's."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Chain(NamedTuple):
     """A serial robot with n joints placed in the patient frame; lengths in mm.
 
     revolute: (n,) bool; axis: (n, 3) unit vectors in the joint's own frame.
-    rotation: (n, 3, 3), offset: (n, 3) placement of each joint's frame in the frame of the joint before it; the first
-    one is its placement in the patient frame, the robot's base included.
+    rotation: (n, 3, 3), offset: (n, 3) placement of each joint's frame in the frame of the previous joint; that of the
+    first joint is in the patient frame and includes the base.
     tip_rotation: (3, 3), tip_offset: (3,) placement of the tip frame in the last joint's moving frame.
     """
 
@@ -49,7 +49,7 @@ class Chain(NamedTuple):
 
 @inlined
 def _lever_arms(chain: Chain, position: Array, jacobian: Array) -> None:
-    """Columns of revolute joints: from the joint's place to ω × (tip − place)."""
+    """Replace the joint positions in the columns of revolute joints by ω × (tip − position)."""
     for j in range(jacobian.shape[1]):
         if chain.revolute[j]:
             x, y, z = jacobian[3, j], jacobian[4, j], jacobian[5, j]
@@ -59,9 +59,10 @@ def _lever_arms(chain: Chain, position: Array, jacobian: Array) -> None:
 
 @inlined
 def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, jacobian_out: Array) -> None:
-    """Tip pose and Jacobian in the patient frame at joints q (n,), written into the last three arguments.
+    """Write tip pose and Jacobian in the patient frame at joints q (n,), mm and rad.
 
     Args:
+        chain: the robot; q: joints (n,).
         rotation_out: (3, 3); position_out: (3,) mm.
         jacobian_out: (6, n), rows 0-2 the tip's velocity, rows 3-5 the angular velocity per unit of joint speed.
     """
@@ -82,7 +83,7 @@ def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, ja
             a, b, e = frame[i, 0], frame[i, 1], frame[i, 2]
             along = a * x + b * y + e * z
             if chain.revolute[j]:
-                # The joint's place stands in for the tip's velocity until the tip is known.
+                # Holds the joint's position until the tip is known, see ``_lever_arms``.
                 jacobian_out[i, j], jacobian_out[3 + i, j] = origin[i], along
                 # Times Rot(axis, q) by Rodrigues' formula.
                 frame[i, 0] = a * (c + x * x * v) + b * (y * x * v + z * s) + e * (z * x * v - y * s)

@@ -1,4 +1,4 @@
-"""A robot's configuration (``vfix-robot/2``): which URDF, from which frame to which, and what a URDF does not say."""
+"""Reader of robot configurations (``vfix-robot/2``): URDF, base and tool frame, and values that a URDF lacks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..errors import RobotError
 from .description import check_keys, description_path, read_bytes, read_description, transform_of
 from .local_path import local_path
 from .model import Mount, RobotModel
-from .serial import JointWords, serial_robot
+from .serial import JointConfig, serial_robot
 from .urdf import Urdf, parse_urdf
 
 ROBOT_SCHEMA = "vfix-robot/2"
@@ -31,7 +31,7 @@ _NUMBERS = ("lower", "upper", "speed", "acceleration")  # of a joint, which need
 
 @dataclass(frozen=True)
 class RobotConfig:
-    """What a configuration says; lengths in mm, angles in rad. None: take the URDF's own."""
+    """A configuration; lengths in mm, angles in rad. None takes the value of the URDF."""
 
     name: str
     title: str
@@ -42,12 +42,13 @@ class RobotConfig:
     mount_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mount_rpy: tuple[float, float, float] = Z_ALONG_SHAFT
     hold: str = "tail"
-    stands: bool = False
+    upright: bool = False  # the key 'stands'
     home: Mapping[str, float] = field(default_factory=dict)
-    joints: Mapping[str, JointWords] = field(default_factory=dict)
-    complete: bool = True  # a configuration has to say what the URDF leaves out; for a plain URDF it is assumed
+    joints: Mapping[str, JointConfig] = field(default_factory=dict)
+    complete: bool = True  # False for a plain URDF, whose missing values are assumed
 
     def mount(self) -> Mount:
+        """The frame that holds the tool, relative to the tool frame."""
         return Mount(transform_of(self.mount_xyz, self.mount_rpy), self.hold)
 
 
@@ -65,19 +66,19 @@ def load_robot(name_or_path: str | Path, tool_frame: str | None = None) -> Robot
     except RobotError as error:
         raise RobotError(f"{path.name}: {error}") from error
     if tool_frame is not None and tool_frame != config.tool_frame:
-        # Mount and hold were meant for the configuration's own tool frame.
+        # Mount and hold belong to the configuration's own tool frame.
         config = replace(config, tool_frame=tool_frame, mount_xyz=(0.0, 0.0, 0.0), mount_rpy=Z_ALONG_SHAFT, hold="tail")
     return _built(file, config)
 
 
 def robot_from_urdf(data: bytes, name: str, tool_frame: str | None = None) -> RobotModel:
-    """The robot of a plain URDF that is no file, see ``RobotModel.load``; its meshes are not looked for."""
+    """The robot of a plain URDF in memory, see ``RobotModel.load``; meshes are not resolved."""
     config = RobotConfig(name, name, "the URDF alone", tool_frame=tool_frame, complete=False)
     return _robot(parse_urdf(data, _NOWHERE), config)
 
 
 def urdf_frames(data: bytes) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of all links of a URDF but its root, and of those without a child. Raises RobotError."""
+    """Names of all links of a URDF except its root, and of the links without children. Raises RobotError."""
     urdf = parse_urdf(data, _NOWHERE)
     return tuple(link for link in urdf.links if link != urdf.root), urdf.leaves()
 
@@ -87,14 +88,14 @@ def _built(file: Path, config: RobotConfig) -> RobotModel:
     try:
         return _robot(parse_urdf(data, file.parent), config)
     except RobotError as error:
-        # Only the file's own name: the rest of the path may name a person.
+        # The name of the file only: the rest of the path may name a person.
         raise RobotError(f"{file.name}: {error}") from error
 
 
 def _robot(urdf: Urdf, config: RobotConfig) -> RobotModel:
     unknown = sorted((set(config.joints) | set(config.home)) - {joint.name for joint in urdf.joints})
     if unknown:
-        raise RobotError(f"the configuration speaks of the joint '{unknown[0]}', which the URDF does not have")
+        raise RobotError(f"the configuration names the joint '{unknown[0]}', which the URDF does not have")
     base = urdf.root if config.base_frame is None else config.base_frame
     tool = config.tool_frame
     if tool is None:
@@ -109,7 +110,7 @@ def _robot(urdf: Urdf, config: RobotConfig) -> RobotModel:
     placed = Mount(chain.tool_frame @ config.mount().transform_flange_to_link, config.hold)
     home = [config.home.get(name, joint.rest) for name, joint in zip(chain.names, chain.joints, strict=True)]
     return RobotModel(
-        config.name, config.title, config.source, chain.joints, chain.visuals, placed, home, config.stands, chain.notes
+        config.name, config.title, config.source, chain.joints, chain.visuals, placed, home, config.upright, chain.notes
     )
 
 
@@ -130,20 +131,20 @@ def _config(data: dict[str, Any]) -> RobotConfig:
             mount_xyz=_three(mount.get("xyz", (0.0, 0.0, 0.0))),
             mount_rpy=_three(mount.get("rpy", Z_ALONG_SHAFT)),
             hold=str(mount.get("hold", "tail")),
-            stands=_yes_or_no(data.get("stands", False)),
+            upright=_boolean(data.get("stands", False)),
             home={str(name): _number(value) for name, value in data.get("home", {}).items()},
-            joints={str(name): _words(str(name), entry) for name, entry in data.get("joints", {}).items()},
+            joints={str(name): _joint_config(str(name), entry) for name, entry in data.get("joints", {}).items()},
         )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise RobotError(f"the configuration: {error!r} is missing or not usable") from error
 
 
-def _words(name: str, entry: Mapping[str, Any]) -> JointWords:
+def _joint_config(name: str, entry: Mapping[str, Any]) -> JointConfig:
     check_keys(entry, _JOINT_KEYS, f"joint '{name}'")
     values = {key: _number(entry[key]) for key in (*_NUMBERS, "weight") if key in entry}
     if set(values) & set(_NUMBERS) and not str(entry.get("source", "")).strip():
         raise RobotError(f"joint '{name}': its numbers need a source, which may be 'assumed'")
-    return JointWords(title=str(entry.get("title", name)), source=str(entry.get("source", "URDF")), **values)
+    return JointConfig(title=str(entry.get("title", name)), source=str(entry.get("source", "URDF")), **values)
 
 
 def _number(value: Any) -> float:
@@ -157,7 +158,7 @@ def _three(values: Any) -> tuple[float, float, float]:
     return _number(x), _number(y), _number(z)
 
 
-def _yes_or_no(value: Any) -> bool:
+def _boolean(value: Any) -> bool:
     if not isinstance(value, bool):
         raise ValueError(f"{value!r} is not true or false")
     return value

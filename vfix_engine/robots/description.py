@@ -1,4 +1,4 @@
-"""Description files of robots and tools: where they are, and that they are JSON of the right schema; transforms."""
+"""Description files of robots and tools: lookup, JSON and schema checks, transforms."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RobotError
-from ..geometry.places import rigid_transform
+from ..given import rigid_transform
 from ..resources import assets_dir
 
 Array = NDArray[np.float64]
@@ -20,18 +20,20 @@ MAX_FILE_BYTES = 1 << 20  # a description is a few kilobytes
 
 
 def description_path(name_or_path: str | Path, folder: str) -> Path:
-    """The file that a path names, or a shipped one's name: letters, digits, '_' and '-' only."""
+    """The file of a path, or of the name of a shipped description: letters, digits, '_' and '-' only."""
     text = str(name_or_path)
     shipped = text.replace("_", "").replace("-", "").isalnum()
     return assets_dir() / folder / f"{text}.json" if shipped else Path(text)
 
 
 def read_bytes(path: Path, folder: str) -> bytes:
-    """The content of a description; RobotError where it is missing or too large."""
+    """The content of a description; RobotError for a missing, unreadable or too large file."""
     try:
         with path.open("rb") as stream:
             data = stream.read(MAX_FILE_BYTES + 1)
     except (FileNotFoundError, NotADirectoryError) as error:
+        if path.parent != assets_dir() / folder:
+            raise RobotError(f"there is no file {str(path)!r:.200}") from error
         known = ", ".join(sorted(p.stem for p in (assets_dir() / folder).glob("*.json")))
         raise RobotError(f"no {folder[:-1]} '{path.stem}'; shipped are: {known}") from error
     except (OSError, ValueError) as error:
@@ -42,7 +44,7 @@ def read_bytes(path: Path, folder: str) -> bytes:
 
 
 def read_description(name_or_path: str | Path, folder: str, schema: str) -> dict[str, Any]:
-    """A JSON description from a path, or from the assets by its name; checks the schema's name and version."""
+    """A JSON description from a path or a shipped name. Raises RobotError for another schema."""
     path = description_path(name_or_path, folder)
     content = read_bytes(path, folder)
     try:
@@ -55,7 +57,7 @@ def read_description(name_or_path: str | Path, folder: str, schema: str) -> dict
 
 
 def check_keys(entry: Any, keys: set[str], what: str) -> None:
-    """RobotError where the entry is no mapping or has a key that nobody reads: a slip of the pen would go unseen."""
+    """RobotError where the entry is no mapping or has an unknown key, such as a misspelt one."""
     if not isinstance(entry, Mapping):
         raise RobotError(f"{what} is not a mapping of names to values")
     unknown = sorted(str(key) for key in set(entry) - keys)
@@ -64,7 +66,7 @@ def check_keys(entry: Any, keys: set[str], what: str) -> None:
 
 
 def check_transform(transform: Array, what: str = "the robot's base") -> Array:
-    """A read-only copy of a rigid transform (4, 4), refused when it is not one."""
+    """A read-only copy of a rigid transform (4, 4) in mm; RobotError for any other matrix."""
     matrix = rigid_transform(transform, what, RobotError)
     matrix.setflags(write=False)
     return matrix

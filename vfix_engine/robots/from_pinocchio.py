@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 MM_PER_M = 1000.0
 Z_ALONG_SHAFT = (0.5 * np.pi, 0.0, 0.0)  # turns the flange's y axis, the shaft's, onto z of the tool frame
-_LARGEST = 1e6  # a limit beyond stands for none
+_LARGEST = 1e6  # a limit above it means no limit
 
 
 def robot_from_pinocchio(
@@ -48,20 +48,20 @@ def robot_from_pinocchio(
 
 
 def _joint(model: pin.Model, data: pin.Data, i: int, weight: float | None) -> tuple[Joint, list[str]]:
-    """One joint in mm and rad, and what had to be assumed."""
+    """One joint in mm and rad, and the assumptions made."""
     name, given = model.names[i], model.joints[i]
     where, assumed = f"joint '{name}'", []
     if given.nv != 1:
         raise RobotError(f"{where} is a {given.shortname()}: a chain needs revolute and prismatic joints")
     jacobian = pin.getJointJacobian(model, data, i, pin.ReferenceFrame.LOCAL)
-    column = jacobian.reshape(6, -1)[:, given.idx_v]  # of a model with one joint it is a vector
+    column = jacobian.reshape(6, -1)[:, given.idx_v]  # a vector for a model with one joint
     shift, turn = column[:3], column[3:]
     if np.allclose(shift, 0.0) == np.allclose(turn, 0.0):
         raise RobotError(f"{where} is a {given.shortname()}: a chain needs revolute and prismatic joints")
     kind = "prismatic" if np.allclose(turn, 0.0) else "revolute"
     axis, unit = (shift, MM_PER_M) if kind == "prismatic" else (turn, 1.0)
     lower, upper = -np.inf, np.inf
-    if given.nq == 1:  # a joint without limits may be two numbers, cosine and sine
+    if given.nq == 1:  # a continuous joint may have two coordinates, cosine and sine
         lower, upper = float(model.lowerPositionLimit[given.idx_q]), float(model.upperPositionLimit[given.idx_q])
     if not max(abs(lower), abs(upper)) < _LARGEST:
         if kind == "prismatic":

@@ -1,4 +1,4 @@
-"""Inverse kinematics: joints that bring the tip to a pose, from a configuration near it, within the joints' ranges."""
+"""Inverse kinematics of a placed robot by damped least squares, within the joint ranges."""
 
 from __future__ import annotations
 
@@ -12,36 +12,38 @@ from .placed import PlacedRobot
 
 Array = NDArray[np.float64]
 
-_LEVER_MM = 100.0  # makes an angle comparable to a displacement
+_LEVER_MM = 100.0  # length by which angles are multiplied
 _TOLERANCE_MM = 1e-6
 _STEPS = 200
-_DAMPING = 1e-3  # of the first step, relative to the Jacobian's size
+_DAMPING = 1e-3  # initial damping, relative to the mean diagonal of JᵀJ
 
 
 @dataclass(frozen=True, eq=False)
-class Reached:
-    """q (n,): joints nearest to a pose; short_mm: how far the tip is from its position there.
+class IkResult:
+    """Result of :func:`inverse_kinematics`.
 
-    found: the pose is met. stopped: numbers of the joints that stand at a limit and would go on.
+    q: joints (n,) in mm or rad, inside their ranges.
+    found: whether the pose is reached.
+    position_error_mm: distance of the tip from the wanted position; 0 where found.
+    stopped: indices of the joints at a limit that would have to move beyond it.
     """
 
     q: Array
     found: bool
-    short_mm: float
+    position_error_mm: float
     stopped: tuple[int, ...]
 
 
-def joints_for(placed: PlacedRobot, rotation: Array, position: Array, start: Array) -> Array | None:
-    """Joints (n,) within their ranges at which the tip has that pose, or None where none is found; see `reach`."""
-    reached = reach(placed, rotation, position, start)
-    return reached.q if reached.found else None
+def inverse_kinematics(placed: PlacedRobot, rotation: Array, position: Array, start: Array) -> IkResult:
+    """Joints that bring the tip to a pose, or as near to it as their ranges allow.
 
+    Damped least squares (Levenberg-Marquardt) from ``start``; for a redundant robot the result is near ``start``.
+    A pose counts as reached within 1e-6 mm and 1e-8 rad.
 
-def reach(placed: PlacedRobot, rotation: Array, position: Array, start: Array) -> Reached:
-    """Joints within their ranges that bring the tip to a pose from ``start`` (n,), or as near to it as they go.
-
-    Damped least squares; of a redundant robot's many answers it is the one that few and small steps lead to.
-    The tip is within 1e-6 mm of the position (3,) and within 1e-8 rad of the rotation (3, 3).
+    Args:
+        placed: the robot with its base in the patient frame.
+        rotation, position: wanted pose of the tip (3, 3) and (3,) in mm, patient frame.
+        start: joints (n,) in mm or rad.
     """
     robot = placed.robot
     q = np.clip(start, robot.lower, robot.upper)
@@ -50,8 +52,8 @@ def reach(placed: PlacedRobot, rotation: Array, position: Array, start: Array) -
     for _ in range(_STEPS):
         size = float(error @ error)
         if size <= _TOLERANCE_MM**2:
-            return Reached(q, True, 0.0, ())
-        # A joint that stands at its limit and would go on outwards takes no part.
+            return IkResult(q, True, 0.0, ())
+        # A joint at its limit that would move beyond it is kept fixed.
         gradient = jacobian.T @ error
         stuck = ((q <= robot.lower) & (gradient < 0)) | ((q >= robot.upper) & (gradient > 0))
         free = np.where(stuck[None, :], 0.0, jacobian)
@@ -67,11 +69,11 @@ def reach(placed: PlacedRobot, rotation: Array, position: Array, start: Array) -
                 break
     gradient = jacobian.T @ error
     stopped = np.flatnonzero(((q <= robot.lower) & (gradient < 0)) | ((q >= robot.upper) & (gradient > 0)))
-    return Reached(q, False, float(np.linalg.norm(error[:3])), tuple(int(joint) for joint in stopped))
+    return IkResult(q, False, float(np.linalg.norm(error[:3])), tuple(int(joint) for joint in stopped))
 
 
 def _error(placed: PlacedRobot, rotation: Array, position: Array, q: Array) -> tuple[Array, Array]:
-    """What is missing to the pose (6,) in mm, and the Jacobian (6, n) in the same unit."""
+    """Pose error (6,) in mm, angles times the lever, and its Jacobian (6, n)."""
     tip = placed.tip(q)
     turn = pin.log3(rotation @ tip.rotation.T)
     error = np.concatenate([position - tip.position, _LEVER_MM * turn])

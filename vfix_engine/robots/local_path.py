@@ -1,4 +1,4 @@
-"""File names that a description gives: only files inside its own folder, whatever the name says (HAZ-19)."""
+"""File names in a description: only files inside its own folder are accepted (HAZ-19)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _MAX_LENGTH = 1024
 
 
 def local_path(folder: Path, name: str) -> Path:
-    """The resolved path of a file inside ``folder``, links followed; nothing is opened.
+    """The resolved path of a file inside ``folder``; symbolic links are followed, nothing is opened.
 
-    name: relative, with '/' between its parts; 'package://' is taken off, the package being a folder there.
+    name: relative, with '/' as separator; a prefix 'package://' is removed and the package taken as a folder there.
 
     Raises:
         RobotError: the name is absolute, has a scheme, '..', '%' or a backslash, or leads outside through a link.
@@ -26,7 +26,7 @@ def local_path(folder: Path, name: str) -> Path:
         raise RobotError(f"the file name {shown} is empty, too long or has a letter that none here may have")
     if _SCHEME.match(rest):
         raise RobotError(f"the file name {shown} has a scheme; only files inside the robot's folder are read")
-    # A part with spaces around it is another one on Windows: '.. ' is '..' there.
+    # Windows ignores spaces around a part: '.. ' is '..' there.
     if rest[0] in "/~" or any(part == ".." or part != part.strip() for part in rest.split("/")):
         raise RobotError(f"the file name {shown} leads out of the robot's folder")
     try:

@@ -1,4 +1,4 @@
-"""A serial robot as data: joints with fixed placements between them, and the frame that holds a tool."""
+"""Data of a serial robot: joints with fixed placements between them, and the frame that holds the tool."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
+from ..given import real_array
 from .description import check_transform
 from .placed import PlacedRobot
 from .tool import HOLDS, Tool
 
 Array = NDArray[np.float64]
 
-MOST_JOINTS = 32  # between base and tool frame: a control step goes over all pairs of joints
-# Relative cost of a millimetre and of a radian of joint motion where a robot's data does not say otherwise. A turn
-# about a remote centre sweeps the whole shaft, so a radian costs what 50 mm of sliding do: the displacement of a point
-# a third up the shaft of 150 mm.
+MOST_JOINTS = 32  # between base and tool frame: the cost of a control step grows with the square of their number
+# Default cost of a millimetre and of a radian of joint motion. A rotation about a remote centre moves the whole shaft:
+# a radian costs as much as 50 mm of translation, the displacement of a point a third up a shaft of 150 mm.
 JOINT_WEIGHT = {"prismatic": 1.0, "revolute": 50.0}
-_EDGE = 0.1  # share of a joint's range at either end that is no place to start from
+_EDGE = 0.1  # share of a joint's range at either end in which it does not start
 
 
 def _identity() -> Array:
@@ -34,9 +34,15 @@ def _identity() -> Array:
 class Joint:
     """One joint: range, speed and acceleration in mm, mm/s, mm/s² (prismatic) or rad, rad/s, rad/s² (revolute).
 
-    axis: unit vector in the joint's own frame; placement: transform_joint_to_parent (4, 4) at q = 0, the parent being
-    the frame of the joint before, or the base.
-    weight: relative cost of its motion, see ``JOINT_WEIGHT``, which holds where it is None.
+    kind: 'prismatic' or 'revolute'.
+    axis: unit vector in the joint's own frame.
+    range_source: where the numbers come from, for people.
+    placement: transform_joint_to_parent (4, 4) at q = 0, mm; the parent is the previous joint's frame or the base.
+    weight: relative cost of its motion; None takes ``JOINT_WEIGHT``.
+
+    Raises:
+        RobotError: an unknown kind, an axis that is not a unit vector, a non-finite number, an empty range, a speed,
+            acceleration or weight that is not positive.
     """
 
     name: str
@@ -69,24 +75,24 @@ class Joint:
 
     @property
     def rest(self) -> float:
-        """Where the joint is when nobody says: 0, or the middle of a range of which 0 is no inner part."""
+        """Default position: 0, or the middle of the range where 0 is outside of its inner part."""
         edge = _EDGE * (self.upper - self.lower)
         return 0.0 if self.lower + edge <= 0.0 <= self.upper - edge else 0.5 * (self.lower + self.upper)
 
     @property
     def unit(self) -> str:
-        """Of its range: 'mm' (prismatic) or 'rad' (revolute)."""
+        """Unit of the range: 'mm' (prismatic) or 'rad' (revolute)."""
         return "mm" if self.kind == "prismatic" else "rad"
 
 
 @dataclass(frozen=True)
 class Visual:
-    """A shape that rides on a link; lengths in mm.
+    """A shape fixed to a link, for display; lengths in mm.
 
     kind and size: 'box' (x, y, z), 'cylinder' (radius, length along z, 0), 'sphere' (radius, 0, 0), 'mesh' (scale along
     x, y, z from the file's unit to mm).
     link: 0 is the base, k moves with joint k; position (3,) and rotation (3, 3) in that link's frame.
-    file: of a mesh, inside the folder of its robot (HAZ-19); nothing here opens it.
+    file: of a mesh, inside the folder of its robot (HAZ-19); the engine does not open it.
     """
 
     link: int
@@ -100,7 +106,7 @@ class Visual:
 
 @dataclass(frozen=True)
 class Mount:
-    """Where and how a robot holds its tool.
+    """The frame in which a robot holds its tool.
 
     transform_flange_to_link: (4, 4) in mm, the frame that holds the tool in the last joint's moving frame; the tool's
     shaft runs along its y axis.
@@ -119,13 +125,14 @@ class Mount:
 
 
 class RobotModel:
-    """A robot as data: joints from the base outwards, and the flange that holds the tool.
+    """Data of a serial robot: joints from the base outwards, and the mount of the tool.
 
-    lower, upper, speed, acceleration, home (n,): in mm and rad; revolute (n,): bool.
-    joint_weights (n,): what a mm or rad of each joint's motion costs against that of the others.
-    home: the configuration from which a placing starts.
-    stands: the base stands upright; else it is held as the tool's pose asks.
-    notes: what was assumed or left out when the description was read, as sentences.
+    lower, upper, speed, acceleration: (n,) joint limits in mm and rad.
+    home: (n,) joints from which placing starts, in mm and rad.
+    revolute: (n,) bool.
+    joint_weights: (n,) relative cost of a mm or rad of each joint's motion, W_j of Li 2007, eq. (19).
+    upright: whether the base stays upright when the robot is placed; else its pose follows from the tool's.
+    notes: sentences on what was assumed or left out when the description was read.
 
     Raises:
         RobotError: no joint, more than 32 of them (HAZ-23), or a home outside the joints' ranges.
@@ -140,7 +147,7 @@ class RobotModel:
         visuals: tuple[Visual, ...] = (),
         mount: Mount | None = None,
         home: ArrayLike | None = None,
-        stands: bool = False,
+        upright: bool = False,
         notes: tuple[str, ...] = (),
     ):
         if not joints:
@@ -151,7 +158,7 @@ class RobotModel:
                 f"at most {MOST_JOINTS} can be controlled"
             )
         self.name, self.title, self.source, self.joints, self.visuals = name, title, source, joints, visuals
-        self.mount, self.stands, self.notes = mount or Mount(), stands, notes
+        self.mount, self.upright, self.notes = mount or Mount(), upright, notes
         self.lower = np.array([j.lower for j in joints])
         self.upper = np.array([j.upper for j in joints])
         self.speed = np.array([j.speed for j in joints])
@@ -175,13 +182,14 @@ class RobotModel:
         """Read a shipped robot by its name, a configuration (``vfix-robot/2``, .json) or a plain URDF (.urdf).
 
         Args:
-            tool_frame: link that holds the tool, instead of the configuration's, or of a URDF with several ends; its z
-                axis is the shaft's where a configuration does not say otherwise.
+            name_or_path: name of a shipped robot, or path of a file.
+            tool_frame: link that holds the tool, instead of that of the configuration; required for a URDF with several
+                leaf links. The shaft runs along its z axis unless a configuration sets a mount.
 
         Raises:
-            RobotError: the file is missing, is no robot, or makes no sense (HAZ-19, HAZ-20, HAZ-23).
+            RobotError: the file is missing, unreadable or inconsistent (HAZ-19, HAZ-20, HAZ-23).
         """
-        from .config import load_robot  # reads files into a RobotModel
+        from .config import load_robot  # imported here: config imports this module
 
         return load_robot(name_or_path, tool_frame)
 
@@ -189,25 +197,26 @@ class RobotModel:
     def from_pinocchio(
         cls, model: Any, tip_frame: str, weights: Mapping[str, float] | None = None, hold: str = "tail"
     ) -> RobotModel:
-        """The chain of a ``pinocchio.Model`` (metres) from its universe to a frame; other joints are left out.
+        """The chain of a ``pinocchio.Model`` (metres) from its universe to a frame; other joints are dropped.
 
         Args:
             tip_frame: frame that holds the tool; the tool's shaft runs along its z axis.
+            model: the Pinocchio model.
             weights: of joints by name, see ``Joint``; hold: see ``Mount``.
 
-        What a Pinocchio model does not say is assumed as for a plain URDF and noted in ``notes``: accelerations, and
-        speeds and ranges where they are infinite.
+        Values that a Pinocchio model lacks are assumed as for a plain URDF and listed in ``notes``: accelerations, and
+        infinite speeds and ranges.
 
         Raises:
-            RobotError: no such frame, a joint on the chain that is no revolute or prismatic one, or one without limits
-                that needs them.
+            RobotError: no such frame, a joint on the chain that is neither revolute nor prismatic, or a prismatic joint
+                without limits.
         """
-        from .from_pinocchio import robot_from_pinocchio  # makes RobotModels
+        from .from_pinocchio import robot_from_pinocchio  # imported here: it imports this module
 
         return robot_from_pinocchio(model, tip_frame, weights, hold)
 
     def transform_tip_to_link(self, tool: Tool) -> Array:
-        """The tip of a tool in this robot's hold (4, 4), in the last joint's moving frame."""
+        """transform_tip_to_link (4, 4) in mm of a mounted tool; the link is the last joint's moving frame."""
         transform: Array = self.mount.transform_flange_to_link @ tool.transform_tip_to_flange(self.mount.hold)
         return transform
 
@@ -215,13 +224,17 @@ class RobotModel:
         """The robot with its base at transform_base_to_patient (4, 4) in mm.
 
         Args:
-            tip: the tool whose tip is meant, or any tip frame in the flange: transform (4, 4) or offset (3,) in mm.
+            base: rigid transform (4, 4).
+            tip: a tool, or a tip frame in the flange: transform (4, 4) or offset (3,) in mm; None is the flange.
+
+        Raises:
+            RobotError: base or tip is not a rigid transform.
         """
         if isinstance(tip, Tool):
             return PlacedRobot(self, base, self.transform_tip_to_link(tip))
         transform = np.eye(4)
         if tip is not None:
-            given = np.asarray(tip, dtype=float)
+            given = real_array("the tip's placement", tip, RobotError)
             if given.shape == (3,):
                 transform[:3, 3] = given
             else:

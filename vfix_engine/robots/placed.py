@@ -1,4 +1,4 @@
-"""A robot in the patient frame: kinematics and Jacobian over Pinocchio, and the compiled copy of its chain."""
+"""A robot with its base in the patient frame: kinematics and Jacobian through Pinocchio, and the kernels' chain."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 class TipState:
     """Tip pose and Jacobian at one configuration, in the patient frame.
 
-    rotation (3, 3), position (3,) in mm, jacobian (6, n): rows 0-2 tip velocity, rows 3-5 angular velocity.
+    rotation: (3, 3). position: (3,) mm.
+    jacobian: (6, n) per mm or rad of each joint; rows 0-2 tip velocity in mm, rows 3-5 angular velocity in rad.
     """
 
     rotation: Array
@@ -37,7 +38,7 @@ class PlacedRobot:
     chain: the same kinematics as arrays, for compiled code (see ``chain_kernel.forward``).
 
     Raises:
-        RobotError: base or tip is no rigid transform.
+        RobotError: base or tip is not a rigid transform.
     """
 
     def __init__(self, robot: RobotModel, base: ArrayLike, tip_in_link: Array):
@@ -68,7 +69,7 @@ class PlacedRobot:
 
     @property
     def dof(self) -> int:
-        """n, how many joints move."""
+        """Number of joints n."""
         return len(self.robot.joints)
 
     def tip(self, q: Array) -> TipState:

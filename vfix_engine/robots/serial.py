@@ -1,4 +1,4 @@
-"""From a URDF's tree to the one chain of joints that moves the tool; everything else is fixed and only drawn."""
+"""From the tree of a URDF to the chain of joints that moves the tool; all other links are fixed and only drawn."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 from ..errors import RobotError
 from .model import Joint, Visual
 from .urdf import Urdf, UrdfJoint
-from .urdf_tree import way
+from .urdf_tree import joint_chain
 
 Array = NDArray[np.float64]
 
-ASSUMED_SPEED = {"prismatic": 60.0, "revolute": 1.0}  # [mm/s], [rad/s] where a plain URDF names none
+ASSUMED_SPEED = {"prismatic": 60.0, "revolute": 1.0}  # [mm/s], [rad/s] where a plain URDF has none
 ASSUMED_STOP_S = 0.05  # acceleration assumed for a plain URDF: from top speed to a stop in this time
 CONTINUOUS_RANGE = 8 * 2 * np.pi  # [rad] either way: a joint without limits still gets a finite range
 
 
 @dataclass(frozen=True)
-class JointWords:
-    """What a configuration says about one joint, in mm and rad; None: take the URDF's own. weight: see ``Joint``."""
+class JointConfig:
+    """Values of a configuration for one joint, in mm and rad; None takes that of the URDF. weight: see ``Joint``."""
 
     title: str
     source: str
@@ -44,11 +44,13 @@ class SerialChain:
     notes: tuple[str, ...]
 
 
-def serial_robot(urdf: Urdf, base: str, tool: str, words: Mapping[str, JointWords], complete: bool) -> SerialChain:
+def serial_robot(urdf: Urdf, base: str, tool: str, config: Mapping[str, JointConfig], complete: bool) -> SerialChain:
     """The joints from the base link to the tool link; fixed ones become placements between the others.
 
     Args:
-        complete: refuse what neither the URDF nor ``words`` say; else it is assumed and noted.
+        base, tool: names of links.
+        config: by name of the joint.
+        complete: refuse values that neither the URDF nor ``config`` has; otherwise they are assumed and noted.
 
     Raises:
         RobotError: no chain from base to tool, no joint on it, a mimicking joint, a missing number.
@@ -56,14 +58,14 @@ def serial_robot(urdf: Urdf, base: str, tool: str, words: Mapping[str, JointWord
     edges = [(joint.name, joint.parent, joint.child) for joint in urdf.joints]
     names, joints, notes = [], [], []
     before = np.eye(4)
-    frames = {base: (0, before)}  # link → number of the moving link it rides on, transform to that link
-    for index in way(edges, base, tool):
+    frames = {base: (0, before)}  # link → index of the moving link it is fixed to, transform to that link
+    for index in joint_chain(edges, base, tool):
         given = urdf.joints[index]
         before = before @ given.origin
         if given.kind != "fixed":
             if given.mimics is not None:
                 raise RobotError(f"joint '{given.name}' mimics '{given.mimics}': that cannot be controlled as a chain")
-            joint, assumed = _joint(given, words.get(given.name), before, complete)
+            joint, assumed = _joint(given, config.get(given.name), before, complete)
             names.append(given.name)
             joints.append(joint)
             notes += assumed
@@ -73,34 +75,34 @@ def serial_robot(urdf: Urdf, base: str, tool: str, words: Mapping[str, JointWord
     return SerialChain(tuple(names), tuple(joints), before, visuals, tuple(notes) + left_out)
 
 
-def _joint(given: UrdfJoint, words: JointWords | None, placement: Array, complete: bool) -> tuple[Joint, list[str]]:
-    """The joint with the configuration's numbers before the URDF's, and what had to be assumed."""
-    told = words or JointWords(given.name, "URDF")
+def _joint(given: UrdfJoint, config: JointConfig | None, placement: Array, complete: bool) -> tuple[Joint, list[str]]:
+    """The joint, with the configuration's values before the URDF's, and the assumptions made."""
+    known = config or JointConfig(given.name, "URDF")
     kind = "prismatic" if given.kind == "prismatic" else "revolute"
     where, assumed = f"joint '{given.name}'", []
-    lower = given.lower if told.lower is None else told.lower
-    upper = given.upper if told.upper is None else told.upper
+    lower = given.lower if known.lower is None else known.lower
+    upper = given.upper if known.upper is None else known.upper
     if given.kind == "continuous" and (lower is None or upper is None):
         lower, upper = -CONTINUOUS_RANGE, CONTINUOUS_RANGE
         assumed.append(f"{where} has no limits: eight turns either way are assumed")
     if lower is None or upper is None:
         raise RobotError(f"{where} has no limits; the file or a configuration has to say them")
-    speed = told.speed if told.speed is not None else given.velocity or None
+    speed = known.speed if known.speed is not None else given.velocity or None
     if speed is None and complete:
         raise RobotError(f"{where} has no speed in the URDF; the configuration has to say one")
     if speed is None:
         speed = ASSUMED_SPEED[kind]
         assumed.append(f"{where} has no speed: {speed:g} {'mm' if kind == 'prismatic' else 'rad'}/s is assumed")
-    acceleration = told.acceleration
+    acceleration = known.acceleration
     if acceleration is None and complete:
         raise RobotError(f"{where} has no acceleration; the configuration has to say one")
     if acceleration is None:
         acceleration = speed / ASSUMED_STOP_S
         assumed.append(f"{where} has no acceleration: a stop from top speed within {ASSUMED_STOP_S:g} s is assumed")
     if lower == upper:
-        assumed.append(f"{where} has a range of nothing and stands still")
-    source = "; ".join([told.source, *(note.removeprefix(f"{where} ") for note in assumed)])
-    joint = Joint(told.title, kind, given.axis, lower, upper, speed, acceleration, source, placement, told.weight)
+        assumed.append(f"{where} has an empty range and does not move")
+    source = "; ".join([known.source, *(note.removeprefix(f"{where} ") for note in assumed)])
+    joint = Joint(known.title, kind, given.axis, lower, upper, speed, acceleration, source, placement, known.weight)
     return joint, assumed
 
 

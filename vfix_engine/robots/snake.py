@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
-from ..geometry.places import rigid_transform
+from ..given import rigid_transform
 from .model import MOST_JOINTS, Joint, Mount, RobotModel, Visual
 from .snake_kernel import snake_frames, snake_jacobian
 from .snake_surface import LinkVertices, link_vertices
@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 
 JOINT_SPEED = math.radians(36.0)  # [rad/s] Kwok 2013, Table II
 JOINT_TORQUE = 0.0756  # [N·m] Kwok 2013, Table II
-MOST_LINKS = 1000  # more is a slip of the pen
-_LEAST_LENGTH_MM, _LEAST_RADIUS_MM = 1.0, 0.05  # a robot that is smaller is one in metres
+MOST_LINKS = 1000
+_LEAST_LENGTH_MM, _LEAST_RADIUS_MM = 1.0, 0.05  # below: the numbers are in metres
 _STOP_S = 0.05  # [s] assumed: from top speed to a stop
 _GREY = (170, 175, 180)
 _SHEET = {
@@ -32,22 +32,22 @@ _UNITS = {"radius_mm": "mm", "mass_kg": "kg", "camera_offset_mm": "mm"}
 
 @dataclass(frozen=True)
 class SnakeModel:
-    """L identical links in a row, each behind a universal joint; lengths in mm, angles in rad, masses in kg.
+    """L identical links in series, each behind a universal joint; lengths in mm, angles in rad, masses in kg.
 
-    The frame {0} is the base, with its origin in the first joint's centre. The frame {i} of link i = 1 … L stands at
-    the link's far end, where the next joint's centre is, with z along the link:
-    T_i in {i − 1} = Rot_x(q_{2i − 1}) · Rot_y(q_{2i}) · Trans_z(length). So at q = 0 all frames are parallel, the odd
-    joints of the paper turn about x and the even ones about y. In code links and joints are counted from 0: link l has
-    the joints 2l and 2l + 1 and the frame ``frames[l + 1]``.
+    The frame {0} is the base, with its origin at the centre of the first joint. The frame {i} of link i = 1 … L is at
+    the link's far end, the centre of the next joint, with z along the link:
+    T_i in {i − 1} = Rot_x(q_{2i − 1}) · Rot_y(q_{2i}) · Trans_z(length). At q = 0 all frames are parallel. The odd
+    joints of the paper rotate about x, the even ones about y. In code links and joints count from 0: link l has the
+    joints 2l and 2l + 1 and the frame ``frames[l + 1]``.
 
     A link's surface is a cylinder of ``radius_mm`` along z ∈ [−length, 0] and a sphere of ``sphere_radius_mm`` about
-    its frame's origin (None: the same radius), which rounds the next joint and the robot's end. 28 mm and ± 45° are the
-    paper's; it prints neither radius nor masses nor how far ahead the camera sits: those are assumed. The mass is one
-    that the motors of its Table II can hold: five links held out level take 51.5 of their 75.6 mN·m.
+    its frame's origin (None: the same radius), which rounds the next joint and the robot's end. 28 mm and ± 45° are
+    from the paper. Radius, mass and camera offset are assumed, since the paper does not print them. The motors of Table
+    II can hold the mass: five horizontal links take 51.5 of 75.6 mN·m.
 
     Raises:
-        RobotError: no link, a number that is not finite and positive, a joint range of 90° or more, lengths that must
-            be in metres, a link not longer than it is thick, or a sphere that the cylinder would stick out of.
+        RobotError: no link, a number that is not finite and positive, a joint range of 90° or more, lengths that look
+            like metres, or radii that violate radius ≤ sphere < length.
     """
 
     links: int
@@ -100,7 +100,7 @@ class SnakeModel:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Each value that the paper does not print and that is at its default, as a phrase with its unit."""
+        """Each value that is assumed and at its default, as a phrase with its unit."""
         defaults = {name: type(self).__dataclass_fields__[name].default for name in _SHEET}
         left = [name for name, value in defaults.items() if getattr(self, name) == value]
         return tuple(f"{_SHEET[name]}: {getattr(self, name):g} {_UNITS[name]}" for name in left)
@@ -138,7 +138,7 @@ class SnakeModel:
     def point_jacobian(
         self, q: ArrayLike, transform_base_to_patient: ArrayLike, link: int, point_in_link: ArrayLike
     ) -> Array:
-        """How a point (3,) of link 0 … L − 1, given in that link's frame, moves in the patient frame (3, 2L), mm/rad.
+        """Jacobian (3, 2L), in mm/rad, of a point (3,) of link 0 … L − 1 given in that link's frame, patient frame.
 
         Raises:
             RobotError: as for ``frames``, no such link, or a point with non-finite coordinates.
@@ -165,7 +165,7 @@ class SnakeModel:
         return link_vertices(self.links, count, self.length_mm, self.radius_mm, self.sphere_mm)
 
     def distal(self, links: int) -> SnakeModel:
-        """The last so many links as a snake of their own: L' of Kwok 2013, section III.B.1.
+        """The last ``links`` links as a snake: L' of Kwok 2013, section III.B.1.
 
         Raises:
             RobotError: fewer than 1 or more than there are.
@@ -175,7 +175,7 @@ class SnakeModel:
         return replace(self, links=links)
 
     def robot_model(self) -> RobotModel:
-        """The same robot as a ``RobotModel``, for whatever takes any serial robot; its flange is the last frame.
+        """The same robot as a ``RobotModel``; its flange is the last frame.
 
         Raises:
             RobotError: more joints than a ``RobotModel`` has.
@@ -188,7 +188,7 @@ class SnakeModel:
         ahead = np.eye(4)
         ahead[2, 3] = self.length_mm
         flange = ahead.copy()
-        flange[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]  # a tool's shaft, y, runs on along z
+        flange[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]  # the tool's y axis along z
         joints: list[Joint] = []
         visuals: list[Visual] = []
         for link in range(self.links):

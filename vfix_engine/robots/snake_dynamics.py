@@ -1,7 +1,7 @@
-"""Inverse dynamics of a snake through Pinocchio, in SI.
+"""Inverse dynamics of a snake through Pinocchio.
 
-Everything else in vfix is in mm; with mm, s and N the unit of mass would be a tonne. So this file alone is in kg, m, s
-and N·m, and turns the robot's lengths into metres in the one place where its model is made.
+This file alone is in SI units (kg, m, s, N·m): with mm, s and N the unit of mass would be a tonne. Lengths become
+metres where the Pinocchio model is made.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _MM = 1e-3  # [m]
 
 
 class SnakeDynamics:
-    """A snake whose base is at rest, as rigid bodies: each link a solid cylinder of its radius, length and mass.
+    """Rigid-body dynamics of a snake with its base at rest; a link is a solid cylinder of its radius, length and mass.
 
-    The mass lies evenly along the link, its centre at z = −length / 2 of the link's frame; a universal joint is a
-    revolute joint about x and one about y with a body without mass between them. Friction, gears, motors and what the
-    tissue pushes are left out. The link's mass is assumed (see ``SnakeModel``), so torques are as good as that.
+    The centre of mass is at z = −length / 2 of the link's frame. A universal joint is a revolute joint about x and one
+    about y with a massless body between them. Friction, gears, motors and contact forces are not modelled. The mass of
+    a link is assumed (see ``SnakeModel``), and torques are proportional to it.
 
     model: ``pin.Model`` with joints "x1", "y1", "x2", … and frames "base", "link1", … at the links' far ends, in SI.
     """
@@ -60,7 +60,7 @@ class SnakeDynamics:
         acceleration: ArrayLike,
         gravity_in_base: ArrayLike = (0.0, 0.0, -GRAVITY),
     ) -> Array:
-        """Joint torques (2L,) in N·m that move the snake so (recursive Newton-Euler); not for two threads at once.
+        """Joint torques (2L,) in N·m of a motion (recursive Newton-Euler algorithm); not thread-safe.
 
         Args:
             q: (2L,) rad; velocity: rad/s; acceleration: rad/s²; gravity_in_base: (3,) m/s², see ``gravity_in``.
@@ -81,10 +81,10 @@ _MOTION = ("the joint angles", "the joint speeds", "the joint accelerations")
 
 
 def gravity_in(transform_base_to_patient: ArrayLike, down_in_patient: ArrayLike = (0.0, 1.0, 0.0)) -> Array:
-    """Gravity (3,) in m/s² in the frame of a base; down is to the back, +y of LPS, where the patient lies on it.
+    """Gravity (3,) in m/s² in the frame of a base; down defaults to +y of LPS, for a patient who lies on the back.
 
     Raises:
-        RobotError: the base is no rigid transform, or down is no direction.
+        RobotError: the base is not a rigid transform, or down has no direction.
     """
     base = check_transform(np.asarray(transform_base_to_patient, dtype=float), "the snake's base")
     down = _finite(down_in_patient, (3,), "the direction of gravity")
@@ -96,7 +96,7 @@ def gravity_in(transform_base_to_patient: ArrayLike, down_in_patient: ArrayLike 
 
 
 class Drift(NamedTuple):
-    """How a bending Q(r, ϑ, t) changes by itself as tissue moves: partial derivatives with the time, rad and s.
+    """Partial derivatives with time of a bending Q(r, ϑ, t) as tissue moves; rad and s.
 
     t: (n,) Q_t; tt: (n,) Q_tt; mixed: (n, 2) Q_rt and Q_ϑt.
     """
@@ -109,14 +109,14 @@ class Drift(NamedTuple):
 def accelerated(
     partials: ArrayLike, second: ArrayLike, rate: ArrayLike, acceleration: ArrayLike, drift: Drift | None = None
 ) -> tuple[Array, Array]:
-    """Joint speeds and accelerations (n,), (n,) of a bending Q(r, ϑ, t) (Kwok 2013, eq. 30).
+    """Joint velocities (n,) in rad/s and accelerations (n,) in rad/s² of a bending Q(r, ϑ, t) (Kwok 2013, eq. (30)).
 
-    The paper's second line has no terms of second order in the rates, Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇²; these are the
-    centrifugal part of the motion along a curve and of the same size as the rest, so they are here.
+    The second line of (30) lacks the terms Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇² of second order in the rates. They are as
+    large as the others and are included here.
 
     Args:
         partials: (n, 2) Q_r, Q_ϑ; second: (n, 3) Q_rr, Q_rϑ, Q_ϑϑ; rate: (2,) ṙ, ϑ̇; acceleration: (2,) r̈, ϑ̈.
-        drift: nothing where the bending does not change with time.
+        drift: None where the bending does not depend on time.
 
     Raises:
         RobotError: an array of another shape, or a number that is not finite.

@@ -1,7 +1,7 @@
 """Forward kinematics and Jacobian of a snake of universal joints, compiled.
 
 Kwok 2013, section III.A.1: T of link i in link i − 1 from the pair of angles of its universal joint. Here
-T = Rot_x(q[2i]) · Rot_y(q[2i + 1]) · Trans_z(length), links counted from 0, so a link's frame stands at its far end.
+T = Rot_x(q[2i]) · Rot_y(q[2i + 1]) · Trans_z(length), links counted from 0; a link's frame is at its far end.
 A pose is written as three rows [R | p], mm in the patient frame.
 """
 
@@ -12,12 +12,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import borrowing, compiled
+from ..geometry.compiled import compiled, no_refcount
 
 Array = NDArray[np.float64]
 
 
-@borrowing
+@no_refcount
 def snake_frames(q: Array, base: Array, length: float, out: Array) -> None:
     """Poses of all links, written into ``out``.
 
@@ -29,7 +29,7 @@ def snake_frames(q: Array, base: Array, length: float, out: Array) -> None:
         for column in range(4):
             out[0, row, column] = base[row, column]
     for link in range(len(out)):
-        before = link - 1 if link > 0 else 0  # where the base lies as yet
+        before = link - 1 if link > 0 else 0  # out[0] holds the base until it is overwritten
         ca, sa = math.cos(q[2 * link]), math.sin(q[2 * link])
         cb, sb = math.cos(q[2 * link + 1]), math.sin(q[2 * link + 1])
         for row in range(3):
@@ -40,12 +40,12 @@ def snake_frames(q: Array, base: Array, length: float, out: Array) -> None:
             out[link, row, 0], out[link, row, 1], out[link, row, 2] = x, y, z
 
 
-@borrowing
+@no_refcount
 def snake_jacobian(frames: Array, base: Array, q: Array, link: int, x: float, y: float, z: float, out: Array) -> None:
-    """How a point that rides on a link moves with the joints, written into ``out``.
+    """Write the Jacobian (3, 2L) of a point fixed to a link.
 
-    A universal joint turns about the x axis of the frame before it and then about its own link's y axis, which the
-    second turn leaves alone; both axes run through the origin of the frame before it.
+    A universal joint rotates about the x axis of the previous frame, then about the y axis of its own link. Both axes
+    pass through the origin of the previous frame.
 
     Args:
         frames: (L, 3, 4) of ``snake_frames`` at q (2L,); base: as there; link: 0 … L − 1; x, y, z: the point in the

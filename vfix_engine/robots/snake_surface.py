@@ -19,8 +19,8 @@ from ..errors import RobotError
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-_GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # [rad] a spiral that turns by it never comes to lie over itself
-MOST_VERTICES = 10_000_000  # 240 MB of coordinates: more is a slip of the pen
+_GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # [rad] between points of a Fibonacci spiral
+MOST_VERTICES = 10_000_000  # 240 MB of coordinates
 
 
 class LinkVertices(NamedTuple):
@@ -36,12 +36,12 @@ class LinkVertices(NamedTuple):
 
 @lru_cache(maxsize=16)
 def link_vertices(links: int, count: int, length_mm: float, radius_mm: float, sphere_radius_mm: float) -> LinkVertices:
-    """Exactly ``count`` vertices, spread evenly over all links; what does not divide goes to the last links.
+    """Exactly ``count`` vertices, spread evenly over all links; the remainder goes to the last links.
 
     The tip's pole (0, 0, sphere_radius_mm) is a vertex of every link.
 
     Raises:
-        RobotError: no whole number, fewer vertices than links, or more than ten million.
+        RobotError: not an integer, fewer vertices than links, or more than ten million.
     """
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not links <= count <= MOST_VERTICES:
         raise RobotError(

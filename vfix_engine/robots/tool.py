@@ -1,4 +1,4 @@
-"""Rigid tools: capsules one behind the other from the tip to the end of the shaft, and the camera of an endoscope."""
+"""Rigid tools: a chain of capsules from the tip to the end of the shaft, and the camera of an endoscope."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import RobotError
 from ..geometry.capsules import Segments
+from ..given import point, rotation_matrix
 from .description import check_keys, check_transform, read_description
 
 Array = NDArray[np.float64]
@@ -21,7 +22,7 @@ TOOL_SCHEMA = "vfix-tool/2"
 UNITS = {"length": "mm", "angle": "deg"}
 MAX_PARTS = 8
 MOST_BEND = math.radians(120.0)
-SHAFT_RADIUS_MM = (0.3, 5.0)  # that `Tool.shaped` makes
+SHAFT_RADIUS_MM = (0.3, 5.0)  # range of `Tool.shaped`
 HOLDS = ("tip", "tail")
 _KEYS = {"schema", "name", "title", "source", "units", "parts", "grip_from_bend", "camera"}
 
@@ -38,7 +39,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """An endoscope's eye.
+    """The camera of an endoscope.
 
     transform_camera_to_tip: (4, 4) in mm; the camera looks along its z, x is to the right and y down in its picture.
     field_of_view: full angle of the cone it sees, in rad.
@@ -58,10 +59,10 @@ class Camera:
         """A camera whose view is tilted by ``tilt`` rad from the shaft (+y) towards +z of the tip frame.
 
         Args:
-            position: (3,) in the tip frame, mm; up: (3,) what is up in the picture, made perpendicular to the view.
+            position: (3,) in the tip frame, mm; up: (3,) up in the picture; its part along the view is removed.
 
         Raises:
-            RobotError: a non-finite angle, or an up that is along the view.
+            RobotError: an angle outside 0 … 120°, or an up along the view.
         """
         if not 0.0 <= tilt <= math.radians(120.0):
             raise RobotError(f"a view tilted by {math.degrees(tilt):g}° is not between 0 and 120°")
@@ -89,8 +90,11 @@ class Tool:
 
     In the tip frame the shaft runs along +y, every bend is in the y-z plane towards +z, and the first part's axis ends
     at the origin, the tip.
-    parts: from the tip backwards, each ending where the one before begins; the last is the shaft.
-    grip_from_bend: how far behind the shaft's front end the hand holds it.
+    parts: from the tip backwards, each ends where the previous one begins; the last is the shaft.
+    grip_from_bend: distance of the grip from the shaft's front end, in mm.
+
+    Raises:
+        RobotError: no part or more than 8, two with one name, a length, radius, bend or grip out of range.
     """
 
     name: str
@@ -151,16 +155,16 @@ class Tool:
 
     @property
     def shaft_radius(self) -> float:
-        """Of the last part, mm."""
+        """Radius of the shaft in mm."""
         return self.parts[-1].radius
 
     def shaped(self, bend: float | None = None, shaft_radius: float | None = None) -> Tool:
-        """The tool with another bend in rad and another radius of its shaft in mm; None keeps what it has.
+        """The tool with another bend in rad and another shaft radius in mm; None keeps the present value.
 
-        The bends of all its parts change by the same share, and so do the radii.
+        The bends of all parts are scaled by the same factor, and so are the radii.
 
         Raises:
-            RobotError: a bend beyond 0 … 120°, or of a straight tool; a radius beyond 0.3 … 5 mm.
+            RobotError: a bend outside 0 … 120°, a bend of a straight tool, or a radius outside 0.3 … 5 mm.
         """
         bends, radii = 1.0, 1.0
         if bend is not None:
@@ -188,8 +192,8 @@ class Tool:
     def transform_tip_to_flange(self, hold: str) -> Array:
         """The tip frame (4, 4) in the frame of the flange, whose y axis is the shaft's.
 
-        hold: what stands in the flange's origin: 'tail', the shaft's rear end, or 'tip', the foot of the tip on the
-        shaft's axis (a holder that clamps the shaft wherever that takes it).
+        hold: the point at the flange's origin: 'tail', the rear end of the shaft, or 'tip', the foot of the tip on the
+        axis of the shaft (a holder that may clamp the shaft anywhere).
         """
         if hold not in HOLDS:
             raise RobotError(f"a tool is held by its {' or its '.join(HOLDS)}, not by '{hold}'")
@@ -201,7 +205,7 @@ class Tool:
 
     @classmethod
     def load(cls, name_or_path: str | Path) -> Tool:
-        """Read a tool file, or a shipped tool by its name; RobotError says what is wrong with it."""
+        """Read a tool file, or a shipped tool by its name. Raises RobotError for an unusable one."""
         data = read_description(name_or_path, "tools", TOOL_SCHEMA)
         check_keys(data, _KEYS, "the tool")
         if data.get("units", UNITS) != UNITS:
@@ -221,12 +225,17 @@ class Tool:
             raise RobotError(f"tool file {Path(name_or_path).name}: {error!r} is missing or not usable") from error
 
     def segments(self, rotation: Array, position: Array) -> Segments:
-        """The tool's axis segments with the tip frame at (rotation, position), in the frame of that pose."""
-        points = self._ends @ rotation.T + position
+        """The axis segments for a tip frame at rotation (3, 3) and position (3,), in the frame of that pose, mm.
+
+        Raises:
+            InputError: the rotation is none, or the position is not three finite numbers.
+        """
+        turn = rotation_matrix(rotation, "the tool's rotation")
+        points = self._ends @ turn.T + point("the tool's position", position)
         return Segments(points[0::2], points[1::2], self.radius)
 
     def grip(self, rotation: Array, position: Array) -> Array:
-        """The point of the shaft that the hand holds (3,)."""
+        """The grip point (3,) of the shaft in mm, for a tip at rotation (3, 3) and position (3,)."""
         grip: Array = rotation @ self._grip + position
         return grip
 

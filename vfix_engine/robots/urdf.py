@@ -1,6 +1,6 @@
-"""URDF at the door: every element that matters is checked by name before anything is built from it (HAZ-23).
+"""URDF reader: every element in use is checked before anything is built from it (HAZ-23).
 
-Metres become millimetres here; what is returned is in mm and rad.
+Metres become millimetres here; results are in mm and rad.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NAME_LENGTH = 200
 
 @dataclass(frozen=True, eq=False)
 class UrdfJoint:
-    """A joint as the file gives it, in mm and rad; None is what the file does not say.
+    """A joint of the file, in mm and rad; None where the file has no value.
 
     origin: transform_child_to_parent at q = 0 (4, 4); axis: unit vector in the child's frame.
     """
@@ -46,7 +46,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True, eq=False)
 class Urdf:
-    """A checked file: links with their shapes, joints in the file's order, and the one link that has no parent."""
+    """A checked URDF: links with their shapes, joints in the file's order, and the root link."""
 
     name: str
     links: dict[str, tuple[Shape, ...]]
@@ -63,10 +63,11 @@ def parse_urdf(data: bytes, folder: Path) -> Urdf:
     """Read and check a URDF.
 
     Args:
-        folder: of the file; meshes are looked for in it and nowhere else (HAZ-19).
+        data: the file.
+        folder: of the file; meshes must lie inside it (HAZ-19).
 
     Raises:
-        RobotError: says which element makes no sense, and why (HAZ-19, HAZ-20, HAZ-23).
+        RobotError: names the element and the reason (HAZ-19, HAZ-20, HAZ-23).
     """
     if len(data) > MAX_FILE_BYTES:
         raise RobotError(f"a URDF is not larger than {MAX_FILE_BYTES >> 20} MiB")
@@ -117,7 +118,7 @@ def _joint(element: Element) -> UrdfJoint:
 
 
 def _limits(element: Element, kind: str, where: str) -> tuple[float | None, float | None, float | None]:
-    """Lower, upper and velocity, checked; the standard's 0 where a limit leaves one of its ends out."""
+    """Lower, upper and velocity; a missing end of a limit is 0 by the URDF standard."""
     limit = element.first("limit")
     if limit is None or kind == "fixed":
         return None, None, None
@@ -134,18 +135,18 @@ def _limits(element: Element, kind: str, where: str) -> tuple[float | None, floa
 
 
 def _rate(element: Element | None, key: str, what: str) -> float | None:
-    """A number that is not negative, or None where it is not given."""
+    """A non-negative number, or None where it is missing."""
     text = None if element is None else element.attributes.get(key)
     if text is None:
         return None
     value = number(text, what, MAX_RATE)
     if value < 0:
-        raise RobotError(f"{what} is {value:g}, less than nothing")
+        raise RobotError(f"{what} is {value:g}; it must not be negative")
     return value
 
 
 def _check_inertia(link: Element, name: str) -> None:
-    """Masses are not used here, but a file with a nonsensical one is a file to distrust."""
+    """Inertias are not used, but an invalid one is refused: the file is damaged."""
     inertial = link.first("inertial")
     if inertial is None:
         return
@@ -167,7 +168,7 @@ def _check_mimics(joints: tuple[UrdfJoint, ...]) -> None:
 
 
 def _no_xacro(robot: Element) -> None:
-    """A macro that was not expanded would be passed over as an element that nobody knows."""
+    """Refuse macros, which would otherwise be ignored as unknown elements."""
     if any(child.tag.startswith("xacro:") for child in robot.children):
         raise RobotError("this is a xacro file; expand it to URDF first")
 
@@ -175,7 +176,7 @@ def _no_xacro(robot: Element) -> None:
 def _name(element: Element, what: str) -> str:
     name = element.attributes.get("name", "").strip()
     if not name or len(name) > _NAME_LENGTH or not name.isprintable():
-        raise RobotError(f"a {what} has no name, or one that nobody can read")
+        raise RobotError(f"a {what} has no name, or one that is too long or not printable")
     return name
 
 

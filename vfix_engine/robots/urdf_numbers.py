@@ -1,4 +1,4 @@
-"""Numbers of a URDF: exactly as many as there should be, each finite and of a size that makes sense."""
+"""Numbers of a URDF: their count, finiteness and range are checked."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 MM_PER_M = 1000.0
 MAX_LENGTH_M = 100.0
 MAX_ANGLE = 1e4  # [rad]
-MAX_RATE = 1e12  # of a speed, an effort, a mass: files write huge ones where they mean none
+MAX_RATE = 1e12  # of a speed, effort or mass: files use huge values for none
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
@@ -40,16 +40,16 @@ def numbers(text: str, count: int, what: str, most: float = MAX_RATE) -> tuple[f
 
 
 def number(text: str, what: str, most: float = MAX_RATE) -> float:
-    """A finite number of at most ``most`` in size; RobotError otherwise."""
+    """A finite number of magnitude ``most`` at most; RobotError otherwise."""
     word = text.strip()
     value = float(word) if _NUMBER.fullmatch(word) else math.nan
     if not math.isfinite(value):
         raise RobotError(f"{what} is '{short(word)}', not a finite number")
     if abs(value) > most:
-        raise RobotError(f"{what} is {value:g}; more than {most:g} makes no sense")
+        raise RobotError(f"{what} is {value:g}; the largest that is accepted is {most:g}")
     return value
 
 
 def short(text: str) -> str:
-    """A name from outside, for a message: not long, and nothing that does not print."""
+    """A name from a file, for a message: at most 60 characters, unprintable ones replaced."""
     return "".join(letter if letter.isprintable() else "?" for letter in text[:60])

@@ -1,4 +1,4 @@
-"""The shapes that a URDF draws its links with. They are only ever drawn: no distance is measured to them."""
+"""Visual shapes of a URDF, for display only: no distance is measured to them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Shape:
 
 
 def check_file_names(robot: Element, folder: Path) -> None:
-    """Every file that the document names, for drawing or not, must lie inside its folder (HAZ-19)."""
+    """Raise RobotError for a file name anywhere in the document that leads out of its folder (HAZ-19)."""
     waiting = [(robot, "the robot")]
     while waiting:
         element, where = waiting.pop()
@@ -47,7 +47,7 @@ def check_file_names(robot: Element, folder: Path) -> None:
 
 
 def materials(robot: Element) -> dict[str, Colour]:
-    """Colours that are named once for the whole robot."""
+    """Colours of the materials defined at the top of the robot."""
     found = {}
     for element in robot.all("material"):
         colour = _colour(element)

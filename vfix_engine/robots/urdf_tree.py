@@ -1,4 +1,4 @@
-"""Links and joints as a tree: one root, one parent each, no loop; and the chain from a base to a tool frame."""
+"""Check that links and joints form a tree, and find the chain from the base link to the tool link."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ Edge = tuple[str, str, str]  # joint, parent link, child link
 
 
 def check_tree(links: Sequence[str], edges: Sequence[Edge]) -> str:
-    """The root of the tree.
+    """The root link of the tree.
 
     Raises:
-        RobotError: a joint's name twice, a link that is not there, a link with two parents, a cycle, several roots.
+        RobotError: two joints of one name, an unknown link, a link with two parents, a cycle, several roots.
     """
     known, seen = set(links), set()
     parent_of: dict[str, str] = {}
@@ -33,8 +33,8 @@ def check_tree(links: Sequence[str], edges: Sequence[Edge]) -> str:
     if not roots:
         raise RobotError("the joints go round in a circle: no link is the root")
     if len(roots) > 1:
-        raise RobotError(f"the links do not hang together: '{roots[0]}' and '{roots[1]}' both have no parent")
-    # With one root and one parent each, whatever the root does not reach goes round in a circle.
+        raise RobotError(f"the links are not connected: '{roots[0]}' and '{roots[1]}' both have no parent")
+    # With one root and one parent each, links that the root does not reach form a cycle.
     children: dict[str, list[str]] = {}
     for child, parent in parent_of.items():
         children.setdefault(parent, []).append(child)
@@ -49,18 +49,18 @@ def check_tree(links: Sequence[str], edges: Sequence[Edge]) -> str:
     return roots[0]
 
 
-def way(edges: Sequence[Edge], base: str, tool: str) -> list[int]:
+def joint_chain(edges: Sequence[Edge], base: str, tool: str) -> list[int]:
     """Indices of the joints from the base link outwards to the tool link.
 
     Raises:
-        RobotError: the tool link does not hang below the base link.
+        RobotError: the tool link is not a descendant of the base link.
     """
     above = {child: (index, parent) for index, (_, parent, child) in enumerate(edges)}
     found: list[int] = []
     link = tool
     while link != base:
         if link not in above:
-            raise RobotError(f"the tool frame '{tool}' does not hang on the base frame '{base}'")
+            raise RobotError(f"the tool frame '{tool}' is not below the base frame '{base}'")
         index, link = above[link]
         found.append(index)
     return found[::-1]

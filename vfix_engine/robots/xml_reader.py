@@ -1,4 +1,4 @@
-"""XML from outside, read into plain elements: no DTD, no entity, nothing that the file could make us open (HAZ-20)."""
+"""Reader of untrusted XML: no DTD, no entities, no external files (HAZ-20)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MAX_ELEMENTS = 20_000
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Element:
-    """An element with its attributes and children; text between elements is not kept."""
+    """An element with its attributes and children; text between elements is dropped."""
 
     tag: str
     attributes: dict[str, str]
@@ -37,7 +37,7 @@ class _Refused(Exception):
 def read_xml(data: bytes) -> Element:
     """The root element of an XML document.
 
-    A document type is refused where it begins, before anything in it is declared, so that no entity ever exists.
+    A document type is refused at its start, before any entity is declared.
 
     Raises:
         RobotError: not well-formed, a document type or entity, too deep or too many elements.

@@ -1,12 +1,31 @@
 """Runtime: what drives a world at its fixed rate, whatever the world is.
 
 ``system`` has the protocols that a world implements. The rest of the package knows worlds by these alone.
+What drives and records is loaded when it is first asked for; ``replay.replay`` drives a recording again.
 """
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from .command import Command, Master
 from .requests import Bend, Request, Reset, SetSettings, SetTask, Straighten
 from .snapshot import Blocker, Snapshot, Timing
 from .system import Background, Column, Grip, Settings, System, SystemSpec, Worker
+
+if TYPE_CHECKING:
+    from .background import InlineWorker
+    from .driver import Driver, Log
+    from .process import ControlProcess
+    from .replay import Replay
+    from .ring import RowReader
+    from .run import Run, RunEvent, RunWriter
+
+_WHERE = {
+    "InlineWorker": "background", "Driver": "driver", "Log": "driver", "ControlProcess": "process",
+    "Replay": "replay", "RowReader": "ring", "Run": "run", "RunEvent": "run", "RunWriter": "run",
+}  # fmt: skip
 
 __all__ = [
     "Background",
@@ -14,10 +33,19 @@ __all__ = [
     "Blocker",
     "Column",
     "Command",
+    "ControlProcess",
+    "Driver",
     "Grip",
+    "InlineWorker",
+    "Log",
     "Master",
+    "Replay",
     "Request",
     "Reset",
+    "RowReader",
+    "Run",
+    "RunEvent",
+    "RunWriter",
     "SetSettings",
     "SetTask",
     "Settings",
@@ -28,3 +56,9 @@ __all__ = [
     "Timing",
     "Worker",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _WHERE:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return getattr(import_module(f".{_WHERE[name]}", __name__), name)

@@ -18,7 +18,7 @@ SPIN_S = 150e-6
 _STALL_S = 0.05  # a tick later than this is not caught up
 _WINDOW = 1000  # ticks that the published figures look back on
 _SLOTS = _WINDOW + 1  # they may be asked for during a tick, whose place must not be one of theirs
-_TOLD_S = 0.5  # the published figures are made anew this often: nobody reads faster, and they cost 50 µs
+_PUBLISH_S = 0.5  # the published figures are made anew this often: nobody reads faster, and they cost 50 µs
 _FINEST_US = 20_000  # latenesses and step times up to this are counted by the microsecond
 
 
@@ -57,13 +57,13 @@ class FixedRateClock:
         self._all_late, self._all_busy = _Counts(), _Counts()
         self._seconds = 0.0
         self._deadline = self._began = now()
-        self._told, self._told_at = Timing(), -np.inf
+        self._published, self._published_at = Timing(), -np.inf
 
     def restart(self) -> None:
         """Begin a new stretch of ticks now; a pause is no lateness."""
         self._deadline = self._now()
         self._ticks = 0
-        self._told, self._told_at = Timing(overruns=self._overruns), self._deadline
+        self._published, self._published_at = Timing(overruns=self._overruns), self._deadline
 
     def wait(self) -> None:
         """Sleep until the next deadline; where it has passed, say so in the figures and go on from now."""
@@ -95,15 +95,15 @@ class FixedRateClock:
 
     @property
     def busy_share(self) -> float:
-        """Share of the period that the median step takes, as told last."""
-        return 1e-6 * self._told.step_us / self.period
+        """Share of the period that the median step takes, as published last."""
+        return 1e-6 * self._published.step_us / self.period
 
     def timing(self, at_once: bool = False) -> Timing:
         """Rate, step time and lateness over the last ticks, at most half a second old unless asked for at once."""
         now = self._now()
-        if at_once or now - self._told_at >= _TOLD_S:
-            self._told, self._told_at = self._timing(), now
-        return self._told
+        if at_once or now - self._published_at >= _PUBLISH_S:
+            self._published, self._published_at = self._timing(), now
+        return self._published
 
     def record(self) -> Record:
         """Every tick so far."""

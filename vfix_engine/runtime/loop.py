@@ -59,12 +59,12 @@ class ControlLoop:
         self._input_seen = 0
         self._running = False
         self._driving = False
-        self._open, self._lost_told = True, False
+        self._open, self._lost_reported = True, False
         self._published_at = self._obeyed_at = -np.inf
         self._publish(force=True)
 
     def run(self) -> None:
-        """Until it is told to end, or the pipe closes."""
+        """Until it is asked to end, or the pipe closes."""
         while self._open:
             now = time.monotonic()
             if not self._driving or now - self._obeyed_at >= PUBLISH_S:  # a look into the pipe costs 10 µs
@@ -93,7 +93,7 @@ class ControlLoop:
             self._clock.restart()
 
     def _rest(self) -> None:
-        """The system stands and nobody drives: time for all that had to wait."""
+        """The system is at rest and nobody drives: time for all that had to wait."""
         if self._driving:
             self._driving = False
             self._priority.give_back()
@@ -119,8 +119,10 @@ class ControlLoop:
         One at a time, so that a flood of them stops no ticks, and none from whoever does not read the answers.
         """
         self._open = self._open and not self._events.ended
-        if self._driver.lost and not self._lost_told:
-            self._lost_told = self._events.put(Event("note", f"{self._driver.lost}; it goes on without its results"))
+        if self._driver.lost and not self._lost_reported:
+            self._lost_reported = self._events.put(
+                Event("note", f"{self._driver.lost}; it goes on without its results")
+            )
         try:
             if self._open and self._events.free_slots >= ANSWERS and self._commands.poll():
                 self._do(self._commands.recv())

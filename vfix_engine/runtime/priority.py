@@ -22,7 +22,7 @@ Schedule = Callable[[bool], None]
 
 
 class RealTimePriority:
-    """The calling thread's priority. words: '' while nothing stands in the way, otherwise why it has none."""
+    """The calling thread's priority. words: '' while nothing prevents one, otherwise why it has none."""
 
     def __init__(self, wanted: bool = True, schedule: Schedule | None = None):
         self._wanted, self._schedule = wanted, schedule or schedule_thread

@@ -16,12 +16,13 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Generic, TypeVar
+from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ControlError, VfixError
-from ..geometry.places import FARTHEST_MM
+from ..given import FARTHEST_MM
 from .background import NoWorker, WorkerLink, Workers, work
 from .driver import Driver
 from .events import Event
@@ -31,6 +32,7 @@ from .mailbox import Mailbox
 from .outbox import Outbox
 from .priority import RealTimePriority
 from .requests import Request, Reset
+from .ring import Ring, RowReader
 from .run_recorder import FarEnd, RunRecorder
 from .snapshot import Snapshot
 from .system import SystemSpec
@@ -71,8 +73,10 @@ class ControlProcess(Generic[T]):
             to_worker, to_control = context.Pipe()
             self._passed_on += [to_worker, to_control]
             self._worker = context.Process(target=_work, args=(spec, to_control), name="vfix-worker", daemon=True)
-        self._recorder = None if record is None else RunRecorder(record, spec, context.Pipe())
-        log = None if self._recorder is None else self._recorder.far_end
+        self._ring = Ring.memory()
+        self._readers: WeakSet[RowReader] = WeakSet()
+        self._recorder = None if record is None else RunRecorder(record, spec, context.Pipe(), self._ring)
+        log = FarEnd(self._ring.name, None if self._recorder is None else self._recorder.far)
         self._process = context.Process(
             target=_main,
             args=(self._out.name, self._in.name, self._theirs, real_time, to_worker, log),
@@ -86,7 +90,7 @@ class ControlProcess(Generic[T]):
         self._latest: T | None = None
         self._seen = 0
         self._heard_at = time.monotonic()
-        self._closed = self._end_told = False
+        self._closed = self._end_reported = self._unrecorded_told = False
 
     def start(self) -> None:
         """Start the process; it says 'ready' when it can be driven.
@@ -116,7 +120,7 @@ class ControlProcess(Generic[T]):
         deadline = time.monotonic() + timeout
         while time.monotonic() < deadline:
             alive = self.alive  # asked first: what an ending process has said is heard before its end
-            for event in self.events():
+            for event in self._said():
                 if event.kind == "ready":
                     return
                 if event.kind in ("refused", "failed"):
@@ -192,6 +196,22 @@ class ControlProcess(Generic[T]):
                 self._latest = self._reader.read(news[1])
             return self._latest
 
+    def rows(self) -> RowReader:
+        """Reads every step's command and row from now on, at control rate and in batches; one for each thread.
+
+        Raises:
+            ControlError: it is not ready, or has been closed.
+        """
+        with self._lock:
+            if self._closed:
+                raise ControlError(CLOSED)
+            try:
+                reader = RowReader(self._ring.name)
+            except ValueError as error:
+                raise ControlError(f"the control process has no rows yet: {error}") from None
+            self._readers.add(reader)
+            return reader
+
     @property
     def hand_lost(self) -> bool:
         """A hand or key that nobody let go of was not heard of for so long that it no longer counts."""
@@ -204,14 +224,23 @@ class ControlProcess(Generic[T]):
         return time.monotonic() - self._heard_at
 
     def events(self) -> list[Event]:
-        """What the process has said since the last call; that it has ended is said once, why before that."""
+        """What the process and its recorder have said since the last call; each end is said once, why before that."""
+        found = self._said()
+        failed = "" if self._recorder is None else self._recorder.failed
+        if failed and not self._unrecorded_told:
+            self._unrecorded_told = True
+            found.append(Event("unrecorded", failed))
+        return found
+
+    def _said(self) -> list[Event]:
+        """What the process has said."""
         with self._lock:
             found: list[Event] = []
             try:
-                while not (self._closed or self._end_told) and self._pipe.poll():
+                while not (self._closed or self._end_reported) and self._pipe.poll():
                     found.append(self._pipe.recv())
             except (EOFError, OSError):
-                self._end_told = True
+                self._end_reported = True
                 found.append(Event("failed", ENDED))
             return found
 
@@ -239,6 +268,10 @@ class ControlProcess(Generic[T]):
                 end.close()
             if self._recorder is not None:
                 self._recorder.close()
+            for reader in self._readers:
+                reader.ended = True
+            self._ring.close()
+            self._ring.unlink()
             self._out.close()
             self._in.close()
 
@@ -286,10 +319,8 @@ def _released(hand: HandInput, now: float) -> HandInput:
     return replace(hand, drive=0, twist=0, hand=hold, keys=keys, stick=stick)
 
 
-def _main(
-    out: str, into: str, pipe: Connection, real_time: bool, to_worker: Connection | None, log: FarEnd | None
-) -> None:
-    """The process's main: builds the system, says so, and loops until it is told to end or its pipe closes."""
+def _main(out: str, into: str, pipe: Connection, real_time: bool, to_worker: Connection | None, log: FarEnd) -> None:
+    """The process's main: builds the system, says so, and loops until it is asked to end or its pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the planner, which closes this pipe
     events = Outbox(pipe)
     try:
@@ -297,15 +328,14 @@ def _main(
         system = spec.build()
         system.prepare()
         workers: Workers = NoWorker() if to_worker is None else WorkerLink(to_worker)
-        record = None if log is None else log.attach(system.row_layout)
+        record = log.attach(system.row_layout)
         driver = Driver(system, workers, record)
         loop = ControlLoop(driver, Mailbox.attach(out), Mailbox.attach(into), pipe, events, RealTimePriority(real_time))
         gc.collect()
         gc.freeze()  # what is here stays: no later collection looks through it
         events.put(Event("ready"))
         loop.run()
-        if record is not None:
-            record.flush(LAST_WORD_S)
+        record.flush(LAST_WORD_S)
     except VfixError as error:
         events.put(Event("refused", str(error)))
     except EOFError:

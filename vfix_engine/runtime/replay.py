@@ -23,7 +23,8 @@ S = TypeVar("S")
 class Replay(Generic[S]):
     """What a replay came to.
 
-    states: after every step, the first one before any; rows: (n, w) as they came this time.
+    states: after every step, the first one before any; that one alone where they were not kept.
+    rows: (n, w) as they came this time.
     first_difference: the first step whose row is not the recorded one bit by bit, None where all are.
     largest_difference: between the rows, 0 where all are the same; other_arithmetic: versions that differ from the
     recording's, by name, as (then, now).
@@ -54,11 +55,12 @@ class _Rows:
         pass
 
 
-def replay(run: Run, spec: SystemSpec) -> Replay[Any]:
+def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
     """Drive a run again from its start.
 
     Args:
-        spec: of the same system, such as ``from_parts`` of the manifest's 'spec' and the run's arrays.
+        spec: of the same system, such as ``worlds.spec_of(run)``.
+        keep_states: False for a long run, whose states do not fit into memory.
 
     Raises:
         InputError: the run lost ticks, or its columns are not the system's.
@@ -74,14 +76,17 @@ def replay(run: Run, spec: SystemSpec) -> Replay[Any]:
     for index in range(len(run.ticks)):
         while events and events[0].at <= index:
             _again(driver, events.pop(0))
-        states.append(driver.step(run.command(index)))
+        state = driver.step(run.command(index))
+        if keep_states:
+            states.append(state)
     for event in events:
         _again(driver, event)
     found = np.array(rows.lines).reshape(run.ticks.shape)
     differs = (found.view(np.uint64) != run.ticks.view(np.uint64)).any(axis=1)
     first = int(differs.argmax()) if differs.any() else None
-    apart = np.abs(found - run.ticks)
-    largest = float(np.nanmax(apart)) if first is not None else 0.0
+    with np.errstate(invalid="ignore"):  # a row may hold infinities
+        apart = np.nan_to_num(np.abs(found[differs] - run.ticks[differs]), nan=0.0)
+    largest = float(apart.max(initial=0.0))
     then, now = run.manifest["versions"], versions()
     other = {name: (str(then.get(name, "")), now[name]) for name in now if then.get(name, "") != now[name]}
     return Replay(tuple(states), found[:, -len(system.row_layout) :], first, largest, other)

@@ -1,14 +1,16 @@
 """A ring of rows in shared memory: every row crosses, unlike a mailbox's latest message, and nobody waits.
 
-The control process writes, one other process reads. A row carries its number and a checksum, so that a reader takes no
-half row whatever the processor reorders. Where the reader falls behind by a whole ring, rows are lost, counted and
-told.
+The control process writes, others read, each for itself. A row carries its number and a checksum, so that a reader
+takes no half row whatever the processor reorders. Where a reader falls behind by a whole ring, rows are lost to it, and
+counted. Behind the rows lie how many have been written and the names and units of their columns.
 """
 
 from __future__ import annotations
 
+import json
 import struct
 import zlib
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
 from typing import Any
@@ -17,15 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .outbox import Outbox
+from .system import Column
 
 Array = NDArray[np.float64]
 
 RING_BYTES = 1 << 22  # several seconds of a world's rows at 1 kHz
 _HEAD = struct.Struct("<QQ")  # number of the row from 1 on, checksum of its bytes
+_COUNT = struct.Struct("<Q")
+_COUNT_AT, _LAYOUT_AT = RING_BYTES, RING_BYTES + _COUNT.size  # the layout: how many bytes of JSON, then those
+LAYOUT_BYTES = 1 << 18  # names and units of as many columns as the longest snake has
 
 
 class Ring:
-    """Rows of ``width`` numbers; one writer, one reader. ``lost``: how many the reader came too late for."""
+    """Rows of ``width`` numbers; the writer's end or a reader's. ``lost``: how many the reader came too late for."""
 
     def __init__(self, memory: SharedMemory, width: int):
         self._memory, self._size = memory, 8 * width + _HEAD.size
@@ -36,9 +42,14 @@ class Ring:
     @staticmethod
     def memory() -> SharedMemory:
         """Cleared memory for a ring; its maker unlinks it."""
-        memory = SharedMemory(create=True, size=RING_BYTES)
-        _buffer(memory)[:RING_BYTES] = bytes(RING_BYTES)
+        size = RING_BYTES + 2 * _COUNT.size + LAYOUT_BYTES
+        memory = SharedMemory(create=True, size=size)
+        _buffer(memory)[:size] = bytes(size)
         return memory
+
+    def skip(self) -> None:
+        """Begin to read behind what has been written so far."""
+        self._next = int(_COUNT.unpack_from(_buffer(self._memory), _COUNT_AT)[0]) + 1
 
     def write(self, row: Array) -> None:
         """Append a row (width,)."""
@@ -47,6 +58,7 @@ class Ring:
         _HEAD.pack_into(buffer, start, 0, 0)
         buffer[start + _HEAD.size : start + self._size] = data
         _HEAD.pack_into(buffer, start, self._next, zlib.crc32(data, self._next & 0xFFFFFFFF))
+        _COUNT.pack_into(buffer, _COUNT_AT, self._next)
         self._next += 1
 
     def read(self) -> bytes:
@@ -72,22 +84,72 @@ class Ring:
         return (number % self._rows) * self._size
 
 
-class RingLog:
-    """A driver's log in the control process: rows into a ring, events into a pipe, both with the number of ticks."""
+def write_layout(memory: SharedMemory, columns: Sequence[tuple[str, str]]) -> None:
+    """Say what the rows are, names and units; once, before the first."""
+    data = json.dumps([list(column) for column in columns]).encode()
+    if len(data) > LAYOUT_BYTES:
+        raise ValueError(f"{len(columns)} columns are more than a ring can name")
+    buffer, start = _buffer(memory), _LAYOUT_AT + _COUNT.size
+    buffer[start : start + len(data)] = data
+    _COUNT.pack_into(buffer, _LAYOUT_AT, len(data))
 
-    def __init__(self, ring: Ring, pipe: Connection):
-        self._ring, self._events, self._ticks = ring, Outbox(pipe), 0
+
+class RowReader:
+    """Reads every row of a ring that is written from now on; for one thread.
+
+    columns: names and units of a row. lost: rows that came and went between two calls of ``read``.
+    ended: whoever wrote has ended, and nothing more comes.
+    """
+
+    def __init__(self, name: str):
+        """Raises ValueError where the writer has not begun."""
+        self._memory = SharedMemory(name=name)
+        length = int(_COUNT.unpack_from(_buffer(self._memory), _LAYOUT_AT)[0])
+        if not length:
+            self._memory.close()
+            raise ValueError("nothing is written yet: wait until the process is ready")
+        start = _LAYOUT_AT + _COUNT.size
+        layout = json.loads(bytes(_buffer(self._memory)[start : start + length]))
+        self.columns = tuple(Column(*pair) for pair in layout)
+        self._ring = Ring(self._memory, len(self.columns))
+        self._ring.skip()
+        self.ended = False
+
+    @property
+    def lost(self) -> int:
+        """So far."""
+        return self._ring.lost
+
+    def read(self) -> Array:
+        """(n, w) all rows since the last call, one for each step; read-only."""
+        return np.frombuffer(self._ring.read(), dtype="<f8").reshape(-1, len(self.columns))
+
+    def close(self) -> None:
+        """Let go of the memory."""
+        self._memory.close()
+
+
+class RingLog:
+    """A driver's log in the control process: rows into a ring, events into a pipe, both with the number of ticks.
+
+    pipe: None where nobody records.
+    """
+
+    def __init__(self, ring: Ring, pipe: Connection | None):
+        self._ring, self._ticks = ring, 0
+        self._events = None if pipe is None else Outbox(pipe)
 
     def tick(self, line: Array) -> None:
         self._ring.write(line)
         self._ticks += 1
 
     def event(self, kind: str, content: Any) -> None:
-        self._events.put((self._ticks, kind, content))
+        if self._events is not None:
+            self._events.put((self._ticks, kind, content))
 
     def flush(self, seconds: float) -> bool:
         """Wait until every event is sent."""
-        return self._events.flush(seconds)
+        return self._events is None or self._events.flush(seconds)
 
 
 def _buffer(memory: SharedMemory) -> memoryview:

@@ -1,6 +1,6 @@
 """The recorder of a control process's run: rows through a ring, events through a pipe, files written elsewhere.
 
-The control process never touches a file. A full disk ends the recording, is told, and costs no tick.
+The control process never touches a file. A full disk ends the recording, is reported, and costs no tick.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 from typing import Any
 
-from .command import COMMAND_SIZE
-from .ring import Ring, RingLog
+from .command import COMMAND_COLUMNS, COMMAND_SIZE
+from .ring import Ring, RingLog, write_layout
 from .run import RunWriter
 from .system import Column, SystemSpec
 
@@ -22,28 +22,29 @@ LOOK_S = 0.05  # between two looks into the ring, which holds seconds
 
 @dataclass(frozen=True)
 class FarEnd:
-    """What the control process gets of a recorder; it crosses when the process is started."""
+    """What the control process writes to; it crosses when the process is started. pipe: to a recorder, if any."""
 
     ring: str
-    pipe: Connection
+    pipe: Connection | None
 
     def attach(self, columns: tuple[Column, ...]) -> RingLog:
-        """The driver's log; tells the recorder first what the rows are."""
-        self.pipe.send((0, "columns", columns))
-        return RingLog(Ring(SharedMemory(name=self.ring), COMMAND_SIZE + len(columns)), self.pipe)
+        """The driver's log; tells whoever reads first what the rows are."""
+        memory = SharedMemory(name=self.ring)
+        write_layout(memory, [*COMMAND_COLUMNS, *columns])
+        if self.pipe is not None:
+            self.pipe.send((0, "columns", columns))
+        return RingLog(Ring(memory, COMMAND_SIZE + len(columns)), self.pipe)
 
 
 class RunRecorder:
-    """Writes a run from a thread of the process that watches.
+    """Writes a run from a thread of the process that watches; ``memory`` is the ring's.
 
     failed: why the recording ended early, '' where it did not.
     """
 
-    def __init__(self, folder: Path, spec: SystemSpec, ends: tuple[Connection, Connection]):
-        self._folder, self._spec = folder, spec
-        self._near, far = ends
-        self._memory = Ring.memory()
-        self.far_end = FarEnd(self._memory.name, far)
+    def __init__(self, folder: Path, spec: SystemSpec, ends: tuple[Connection, Connection], memory: SharedMemory):
+        self._folder, self._spec, self._memory = folder, spec, memory
+        self._near, self.far = ends
         self._ring: Ring | None = None
         self._writer: RunWriter | None = None
         self._over = threading.Event()
@@ -52,7 +53,7 @@ class RunRecorder:
 
     def start(self) -> None:
         """Begin; the far end's pipe is the process's now."""
-        self.far_end.pipe.close()
+        self.far.close()
         self._thread.start()
 
     def close(self) -> None:
@@ -61,9 +62,7 @@ class RunRecorder:
         if self._thread.ident is not None:
             self._thread.join()
         self._near.close()
-        self.far_end.pipe.close()
-        self._memory.close()
-        self._memory.unlink()
+        self.far.close()
 
     def _run(self) -> None:
         try:
@@ -75,7 +74,7 @@ class RunRecorder:
         except OSError as error:  # what was written so far stays where it is, under its name of a part
             if self._writer is not None:
                 self._writer.abandon()
-            self.failed = f"the recording ended: {error.strerror or error}"
+            self.failed = f"the run cannot be written: {error.strerror or error}"
 
     def _look(self) -> None:
         """What has come since the last look; events first, since their rows may come with them."""

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control.admittance import saturate
-from ..geometry.places import FARTHEST_MM
+from ..geometry.triples import triple
+from ..given import FARTHEST_MM
 
 Array = NDArray[np.float64]
 
@@ -95,7 +96,7 @@ class VirtualCoupling:
         pull = self._at(now) - tool_grip
         if float(np.linalg.norm(pull)) > MAX_JUMP_MM:
             return np.zeros(3)
-        return saturate(stiffness * pull, cap)
+        return np.array(saturate(triple(stiffness * pull), cap))
 
     def _at(self, now: float) -> Array:
         share = min(max((now - self._moved_at) / INTERPOLATION_S, 0.0), 1.0)

@@ -1,4 +1,4 @@
-"""Where a robot's base stands so that its tool has a wanted pose."""
+"""The placement of a robot's base at which its tool has a wanted pose."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from ..errors import StartRefused
 from ..robots import PlacedRobot, RobotModel, Tool
-from ..robots.inverse import Reached, reach
+from ..robots.inverse import IkResult, inverse_kinematics
 
 Array = NDArray[np.float64]
 
-UP = np.array([0.0, 0.0, 1.0])  # of the room: superior, as the page draws the patient
+UP = np.array([0.0, 0.0, 1.0])  # of the operating room: superior, as the page draws the patient
 _PARALLEL = 1e-6
 _SAME_LINE_MM = 0.05  # a joint's axis this near to the shaft is the shaft's
 
@@ -29,13 +29,14 @@ class BasePlacement:
 
         A robot that can turn the tool about its shaft makes the roll by that joint, so that its base does not lean;
         the base is where the home configuration leaves it: T_base = T_tip · FK(home)⁻¹.
-        A robot that stands is then put upright about the tip, and its joints are solved anew from home.
+        The base of a robot with ``stands`` is then turned upright about the tip, and its joints are solved anew from
+        home.
 
         Args:
             rotation: (3, 3) wanted, the roll in rad about the shaft included.
 
         Raises:
-            StartRefused: a standing robot cannot hold the tool like that.
+            StartRefused: a robot whose base is upright cannot hold the tool like that.
         """
         q = self._robot.home.copy()
         if self._roll_joint is not None:
@@ -43,27 +44,27 @@ class BasePlacement:
         tip_rotation, tip_position = self._at_origin.tip_pose(q)
         base = np.eye(4)
         base[:3, :3] = rotation @ tip_rotation.T
-        if self._robot.stands:
+        if self._robot.upright:
             base[:3, :3] = _upright(base[:3, :3])
         base[:3, 3] = position - base[:3, :3] @ tip_position
-        if not self._robot.stands:
+        if not self._robot.upright:
             return base, q
-        reached = reach(self._robot.placed(base, self._tool), rotation, position, q)
+        reached = inverse_kinematics(self._robot.placed(base, self._tool), rotation, position, q)
         if not reached.found:
             stops = self._stops(reached)
             raise StartRefused(f"{self._robot.title} cannot hold the tool like that while it stands upright{stops}")
         return base, reached.q
 
-    def _stops(self, reached: Reached) -> str:
+    def _stops(self, reached: IkResult) -> str:
         """Which joints stop it, and how far from the entry."""
         if not reached.stopped:
             return ""
         joints = " and ".join(f"joint {j + 1} ({self._robot.joints[j].name})" for j in reached.stopped)
         verb = "is at its limit" if len(reached.stopped) == 1 else "are at their limits"
-        return f": {joints} {verb}, {reached.short_mm:.0f} mm from there"
+        return f": {joints} {verb}, {reached.position_error_mm:.0f} mm from there"
 
     def _turned(self, joint: int, angle: float) -> float:
-        """Home and a turn, by a full turn less where the range asks for it; home where it has no room at all."""
+        """Home and a turn, by a full turn less where the range asks for it; home where its range has neither."""
         home, lower, upper = (float(a[joint]) for a in (self._robot.home, self._robot.lower, self._robot.upper))
         for turns in (0.0, -2.0 * np.pi, 2.0 * np.pi):
             if lower <= home + angle + turns <= upper:

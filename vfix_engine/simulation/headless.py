@@ -20,7 +20,7 @@ from .snapshot import Snapshot
 
 PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up
 GAIN_MM = 0.02  # less than this in that many steps is no progress towards a target
-GAIN_SHARE = 0.005  # less of the way that a free hand would make in that many steps is no progress along the path
+GAIN_SHARE = 0.005  # less of the motion that a free hand would make in that many steps is no progress along the path
 ATTEMPTS = 3  # to bring the view onto a target, each from further out
 BACK_OFF_MM = 8.0
 PASSED_MM = 0.3  # the view is past its nearest place when it is this much further away again
@@ -75,7 +75,7 @@ class Tally:
 
 
 class HeadlessRun:
-    """Steps a rehearsal with an operator and tells every snapshot to ``keep``.
+    """Steps a rehearsal with an operator and hands every snapshot to ``keep``.
 
     log: where every command with the system's row, and every request, goes, as ``runtime.driver`` has them; None:
         nowhere.
@@ -154,7 +154,7 @@ class HeadlessRun:
         return {"error_mm": {"mean": float(np.mean(errors)), "max": float(np.max(errors))}, "swing_deg": swing}
 
     def _back_off(self, state: RehearsalState) -> RehearsalState:
-        """Back onto the path and some way out along it."""
+        """Back onto the path and some distance out along it."""
         state = self._with_task(state, "path")
         out = self.rehearsal.snapshot(state).progress_mm - BACK_OFF_MM
         back = ScriptedOperator(drive=-1)

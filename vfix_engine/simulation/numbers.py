@@ -37,6 +37,8 @@ def finite_array(values: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
 
 def share_of(value: Any, name: str) -> float:
     """A share of full force: clamped to -1 … 1; a non-finite one is none."""
+    if (type(value) is float or type(value) is int) and -1 <= value <= 1:
+        return float(value)
     if isinstance(value, (int, float)):
         return float(min(max(value, -1), 1)) if abs(value) < math.inf else 0.0
     if isinstance(value, np.number) and np.isrealobj(value):

@@ -14,10 +14,12 @@ from ..control.admittance import saturate
 from ..control.qp import DUAL
 from ..control.tasks import ApproachPath, ApproachTarget, FollowPath, InspectTarget, MoveFreely, PathPoint, view_point
 from ..errors import ControlError, InputError
-from ..geometry.vectors import cross, length
+from ..geometry.triples import Triple, dot, minus, norm, over, plus, times, triple
+from ..geometry.vectors import length
 from ..runtime.command import Command
 from ..runtime.requests import Request, SetSettings, SetTask
 from ..runtime.system import Background, Column, Grip
+from .hand_kernel import torque_about_tip, torque_about_view
 from .numbers import array_of, share_of
 from .rigid_row import RowWriter
 from .rigid_snapshot import snapshot_of
@@ -42,6 +44,7 @@ GUIDED = ("approach", "inspect_approach")  # phases in which the fixture chooses
 NO_PATH = "path following needs a path of at least two points"
 
 _FLOAT = np.dtype(np.float64)
+NO_FORCE = (0.0, 0.0, 0.0)
 _ZEROS = np.zeros(3)
 _ZEROS.setflags(write=False)
 
@@ -103,6 +106,7 @@ class RigidSystem:
         self.scene, self.first_settings, self.solver = scene, settings, solver
         self.controller = self._controller(settings)
         self._inspections = tuple(InspectTarget(target) for target in scene.targets)
+        self._goals = tuple(triple(target) for target in scene.targets)
         self._approaches = tuple(ApproachTarget(target) for target in scene.targets)
         self._row = RowWriter(scene)
         self.row_layout: tuple[Column, ...] = self._row.layout
@@ -186,7 +190,7 @@ class RigidSystem:
         return state.steps
 
     def at_rest(self, state: RehearsalState, running: bool) -> bool:
-        """The tool stands, and the last step, if there was one, wanted nothing."""
+        """The tool is at rest, and the last step, if there was one, wanted nothing."""
         last = state.last
         idle = last is None or last.report.outcome == "idle"
         return idle and not bool(np.abs(state.tool.velocity).max() > STILL)
@@ -224,7 +228,7 @@ class RigidSystem:
         reach = math.inf
         if master is not None:
             lag = advance_leader(state.lag, master, settings)
-            force, drive, reach = spring(lag, settings), 0.0, length(lag)
+            force, drive, reach = triple(spring(lag, settings)), 0.0, length(lag)
         controller = self._controller_of(settings)
         if state.mode == "path":
             done = self._path_step(controller, state, force, drive, reach)
@@ -232,10 +236,12 @@ class RigidSystem:
             done = self._inspect_step(controller, state, force, drive, twist, reach)
         else:
             # Li 2007, V.F: the master moves the tip; on the grip a force turns the tool as well.
-            lever = state.tool.tip.position
-            torque = self._torque(state, twist, force if master is None else _ZEROS, lever)
-            report = controller.step(state.tool, FREELY, HandCommand(force, torque, reach))
-            done = _Stepped(report, state.phase, state.nearest, force, torque)
+            turning = force if master is None else NO_FORCE
+            turn = twist * settings.force_cap_n * self.scene.tool.grip_from_bend
+            torque = np.array(torque_about_tip(*controller.context.guide, state.tool.numbers, turning, turn))
+            hand = HandCommand(np.array(force), torque, reach)
+            report = controller.step(state.tool, FREELY, hand)
+            done = _Stepped(report, state.phase, state.nearest, hand.force, torque)
         if master is not None:
             lag = consume_motion(lag, self._moved(state, done), done.phase in GUIDED)
         return RehearsalState(
@@ -252,54 +258,57 @@ class RigidSystem:
         )
 
     def _path_step(
-        self, controller: Controller, state: RehearsalState, force: Array, drive: float, reach: float
+        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, reach: float
     ) -> _Stepped:
         path, near, settings = self.scene.path, state.nearest, state.settings
         if path is None or near is None:
             raise ControlError(NO_PATH)
-        offset = near.position - state.tool.tip.position
+        tangent = triple(near.tangent)
         if drive:
-            force = force + drive * settings.force_cap_n * near.tangent
+            force = plus(force, times(drive * settings.force_cap_n, tangent))
         force = saturate(force, settings.force_cap_n)
         limit = ON_PATH_MM if state.phase == "approach" else LEAVE_PATH_MM
-        phase = "follow" if length(offset) <= limit else "approach"
-        task: Task = ApproachPath(path, near) if phase == "approach" else FollowPath(path, near)
-        report = controller.step(state.tool, task, HandCommand(force, _ZEROS, reach))
-        after = PathPoint(*path.closest(report.state.tip.position, near.s, SEARCH_WINDOW_MM))
+        off = norm(minus(triple(near.position), triple(state.tool.position)))
+        phase = "follow" if off <= limit else "approach"
+        kind, shaft = ApproachPath if phase == "approach" else FollowPath, self.scene.shaft
+        task: Task = kind(path, near, shaft)
+        hand = HandCommand(np.array(force), _ZEROS, reach)
+        report = controller.step(state.tool, task, hand)
+        after = PathPoint(*path.closest(report.state.position, near.s, SEARCH_WINDOW_MM))
         end = ""
         if phase == "follow":
             if path.length - after.s <= END_MM:
                 phase = "done"
-                end = "the end of the path" if float(force @ near.tangent) > 0 else ""
-            elif after.s <= END_MM and float(force @ near.tangent) < 0:
+                end = "the end of the path" if dot(force, tangent) > 0 else ""
+            elif after.s <= END_MM and dot(force, tangent) < 0:
                 end = "the entry of the path"
-        return _Stepped(report, phase, after, force, end=end)
+        return _Stepped(report, phase, after, hand.force, end=end)
 
     def _inspect_step(
-        self, controller: Controller, state: RehearsalState, force: Array, drive: float, twist: float, reach: float
+        self, controller: Controller, state: RehearsalState, force: Triple, drive: float, twist: float, reach: float
     ) -> _Stepped:
-        target, tool, settings = self.scene.targets[state.target], self.scene.tool, state.settings
-        centre = view_point(state.tool, tool, settings.view_distance_mm)
-        off = length(centre - target)
-        tolerance = settings.target_tolerance_mm
-        arrived = off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance)
-        phase = "inspect_hold" if arrived else "inspect_approach"
-        torque = _ZEROS
-        task: Task
-        if phase == "inspect_hold":
-            torque = self._torque(state, twist, force, centre)
-            lever = length(self._grip(state.tool) - centre)
-            task, hand = self._inspections[state.target], HandCommand(force, torque, reach / lever)
-        else:
-            pull = force
-            if drive > 0:
-                cap = settings.force_cap_n
-                pull = saturate(force + drive * cap * _unit(target - centre), cap)
-            task, hand = self._approaches[state.target], HandCommand(pull, _ZEROS, reach)
-        return _Stepped(controller.step(state.tool, task, hand), phase, state.nearest, force, torque)
+        settings, number = state.settings, state.target
+        cap, tolerance, push = settings.force_cap_n, settings.target_tolerance_mm, np.array(force)
+        turn = twist * cap * self.scene.tool.grip_from_bend
+        off, lever, torque = torque_about_view(
+            *controller.context.guide, state.tool.numbers, force, turn, self._goals[number]
+        )
+        if off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance):
+            hand = HandCommand(push, np.array(torque), reach / lever)
+            report = controller.step(state.tool, self._inspections[number], hand)
+            return _Stepped(report, "inspect_hold", state.nearest, push, hand.torque)
+        pull = push
+        if drive > 0:
+            centre = view_point(state.tool, self.scene.tool, settings.view_distance_mm)
+            towards = triple(self.scene.targets[number] - centre)
+            size = norm(towards)
+            towards = over(towards, size) if size > 0.0 else towards
+            pull = np.array(saturate(plus(force, times(drive * cap, towards)), cap))
+        report = controller.step(state.tool, self._approaches[number], HandCommand(pull, _ZEROS, reach))
+        return _Stepped(report, "inspect_approach", state.nearest, push)
 
     def _moved(self, state: RehearsalState, done: _Stepped) -> Array:
-        """What the point that a master leads did (3,) in mm: the tip, the virtual point, or on a target the grip."""
+        """Displacement (3,) in mm of what follows a master: the tip, the virtual point, or on a target the grip."""
         before, after = state.tool, done.report.state
         if done.phase == "inspect_hold":
             return self._grip(after) - self._grip(before)
@@ -312,18 +321,9 @@ class RigidSystem:
     def _grip(self, tool: StepState) -> Array:
         return self.scene.tool.grip(tool.tip.rotation, tool.tip.position)
 
-    def _torque(self, state: RehearsalState, twist: float, force: Array, centre: Array) -> Array:
-        """τ = (grip − centre) × f plus the twist about the shaft, in N·mm."""
-        tip, tool = state.tool.tip, self.scene.tool
-        lever = self._grip(state.tool) - centre
-        torque = cross(lever, force)
-        if twist:
-            torque += twist * state.settings.force_cap_n * tool.grip_from_bend * tip.rotation[:, 1]
-        return torque
 
-
-def hand_force(given: Array, cap: float) -> Array:
-    """A hand's force (3,) in N as it counts: non-finite ones as none (HAZ-05), no longer than ``cap``.
+def hand_force(given: Array, cap: float) -> Triple:
+    """A hand's force in N as it counts: non-finite ones as none (HAZ-05), no longer than ``cap``.
 
     Raises:
         InputError: it is no array of three numbers.
@@ -334,10 +334,7 @@ def hand_force(given: Array, cap: float) -> Array:
     x, y, z = force.tolist()
     largest = max(abs(x), abs(y), abs(z))
     if largest == 0.0 or not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
-        return _ZEROS
-    return saturate(force if largest <= FORCE_LIMIT_N else np.clip(force, -FORCE_LIMIT_N, FORCE_LIMIT_N), cap)
-
-
-def _unit(vector: Array) -> Array:
-    size = length(vector)
-    return vector / size if size > 0 else vector
+        return NO_FORCE
+    if largest > FORCE_LIMIT_N:
+        x, y, z = (min(max(value, -FORCE_LIMIT_N), FORCE_LIMIT_N) for value in (x, y, z))
+    return saturate((x, y, z), cap)

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> Snapshot:
-    """The picture of a state; ``last``: the step that led to it, None to tell of the pose alone."""
+    """The picture of a state; ``last``: the step that led to it, None for the pose alone."""
     tool, settings = state.tool, state.settings
     tip, rotation, segments = tool.tip.position, tool.tip.rotation, tool.segments
     centre = view_point(tool, scene.tool, settings.view_distance_mm)
@@ -35,10 +35,10 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> S
     if state.mode == "inspect":
         target_error = float(np.linalg.norm(centre - scene.targets[state.target]))
     report = None if last is None else last.report
-    acting = () if report is None else report.active_constraints()
+    active = () if report is None else report.active_constraints()
     held = report is not None and report.held
     less = report is not None and (held or report.share * report.ramp_fraction < SLOWED_SHARE)
-    why = acting if less else ()
+    why = active if less else ()
     names = scene.structure_names
     end = "" if last is None else last.end
     teleoperated = last is not None and last.teleoperated
@@ -60,11 +60,11 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> S
         held=held,
         slowed=bool(why) and not held,
         reason=end or (why[0].words_with(names) if why else ""),
-        active=tuple(b.words_with(names) for b in acting),
+        active=tuple(b.words_with(names) for b in active),
         blocking_point=next((b.point for b in why if b.point is not None), None),
         tip_error_mm=error,
         clearance_mm=tool.clearance,
-        margin_mm=settings.margin_mm,
+        margin_mm=settings.kept_mm,
         threshold_mm=settings.reach_mm,
         progress_mm=progress,
         length_mm=length,

@@ -16,6 +16,7 @@ from ..fixtures import Fixture, Zone
 from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
 from ..geometry.proximity import ProximityTree
+from ..geometry.shaft_directions import ShaftDirections
 from ..robots import RobotModel, Tool
 from ..runtime.system import Worker
 from .rigid import RigidSystem
@@ -25,6 +26,8 @@ from .scene_parts import (
     fixtures_parts,
     robot_from,
     robot_parts,
+    shaft_from,
+    shaft_parts,
     tool_from,
     tool_parts,
     zones_from,
@@ -56,6 +59,7 @@ class SceneSpec:
     fixtures: tuple[Fixture, ...] = ()
     solver: str = DUAL
     structure_names: Mapping[str, str] = field(default_factory=dict)
+    shaft: ShaftDirections | None = None
 
     @classmethod
     def of(cls, scene: Scene, solver: str = DUAL) -> Self:
@@ -64,7 +68,7 @@ class SceneSpec:
         return cls(
             np.asarray(mesh.vertices), np.asarray(mesh.faces), scene.robot, scene.tool, scene.base, scene.q_start,
             path, scene.targets, scene.target_names, scene.zones, scene.fixtures, solver,
-            scene.structure_names,
+            scene.structure_names, scene.shaft,
         )  # fmt: skip
 
     def robot_model(self) -> RobotModel:
@@ -82,7 +86,7 @@ class SceneSpec:
         robot, tool = self.robot_model(), self.tool_itself()
         return Scene(
             tree, robot, tool, self.base, self.q_start, path, self.targets, self.target_names, self.zones,
-            self.fixtures, self.structure_names,
+            self.fixtures, self.structure_names, self.shaft,
         )  # fmt: skip
 
 
@@ -127,6 +131,7 @@ class RigidSpec:
         arrays["targets"] = scene.targets
         if scene.path_points is not None:
             arrays["path_points"] = scene.path_points
+        arrays |= shaft_parts(scene.shaft)
         values = {
             "robot": robot_parts(scene.robot_model()),
             "tool": tool_parts(scene.tool_itself()),
@@ -156,6 +161,7 @@ class RigidSpec:
                 fixtures_from(values.get("fixtures", []), arrays),
                 values["solver"],
                 dict(values.get("structure_names", {})),
+                shaft_from(arrays),
             )
             return cls(scene, ControlSettings.from_dict(values["settings"]))
         except (KeyError, TypeError) as error:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
 from ..geometry.proximity import Proximity
+from ..geometry.shaft_directions import ShaftDirections
 from ..robots import PlacedRobot, RobotModel, Tool
 
 Array = NDArray[np.float64]
@@ -22,8 +23,9 @@ class Scene:
 
     base: transform_base_to_patient (4, 4); q_start: joints at the entry (n,).
     path: None where only free motion is wanted; targets: (m, 3).
-    zones: no-fly zones; fixtures: virtual fixtures that stand whatever the task is (Li 2007, eq. 1-5).
-    structure_names: name of a structure by its id, for words; one that has none here is told by its id.
+    zones: no-fly zones; fixtures: virtual fixtures of every step, whatever the task is (Li 2007, eq. 1-5).
+    shaft: planned orientation of the shaft along the path, which the tool keeps as far as bone lets it; None: none.
+    structure_names: name of a structure by its id, for words; one that has none here has its id.
     """
 
     tree: Proximity
@@ -37,6 +39,7 @@ class Scene:
     zones: tuple[Zone, ...] = ()
     fixtures: tuple[Fixture, ...] = ()
     structure_names: Mapping[str, str] = field(default_factory=dict)
+    shaft: ShaftDirections | None = None
 
     def placed_robot(self) -> PlacedRobot:
         """The robot with its base in the patient frame and the tool's tip as its tip."""

@@ -14,9 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..fixtures import CartesianLimits, Fixture, OrientationCone, RemoteCentre, SoftZone, Weighted, Zone
+from ..fixtures import (
+    CartesianLimits,
+    DeeperPlace,
+    Fixture,
+    OrientationCone,
+    RemoteCentre,
+    SoftRegion,
+    SoftZone,
+    Weighted,
+    Zone,
+)
+from ..geometry.compact_field import stored_values, values_of
+from ..geometry.distance_field import DistanceField, FieldGrid
 from ..geometry.mesh import TriangleMesh
 from ..geometry.proximity import Proximity, ProximityTree
+from ..geometry.shaft_directions import ShaftDirections
 from ..geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
 from ..robots import RobotModel, Tool
 from ..robots.model import Joint, Mount
@@ -34,7 +47,7 @@ def robot_parts(robot: RobotModel) -> dict[str, Any]:
     mount = {"transform": robot.mount.transform_flange_to_link.tolist(), "hold": robot.mount.hold}
     return {
         "name": robot.name, "title": robot.title, "source": robot.source, "joints": joints, "mount": mount,
-        "home": robot.home.tolist(), "stands": robot.stands, "notes": list(robot.notes),
+        "home": robot.home.tolist(), "stands": robot.upright, "notes": list(robot.notes),
     }  # fmt: skip
 
 
@@ -87,6 +100,21 @@ def zones_from(values: list[dict[str, Any]], arrays: Mapping[str, NDArray[Any]])
     return tuple(Zone(one["name"], _shape_from(one["shape"], arrays), one["margin_mm"]) for one in values)
 
 
+def shaft_parts(shaft: ShaftDirections | None) -> Arrays:
+    """Arrays of a plan of the shaft; none where there is no plan."""
+    if shaft is None:
+        return {}
+    values = {"stations": shaft.stations, "directions": shaft.directions, "rolls": shaft.rolls}
+    return {f"shaft_{name}": np.asarray(value) for name, value in values.items()}
+
+
+def shaft_from(arrays: Mapping[str, NDArray[Any]]) -> ShaftDirections | None:
+    """The inverse. Raises PlanError."""
+    if "shaft_stations" not in arrays:
+        return None
+    return ShaftDirections(arrays["shaft_stations"], arrays["shaft_directions"], arrays["shaft_rolls"])
+
+
 def fixtures_parts(fixtures: tuple[Fixture, ...]) -> tuple[list[dict[str, Any]], Arrays]:
     """Plain values of the library's own standing fixtures.
 
@@ -111,6 +139,8 @@ def _fixture_parts(one: Fixture, key: str, arrays: Arrays) -> dict[str, Any]:
         over = None if one.over is None else _shape_parts(one.over, key, arrays)
         values = {"name": one.name, "thickness_mm": one.thickness_mm, "stiffness_n_per_mm": one.stiffness_n_per_mm}
         return {"kind": "SoftZone", **values, "over": over}
+    if isinstance(one, SoftRegion):
+        return _region_parts(one, key, arrays)
     kind = type(one).__name__
     if FIXTURES.get(kind) is not type(one):
         raise InputError(f"a standing fixture of the class {kind} cannot be written into a run; keep it with the run")
@@ -124,10 +154,37 @@ def _fixture_from(values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) ->
     if kind == "SoftZone":
         over = None if values["over"] is None else _shape_from(values["over"], arrays)
         return SoftZone(values["name"], values["thickness_mm"], values["stiffness_n_per_mm"], over)
+    if kind == "SoftRegion":
+        return _region_from(values, arrays)
     if kind not in FIXTURES:
         raise InputError(f"a run has a standing fixture of the unknown class '{kind!s:.40}'")
     found: Fixture = _exactly(FIXTURES[kind], values["values"])
     return found
+
+
+def _region_parts(one: SoftRegion, key: str, arrays: Arrays) -> dict[str, Any]:
+    grids = []
+    for number, grid in enumerate(one.field.grids):
+        name = f"{key}_grid_{number}"
+        arrays[name] = stored_values(grid.values)
+        grids.append({"values": name, "origin": grid.origin.tolist(), "step_mm": float(grid.step_mm)})
+    return {
+        "kind": "SoftRegion", "name": one.name, "grids": grids, "stiffness_n_per_mm": one.stiffness_n_per_mm,
+        "max_depth_mm": one.max_depth_mm, "layer_mm": one.layer_mm,
+        "deeper": None if one.deeper is None else _values(one.deeper),
+    }  # fmt: skip
+
+
+def _region_from(values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> SoftRegion:
+    grids = [
+        FieldGrid(values_of(arrays[grid["values"]]), np.array(grid["origin"]), grid["step_mm"])
+        for grid in values["grids"]
+    ]
+    deeper = None if values["deeper"] is None else DeeperPlace(**values["deeper"])
+    return SoftRegion(
+        values["name"], DistanceField(grids), values["stiffness_n_per_mm"], values["max_depth_mm"], deeper,
+        values["layer_mm"],
+    )  # fmt: skip
 
 
 def _shape_parts(solid: Shape | Proximity, key: str, arrays: Arrays) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,10 +14,11 @@ from ..control import ControlSettings
 from ..control.qp import DUAL
 from ..errors import ControlError, InputError
 from ..fixtures import Fixture, Zone
+from ..geometry.checks import out_of_range
 from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
-from ..geometry.places import too_far
 from ..geometry.proximity import Proximity, ProximityTree
+from ..given import several
 from ..robots import RobotModel, Tool
 from .numbers import finite_array
 from .placing import Placing, place_robot
@@ -66,18 +68,19 @@ class Simulation:
         **changes: float,
     ):
         settings = ControlSettings.from_dict((settings or ControlSettings()).to_dict() | changes)
-        tree = ProximityTree(mesh) if isinstance(mesh, TriangleMesh) else mesh
+        tree = _indexed(mesh)
+        zones, fixtures = several("zones", zones), several("fixtures", fixtures)
         robot = robot if isinstance(robot, RobotModel) else RobotModel.load(robot)
         tool = tool if isinstance(tool, Tool) else Tool.load(tool)
         path = path if path is None or isinstance(path, SplinePath) else SplinePath(path)
         self._placing: Placing | None = None
         if base is None:
             if path is None:
-                raise InputError("where does the robot stand? Give a base (4, 4), or a path to place it by")
-            self._placing = place_robot(tree, robot, tool, path, settings, tuple(zones), tuple(fixtures))
+                raise InputError("the robot has no base placement: give a base (4, 4), or a path by which it is placed")
+            self._placing = place_robot(tree, robot, tool, path, settings, zones, fixtures)
             base, q_start = self._placing.base, self._placing.q_start if q_start is None else q_start
         points = np.zeros((0, 3)) if targets is None else finite_array(targets, (-1, 3), "targets")
-        if far := too_far(points):
+        if far := out_of_range(points):
             raise InputError(f"target {far[0] + 1} {far[1]}")
         scene = Scene(
             tree,
@@ -88,8 +91,8 @@ class Simulation:
             path,
             points,
             tuple(f"target {i + 1}" for i in range(len(points))),
-            tuple(zones),
-            tuple(fixtures),
+            zones,
+            fixtures,
         )
         self.rehearsal = Rehearsal(scene, settings, solver)
         self._state = self.rehearsal.start("free" if path is None else "path")
@@ -104,7 +107,7 @@ class Simulation:
     def placing(self) -> Placing | None:
         """How the robot was placed by the path, and how far it gets along it from there (``run``); None with a base.
 
-        ``placing.run.reason`` says in words what keeps it from the end, such as too few joints; '' where it arrives.
+        ``placing.run.reason`` says in words what holds it before the end, such as too few joints; '' where it arrives.
         """
         return self._placing
 
@@ -120,7 +123,7 @@ class Simulation:
 
     @property
     def clearance_mm(self) -> float:
-        """Smallest distance of the whole tool's surface to the anatomy, told up to the boundary threshold."""
+        """Smallest distance of the whole tool's surface to the anatomy, exact up to the boundary threshold."""
         return self._state.tool.clearance
 
     @property
@@ -149,8 +152,8 @@ class Simulation:
         for name, key in (("drive", drive), ("twist", twist)):
             if not isinstance(key, (int, float, np.number)) or key not in (-1, 0, 1):
                 raise ControlError(f"the {name} must be -1, 0 or 1")
-        led = None if master is None else Master(finite_array(master, (3,), "the master's motion"))
-        command = Command(finite_array(force, (3,), "the force"), drive, twist, led)
+        motion = None if master is None else Master(finite_array(master, (3,), "the master's motion"))
+        command = Command(finite_array(force, (3,), "the force"), drive, twist, motion)
         self._state, self._now = self.rehearsal.step(self._state, command)
         return self._now
 
@@ -163,13 +166,13 @@ class Simulation:
         self.restore(self.rehearsal.with_mode(self._state, mode, target))
 
     def move_anatomy(self, mesh: TriangleMesh | Proximity, zones: Sequence[Zone] | None = None) -> None:
-        """The anatomy has moved: from now on its distances count, wherever the tool stands.
+        """The anatomy has moved: from now on its distances count, wherever the tool is.
 
         Args:
             mesh: the anatomy where it is now.
             zones: all no-fly zones where they are now; None: they have not moved.
         """
-        tree = ProximityTree(mesh) if isinstance(mesh, TriangleMesh) else mesh
+        tree = _indexed(mesh)
         self.rehearsal = self.rehearsal.with_anatomy(tree, None if zones is None else tuple(zones))
         self.restore(self._state)
 
@@ -186,3 +189,16 @@ class Simulation:
         tool = self.rehearsal.controller.measure(state.tool.q, state.tool.velocity)
         self._state = replace(state, tool=tool)
         self._now = self.rehearsal.snapshot(self._state)
+
+
+def _indexed(mesh: Any) -> Proximity:
+    """The index of an anatomy. InputError for a mesh of another library, or a file's name."""
+    if isinstance(mesh, TriangleMesh):
+        return ProximityTree(mesh)
+    if not hasattr(mesh, "candidates"):
+        raise InputError(
+            f"the anatomy is a {type(mesh).__name__}; it must be a TriangleMesh, such as of read_mesh(file), or "
+            "TriangleMesh(vertices, faces) with vertices in LPS mm"
+        )
+    tree: Proximity = mesh
+    return tree

@@ -17,12 +17,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot(of_any_world.Snapshot):
-    """What every world tells, and of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
+    """What every world has, and of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
 
     phase: 'approach', 'follow', 'done', 'inspect_approach', 'inspect_hold' or 'free'.
     held: the hand pushes and the tool does not move; slowed: it moves less than wanted; reason says why, in words.
     active: in words, every constraint that acts on the step, strongest first, also where it costs no motion.
-    clearance_mm: of the whole tool, told up to threshold_mm.
+    clearance_mm: of the whole tool, exact up to threshold_mm.
     target_error_mm: |P_v − P_t|, NaN outside inspection.
     emergencies: steps so far that had to exceed a joint's acceleration limit.
     teleoperated: a master drives; ``reflection`` is what it is to feel then, no more than the force cap.

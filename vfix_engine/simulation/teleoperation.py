@@ -9,7 +9,7 @@ translations τ in f's place in (10)-(11). A master that can move is coupled to 
   and a master pushed into a virtual fixture winds nothing up;
 - what the tool moves is taken off the lag, so that every motion ends where the master has stopped.
 
-With an open clutch there is no spring: the master can be put elsewhere while the tool stands.
+With an open clutch there is no spring: the master can be put elsewhere while the tool is at rest.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..control import ControlSettings
 from ..control.admittance import saturate
+from ..geometry.triples import triple
 from ..runtime.command import Master
 
 __all__ = ["Master", "advance_leader", "consume_motion", "spring"]
@@ -39,7 +40,7 @@ def advance_leader(lag: Array, master: Master, settings: ControlSettings) -> Arr
     if increment.shape != (3,) or not np.isfinite(increment).all() or np.abs(increment).max() > MAX_INCREMENT_MM:
         increment = np.zeros(3)
     most = settings.force_cap_n / settings.master_stiffness_n_per_mm
-    return saturate(lag + settings.master_scale * increment, most)
+    return np.array(saturate(triple(lag + settings.master_scale * increment), most))
 
 
 def spring(lag: Array, settings: ControlSettings) -> Array:
@@ -50,8 +51,8 @@ def spring(lag: Array, settings: ControlSettings) -> Array:
 def consume_motion(lag: Array, moved: Array, guided: bool) -> Array:
     """The lag (3,) after the tool's point has ``moved`` (3,) in mm.
 
-    guided: the fixture chose the direction (an approach): then the length of the way is what counts, or the tool would
-    be led on for ever by a master that stands still.
+    guided: the fixture chose the direction (an approach): then the length of the displacement is what counts,
+    or a master at rest would pull the tool for ever.
     """
     if not guided:
         return lag - moved

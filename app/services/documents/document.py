@@ -21,6 +21,7 @@ class Document(Generic[Content]):
     """A stored document. `revision` grows with every change; a deleted one carries the time it was deleted at.
 
     schema: that of its content in this version. case_hash: of the case's content when the document was made.
+    can_undo, can_redo: whether there is an edit to take back, and one that was taken back; neither when it is locked.
     unreadable: in a list, why the content cannot be read; it is empty there then.
     """
 
@@ -37,6 +38,8 @@ class Document(Generic[Content]):
     revision: int
     locked: bool
     deleted_at: str | None
+    can_undo: bool
+    can_redo: bool
     unreadable: str = ""
 
 

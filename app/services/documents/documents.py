@@ -13,7 +13,6 @@ from app.services.documents.document import Content, Document, DocumentTitle
 from app.services.documents.editor import DocumentEditor
 from app.services.documents.kind import DocumentKind
 from app.services.documents.rows import (
-    check_revision,
     find_row,
     list_document,
     read_document,
@@ -85,8 +84,8 @@ class Documents(Generic[Content]):
         self, document_id: str, name: str | None = None, *, expected_revision: int | None = None
     ) -> Document[Content]:
         """Copy a document as it is now, without its history. Raises the kind's conflict at another revision."""
-        document = self.get(document_id)
-        check_revision(document, expected_revision, self.kind)
+        with self._store.reading() as session:
+            document = read_document(session, self.kind, document_id, expected_revision)
         if name is None:
             name = f"{document.name[: MAX_NAME - 7]} (copy)"
         return self.create(document.case_id, name, document.content)
@@ -115,8 +114,7 @@ class Documents(Generic[Content]):
 
     def _change(self, document_id: str, expected_revision: int | None, **values: str | None) -> Document[Content]:
         with self._store.writing() as session:
-            row = find_row(session, self.kind, document_id)
-            check_revision(row, expected_revision, self.kind)
+            row = find_row(session, self.kind, document_id, expected_revision)
             if row.locked and values.get("deleted_at") is not None:
                 raise self.kind.errors.locked(f"the {self.kind.noun} is locked; unlock it to delete it.")
             for name, value in values.items():

@@ -6,18 +6,19 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any, Generic
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
 from app.services.documents.document import Content, Document
 from app.services.documents.kind import SETTINGS, DocumentKind
 from app.services.documents.rows import (
-    check_revision,
     content_of,
     content_with,
+    document_of,
     find_row,
     list_document,
     read_document,
+    span_of,
     touch,
     write_state,
 )
@@ -28,7 +29,7 @@ MAX_STATES = 500  # states of a document's history that are kept
 
 
 class DocumentEditor(Generic[Content]):
-    """The one way to change a document, for the page and every other client; may be called from any thread.
+    """The only interface for changes of a document, for the page and every other client; may be called from any thread.
 
     Each edit is one durable transaction (HAZ-24) and returns the document that it made.
     `expected_revision` is the revision the caller saw: where the document has moved on, the kind's conflict is raised
@@ -39,25 +40,29 @@ class DocumentEditor(Generic[Content]):
         self._store, self._kind = store, kind
         self._id = document_id
         self._lock = threading.RLock()
+        self._known: Document[Content] | None = None  # a revision never changes: what was read once is not read again
 
     @property
     def document(self) -> Document[Content]:
         """The document as stored now."""
         with self._store.reading() as session:
-            return read_document(session, self._kind, self._id)
+            self._known = known = read_document(session, self._kind, self._id)
+        return known
 
     def history(self) -> tuple[bool, bool]:
         """Whether there is something to undo, and something to redo; neither on a locked document."""
         with self._store.reading() as session:
             row = find_row(session, self._kind, self._id)
-            low, high = _span(session, self._id)
+            low, high = span_of(session, self._id)
             return not row.locked and low < row.cursor, not row.locked and row.cursor < high
 
     def edit(self, change: Callable[[Content], Content], *, expected_revision: int | None = None) -> Document[Content]:
         """Apply a change as the newest state of the history; what had been undone is gone."""
         with self._lock, self._store.writing() as session:
-            row = self._open(session, expected_revision)
-            content = self._kind.check(change(content_of(session, self._kind, row)))
+            row, known = self._open(session, expected_revision), self._known
+            newest = known is not None and known.revision == row.revision
+            before = known.content if known is not None and newest else content_of(session, self._kind, row)
+            content = self._kind.check(change(before))
             states = DocumentStateRow.document_id == self._id
             session.execute(delete(DocumentStateRow).where(states, DocumentStateRow.position > row.cursor))
             row.cursor += 1
@@ -66,7 +71,9 @@ class DocumentEditor(Generic[Content]):
                 delete(DocumentStateRow).where(states, DocumentStateRow.position <= row.cursor - MAX_STATES)
             )
             touch(row)
-            return read_document(session, self._kind, self._id)
+            made = document_of(self._kind, row, content, (row.cursor - 1, row.cursor))
+        self._known = made  # once it is durable
+        return made
 
     def set_settings(self, settings: Mapping[str, Any], *, expected_revision: int | None = None) -> Document[Content]:
         """Set some settings; the others stay. Not a step of the history: undo and redo leave them."""
@@ -99,7 +106,7 @@ class DocumentEditor(Generic[Content]):
     def _move(self, by: int, expected_revision: int | None) -> Document[Content]:
         with self._lock, self._store.writing() as session:
             row = self._open(session, expected_revision)
-            low, high = _span(session, self._id)
+            low, high = span_of(session, self._id)
             if not low <= row.cursor + by <= high:
                 raise self._kind.errors.refused(f"there is nothing to {'undo' if by < 0 else 'redo'}.")
             row.cursor += by
@@ -107,17 +114,9 @@ class DocumentEditor(Generic[Content]):
             return list_document(session, self._kind, row)
 
     def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> DocumentRow:
-        row, noun = find_row(session, self._kind, self._id), self._kind.noun
+        row, noun = find_row(session, self._kind, self._id, expected_revision), self._kind.noun
         if row.deleted_at is not None:
             raise self._kind.errors.refused(f"the {noun} is deleted; restore it first.")
-        check_revision(row, expected_revision, self._kind)
         if row.locked and not even_locked:
             raise self._kind.errors.locked(f"the {noun} is locked; unlock it to change it.")
         return row
-
-
-def _span(session: Session, document_id: str) -> tuple[int, int]:
-    """First and last position of the history."""
-    positions = select(func.min(DocumentStateRow.position), func.max(DocumentStateRow.position))
-    low, high = session.execute(positions.where(DocumentStateRow.document_id == document_id)).one()
-    return int(low), int(high)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from sqlalchemy import func, select
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 
@@ -17,26 +18,39 @@ from app.store.models import DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError
 
 
-def find_row(session: Session, kind: DocumentKind[Any], document_id: str) -> DocumentRow:
-    """The row of that id and kind. Raises NotFound."""
+def find_row(
+    session: Session, kind: DocumentKind[Any], document_id: str, expected_revision: int | None = None
+) -> DocumentRow:
+    """The row of that id and kind. Raises NotFound, and the kind's conflict at another revision than the expected."""
     row = session.get(DocumentRow, document_id)
     if row is None or row.kind != kind.name:
         raise NotFound(f"there is no {kind.noun} {document_id!r:.80}.")
+    if expected_revision is not None and row.revision != expected_revision:
+        raise kind.errors.conflict(
+            f"the {kind.noun} is at revision {row.revision}, not {expected_revision}; somebody else changed it."
+        )
     return row
 
 
-def read_document(session: Session, kind: DocumentKind[Content], document_id: str) -> Document[Content]:
-    """The document of that id, deleted or not. Raises NotFound, and InputError when its content cannot be read."""
-    row = find_row(session, kind, document_id)
-    return _document(kind, row, content_of(session, kind, row))
+def read_document(
+    session: Session, kind: DocumentKind[Content], document_id: str, expected_revision: int | None = None
+) -> Document[Content]:
+    """The document of that id, deleted or not.
+
+    Raises NotFound, the kind's conflict at another revision than the expected, and InputError when its content cannot
+    be read.
+    """
+    row = find_row(session, kind, document_id, expected_revision)
+    return document_of(kind, row, content_of(session, kind, row), span_of(session, document_id))
 
 
 def list_document(session: Session, kind: DocumentKind[Content], row: DocumentRow) -> Document[Content]:
     """The document of a row for a list: one whose content cannot be read says why and spoils nothing else."""
+    span = span_of(session, row.id)
     try:
-        return _document(kind, row, content_of(session, kind, row))
+        return document_of(kind, row, content_of(session, kind, row), span)
     except InputError as error:
-        return _document(kind, row, kind.empty(), unreadable=str(error))
+        return document_of(kind, row, kind.empty(), span, unreadable=str(error))
 
 
 def title_of(row: DocumentRow) -> DocumentTitle:
@@ -76,23 +90,23 @@ def write_state(session: Session, kind: DocumentKind[Content], row: DocumentRow,
     session.add(DocumentStateRow(document_id=row.id, position=row.cursor, schema=kind.schema, refs=refs, content=data))
 
 
-def check_revision(row: Any, expected: int | None, kind: DocumentKind[Any]) -> None:
-    """Raise the kind's conflict unless a row or document is as the caller saw it, where they say what that was."""
-    if expected is not None and row.revision != expected:
-        raise kind.errors.conflict(
-            f"the {kind.noun} is at revision {row.revision}, not {expected}; somebody else changed it."
-        )
-
-
 def touch(row: DocumentRow) -> None:
     """Count a change."""
     row.revision += 1
     row.modified = utc_now()
 
 
-def _document(
-    kind: DocumentKind[Content], row: DocumentRow, content: Content, unreadable: str = ""
+def span_of(session: Session, document_id: str) -> tuple[int, int]:
+    """First and last position of the history."""
+    positions = select(func.min(DocumentStateRow.position), func.max(DocumentStateRow.position))
+    low, high = session.execute(positions.where(DocumentStateRow.document_id == document_id)).one()
+    return int(low or 0), int(high or 0)  # (0, 0) where every state is missing
+
+
+def document_of(
+    kind: DocumentKind[Content], row: DocumentRow, content: Content, span: tuple[int, int], unreadable: str = ""
 ) -> Document[Content]:
+    """The value of a row, its content and the positions between which undo and redo move it."""
     refs: tuple[Ref, ...] = () if unreadable else kind.refs(content)
     return Document(
         id=row.id,
@@ -108,5 +122,7 @@ def _document(
         revision=row.revision,
         locked=row.locked,
         deleted_at=row.deleted_at,
+        can_undo=not row.locked and span[0] < row.cursor,
+        can_redo=not row.locked and row.cursor < span[1],
         unreadable=unreadable,
     )

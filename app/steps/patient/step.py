@@ -10,7 +10,11 @@ from app.steps.base import Step
 from app.steps.patient import SPEC
 from app.steps.patient import commands as c
 from app.steps.patient.hints import patient_hint
+from app.steps.patient.paint_commands import PAINT_COMMANDS
+from app.steps.patient.painted import PaintedLabels
 from app.steps.patient.sections import CaseEntry, PatientSections
+from app.steps.patient.structures import Structures
+from app.views.layers import Layer
 from app.views.views import Views
 from vfix_engine.errors import InputError
 
@@ -23,12 +27,19 @@ class PatientStep(Step):
     def __init__(self, views: Views, shared: Any = None) -> None:
         super().__init__(views, shared)
         self._cases: list[Case] = []
+        self._structures = Structures(views)
+        self._painted = PaintedLabels(views)
 
     def handle(self, command: Command) -> None:
         """Raises InputError where the open case is to be deleted."""
         self.views.stale = True
         cases, views = self.views.services.cases, self.views
+        if isinstance(command, PAINT_COMMANDS):
+            self._painted.handle(command)
+            return
         match command:
+            case c.ShowStructures() | c.ChangeStructure() | c.DeleteStructure():
+                self._structures.handle(command)
             case c.RenameCase():
                 cases.rename(command.case_id, command.name)
             case c.CaseCommand(type="case.open"):
@@ -47,7 +58,14 @@ class PatientStep(Step):
             {"id": case.id, "name": case.name, "created": str(case.created), "deleted": case.deleted_at is not None}
             for case in self._cases
         ]
-        return {"cases": {"items": items}}
+        return {
+            "cases": {"items": items},
+            "structures": self._structures.section(fresh),
+            "painted": self._painted.section(fresh),
+        }
+
+    def layers(self) -> list[Layer[Any]]:
+        return self._structures.layers()
 
     def hint(self) -> str:
         return patient_hint(self.views.case.case_id is not None, bool(self.views.case.loading))

@@ -7,6 +7,10 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from app.messages.fields import Command, Identifier, Name, Position
+from app.steps.plan import clearance_commands
+from app.steps.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS
+from app.steps.plan.second_volume import SECOND_VOLUME_COMMANDS
+from app.steps.plan.version_commands import VERSION_COMMANDS
 
 ShapeNumber = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # what a tool may have, its reader says
 
@@ -53,7 +57,7 @@ class AddMode(Command):
 
 
 class EditCommand(Command):
-    type: Literal["undo", "redo", "ghost.confirm", "ghost.cancel"]
+    type: Literal["undo", "redo", "ghost.confirm", "ghost.cancel", "dry_run.again"]
 
 
 class Lock(Command):
@@ -97,4 +101,9 @@ COMMANDS: tuple[type[Command], ...] = (
     PickOnSlice,
     ChooseRobot,
     ChooseTool,
+    *clearance_commands.COMMANDS,
+    *REGION_COMMANDS,
+    *PATH_COMMANDS,
+    *VERSION_COMMANDS,
+    *SECOND_VOLUME_COMMANDS,
 )

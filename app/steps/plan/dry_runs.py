@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,22 +13,37 @@ import numpy.typing as npt
 
 from app.scene import palette
 from app.services import Services
+from app.services.case_settings import settings_in_case
 from app.services.errors import JobCancelled
 from app.services.planning import PlanEvaluation
-from app.services.tissue_words import tissue_words
+from app.services.switches import NO_SWITCHES, Switches
+from app.steps.plan.clearance import verdict_view
 from app.steps.plan.lanes import Lanes
-from app.steps.plan.sections import CorridorSection, CorridorStatus, ScaleView, SoftTissueView
+from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
 from vfix_engine.errors import VfixError
 
 Floats = npt.NDArray[np.float64]
 _LOG = logging.getLogger(__name__)
+
+STATE_WORDS: dict[CorridorState, str] = {
+    "none": "",
+    "current": "",
+    "waits": "Greyed: an earlier answer. The robot is placed and driven anew …",
+    "drag": "Provisional, while you drag: the robot’s base is kept.",
+    "drag_waits": "Provisional, while you drag: greyed until it is judged …",
+}
 
 
 @dataclass(frozen=True)
 class Corridor:
     """The state of the dry run of one plan.
 
-    status: 'none', 'computing', 'done' or 'failed'. warning: what the margin does not cover; '' where it covers all.
+    status: 'none', 'computing', 'done' or 'failed'. job: id of the one that computes it; '' before it has one.
+    cancelled: it failed because somebody cancelled it. warning: what the margin does not cover; '' where it covers all.
+    margin_mm: kept from bone, with what the case's surface may be off.
+    provisional: of a path that is not stored, while a hand drags it, with the robot's base kept.
+    before: the answer to an earlier place, which is shown greyed while this one is computed. remark: what a release
+    would do besides.
     """
 
     status: CorridorStatus = "none"
@@ -38,6 +53,16 @@ class Corridor:
     evaluation: PlanEvaluation | None = None
     margin_mm: float = 0.3
     warning: str = ""
+    job: str = ""
+    cancelled: bool = False
+    provisional: bool = False
+    before: PlanEvaluation | None = None
+    remark: str = ""
+
+    @property
+    def pictured(self) -> PlanEvaluation | None:
+        """The answer, or while there is none the earlier one."""
+        return self.before if self.evaluation is None else self.evaluation
 
     def samples(self) -> tuple[Floats, Floats] | None:
         """Places (n, 3) along the path and the bone clearance (n,) of the whole tool there, as an export has them."""
@@ -56,6 +81,7 @@ class Corridor:
                 "hi": palette.CLEARANCE_HIGH_MM,
                 "margin": self.margin_mm,
                 "colours": palette.scale_colours(),
+                "unknown": palette.hex_colour(palette.UNKNOWN) if self.completed is False else None,
             }
         return {
             "status": self.status,
@@ -66,7 +92,21 @@ class Corridor:
             "soft_tissue": tissue,
             "warning": self.warning,
             "scale": scale,
+            "job": self.job or None,
+            "cancelled": self.cancelled,
+            "verdict": None if self.pictured is None else verdict_view(self.pictured),
+            "shown_mm": None,
+            "state": self._state(),
+            "state_words": f"{STATE_WORDS[self._state()]} {self.remark}".strip(),
         }
+
+    def _state(self) -> CorridorState:
+        """What the shown verdict and plot are of."""
+        if self.status == "computing":
+            return "drag_waits" if self.provisional else "waits"
+        if self.evaluation is None:
+            return "drag" if self.provisional else "none"
+        return "drag" if self.provisional else "current"
 
 
 class DryRuns:
@@ -82,16 +122,28 @@ class DryRuns:
         self._ticket += 1
         self.current = Corridor()
 
-    def ask(self, plan: Any, margin_mm: float) -> None:
-        """Start the dry run of a plan with two points or more; ``done`` is called from another thread."""
+    def ask(
+        self, plan: Any, kept_mm: float, switches: Switches = NO_SWITCHES, before: PlanEvaluation | None = None
+    ) -> None:
+        """Start the dry run of a plan with two points or more; ``done`` is called from another thread.
+
+        kept_mm: from bone, in this case. switches: of the rehearsal, which hold the tool as they do in it.
+        before: what is shown greyed until the answer is there.
+        """
         self._ticket += 1
         ticket = self._ticket
-        self.current = Corridor("computing", "The tool is driven along the path …", margin_mm=margin_mm)
+        waiting = Corridor("computing", "The tool is driven along the path …", margin_mm=kept_mm, before=before)
+        self.current = waiting
 
         def work() -> None:
             if ticket != self._ticket:
                 return  # this plan is not open any more
-            answer = self._answer(plan, margin_mm)
+
+            def began(job_id: str) -> None:
+                if ticket == self._ticket:
+                    self._done(ticket, replace(waiting, job=job_id))
+
+            answer = self._answer(plan, kept_mm, switches, began)
             if ticket == self._ticket:
                 self._done(ticket, answer)
 
@@ -102,29 +154,38 @@ class DryRuns:
         if ticket == self._ticket:
             self.current = corridor
 
-    def _answer(self, plan: Any, margin_mm: float) -> Corridor:
+    def _answer(
+        self, plan: Any, kept_mm: float, switches: Switches = NO_SWITCHES, began: Callable[[str], object] = bool
+    ) -> Corridor:
         try:
-            evaluation = self._services.dry_runs.evaluate(plan)
-            uncertainty = self._services.cases.get(plan.case_id).uncertainty
-        except JobCancelled:
-            words = "The dry run was cancelled; the next change of the plan starts another one."
-            return Corridor("failed", words, caution=True, completed=False, margin_mm=margin_mm)
-        except VfixError as error:
-            return Corridor("failed", str(error), caution=True, completed=False, margin_mm=margin_mm)
-        except Exception:
-            _LOG.exception("the dry run of a plan failed")
-            return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
-        least, at_mm = evaluation.min_clearance_mm, evaluation.tightest_mm
-        doubtful = least <= uncertainty.off_mm
-        if not evaluation.completed:
-            words = f"The tool gets {evaluation.reached_mm:.0f} of {evaluation.length_mm:.0f} mm: {evaluation.reason}."
-        elif doubtful:
-            words = (
-                f"Fits the surface only: bone clearance {least:.2f} mm at least, when the tip is at {at_mm:.0f} mm, "
-                f"and bone may lie {uncertainty.off_mm:.2f} mm off its surface."
+            return answered(
+                self._services, plan, kept_mm, lambda: self._services.dry_runs.evaluate(plan, switches, began)
             )
-        else:
-            words = f"Fits: bone clearance {least:.2f} mm at least, when the tip is at {at_mm:.0f} mm."
-        words = f"{words} {tissue_words(evaluation.soft_tissue)}"
-        caution, warning = doubtful or not evaluation.completed, uncertainty.warning(margin_mm)
-        return Corridor("done", words, caution, evaluation.completed, evaluation, margin_mm, warning)
+        except JobCancelled:
+            words = "The dry run was cancelled: whether the tool fits is not known."
+            return Corridor("failed", words, caution=True, completed=False, margin_mm=kept_mm, cancelled=True)
+
+
+def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> Corridor:
+    """The evaluation of a plan with its words, or why there is none. Lets JobCancelled pass.
+
+    kept_mm: of an answer that has failed; one that has not says itself what was kept.
+    """
+    try:
+        evaluation = evaluate()
+        uncertainty = services.cases.get(plan.case_id).uncertainty
+        settings = settings_in_case(plan.settings, uncertainty)
+    except JobCancelled:
+        raise
+    except VfixError as error:
+        return Corridor("failed", str(error), caution=True, completed=False, margin_mm=kept_mm)
+    except Exception:
+        _LOG.exception("the dry run of a plan failed")
+        return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
+    words, doubtful = evaluation.verdict.words, evaluation.min_clearance_mm <= uncertainty.off_mm
+    if evaluation.removed_mm3:
+        words = f"{words} {evaluation.removed_mm3:.0f} mm³ of bone are removed first."
+    if evaluation.standing.words:
+        words = f"Dry run with {evaluation.standing.words}. {words}"
+    caution, warning = doubtful or not evaluation.completed, uncertainty.warning(settings.margin_mm)
+    return Corridor("done", words, caution, evaluation.completed, evaluation, settings.kept_mm, warning)

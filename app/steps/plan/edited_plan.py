@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from app.scene.plan import PlanItem
 from app.services import Services
-from app.services.plan_model import check_robot
-from app.services.tissue_words import place_words
+from app.services.plan_model import PlanPoint, check_robot
+from app.services.plans import Plan
+from app.services.prospects import Dragged
+from app.services.tissue_words import PLACE_WORDS
 from app.steps.plan.instruments import robot_view, tool_view
+from app.steps.plan.paths import Paths
+from app.steps.plan.regions import Regions
+from app.steps.plan.second_volume import SecondVolumes
 from app.steps.plan.sections import AddKind, PlanSection
+from app.steps.plan.versions import Versions
 from app.views.plan_items import Position, entries, plan_items, position_of
 from app.views.sections import ItemKind
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.geometry.path import SplinePath
 
 Floats = npt.NDArray[np.float64]
-T = TypeVar("T")
 
 MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
 DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
@@ -45,32 +50,49 @@ class EditedPlan:
         self._services = services
         self._editor = services.plans.editor(plan_id)
         self._dragged: dict[str, Position] = {}
+        self.shaft_in_hand: tuple[str, Position] | None = None  # id of the point, and the direction under the hand
         self._said: Any = None  # of robot and tool, when they were read
         self.refresh()
+        self.case = services.cases.get(self.plan.case_id)
         self.selected: str | None = None
         self.add_mode: AddKind = "point"
         self.insert_after: str | None = None
         self.ghost: Ghost | None = None
+        self.regions = Regions(services, self._editor, lambda: self.plan, self._edit)
+        self.second_volume = SecondVolumes(services, self._editor, lambda: self.plan, self._edit)
+        self.versions = Versions(services, lambda: self.plan, self._edit)
+        self.paths = Paths(self._editor, lambda: self.plan, self._edit)
         self._path: tuple[tuple[Position, ...], SplinePath | None] | None = None
 
     # -- what there is
 
     def refresh(self) -> None:
-        """Read the plan anew: after each edit, and now and then because other clients edit too."""
-        self.plan = self._editor.plan
+        """Read the plan anew: other clients edit too."""
+        self._show(self._editor.plan)
+
+    def _show(self, plan: Plan) -> None:
+        self.plan = plan
         if (said := (self.plan.robot, self.plan.tool, self.plan.tool_shape)) != self._said:
             self._said = said
             self._robot, self._tool = robot_view(self.plan, self._services.instruments), tool_view(self.plan)
-        self.can_undo, self.can_redo = self._editor.history()
         known = {entry.id for entry in (*self.plan.points, *self.plan.targets)}
+        if self.shaft_in_hand is not None and self.shaft_in_hand[0] not in known:
+            self.shaft_in_hand = None
         self._dragged = {item_id: place for item_id, place in self._dragged.items() if item_id in known}
 
-    def _edit(self, change: Callable[..., T], *arguments: Any, **options: Any) -> T:
-        """Do an edit on the revision that is shown; when the plan has moved on, it is shown and the edit refused."""
+    def _edit(self, change: Callable[..., Plan | tuple[str, Plan]], *arguments: Any, **options: Any) -> None:
+        """Do an edit on the revision that is shown, and select what it adds.
+
+        When the plan has moved on, it is shown as it is stored, and the edit refused.
+        """
         try:
-            return change(*arguments, expected_revision=self.plan.revision, **options)
-        finally:
+            made = change(*arguments, expected_revision=self.plan.revision, **options)
+        except VfixError:
             self.refresh()
+            raise
+        if isinstance(made, tuple):
+            self.selected, made = made
+        self._show(made)
 
     @property
     def plan_id(self) -> str:
@@ -92,6 +114,14 @@ class EditedPlan:
         """A hand is moving an item; the plan in the store is still the one before."""
         return bool(self._dragged)
 
+    @property
+    def in_hand(self) -> Dragged | None:
+        """The path point that a hand is moving, or whose shaft it turns; None where it moves something else."""
+        if self.shaft_in_hand is not None:
+            return Dragged(self.shaft_in_hand[0], direction=self.shaft_in_hand[1])
+        moved = [(point.id, self._dragged[point.id]) for point in self.plan.points if point.id in self._dragged]
+        return Dragged(*moved[-1]) if moved else None
+
     def path(self) -> SplinePath | None:
         """The spline through the points, None while there is none."""
         points = tuple(self.points())
@@ -110,8 +140,8 @@ class EditedPlan:
             **entries(items),
             "selected": self.selected,
             "locked": plan.locked,
-            "can_undo": self.can_undo,
-            "can_redo": self.can_redo,
+            "can_undo": plan.can_undo,
+            "can_redo": plan.can_redo,
             "add_mode": self.add_mode,
             "degree": 0 if path is None else int(path.degree),
             "length_mm": 0.0 if path is None else float(path.length),
@@ -139,51 +169,74 @@ class EditedPlan:
 
     # -- edits
 
-    def pick(self, position: Floats, on_bone: bool) -> None:
-        """A click at (3,): shows the ghost of what it would add."""
-        if self.add_mode == "none" or self.locked:
-            return
+    def pick(self, position: Floats) -> Position | None:
+        """A click at (3,): adds what fits there, else shows the ghost of it; returns its place, None where nothing is.
+
+        A target fits everywhere, a path point where it stays in the air inside the body: undo takes both back.
+        """
+        if self.regions.drawing is not None:
+            return self.regions.pick(position)
+        if self.add_mode == "none" or self.plan.locked:
+            return None
         if self.add_mode == "target":
-            self.ghost = Ghost("target", position_of(position), 0.0, "Target where you clicked.")
-            return
-        fitted = self._services.planning.fit_point(self.plan_id, position_of(position))
+            place = position_of(position)
+            self.ghost = None
+            self._edit(self._editor.added_target, place)
+            return place
+        fitted = self._services.planning.snap(self.case, position, self.plan)
         moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
         words = moved or "Clear of bone here."
-        self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, place_words(fitted.lies_in))
+        self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, PLACE_WORDS[fitted.lies_in])
+        if not moved and fitted.lies_in == "air_inside":
+            self.confirm()
+        return fitted.position
+
+    def prospect(self) -> SplinePath | None:
+        """The spline as it would be with the ghost in it; None where it is no path point."""
+        if self.ghost is None or self.ghost.kind != "point":
+            return None
+        points = self.points()
+        known = [point.id for point in self.plan.points]
+        at = known.index(self.insert_after) + 1 if self.insert_after in known else len(points)
+        return _spline((*points[:at], self.ghost.position, *points[at:]))
 
     def confirm(self) -> None:
         ghost, self.ghost = self.ghost, None
         if ghost is None:
             return
         if ghost.kind == "target":
-            self.selected = self._edit(self._editor.add_target, ghost.position)
+            self._edit(self._editor.added_target, ghost.position)
             return
-        ids = [point.id for point in self.plan.points]
-        index = ids.index(self.insert_after) + 1 if self.insert_after in ids else None
-        self.selected = self._edit(self._editor.add_point, ghost.position, index=index)
+        known = [point.id for point in self.plan.points]
+        after = self.insert_after if self.insert_after in known else None
+        self._edit(self._editor.added_point, ghost.position, after=after)
         self.insert_after = None
 
     def cancel(self) -> None:
         self.ghost = None
         self.insert_after = None
+        self.regions.cancel()
         self.let_go()
 
     def let_go(self) -> None:
         """Whatever a hand was dragging is back where it is stored."""
         self._dragged.clear()
+        self.shaft_in_hand = None
+        self.regions.let_go()
 
-    def insert_between(self, item_id: str) -> None:
+    def insert_between(self, item_id: str) -> Position | None:
         """A ghost half way along the path between a point and the next one."""
         ids = [point.id for point in self.plan.points]
         path = self.path()
         if path is None or item_id not in ids or item_id == ids[-1]:
             raise PlanError("a point can be inserted between two points only.")
+        self.cancel()  # where something is being drawn, this is no place of it
         index = ids.index(item_id)
         points = np.array(self.points())
         ahead = [path.closest(points[i])[0] for i in (index, index + 1)]
         middle = np.asarray(path.position(0.5 * (ahead[0] + ahead[1])))
         self.add_mode, self.insert_after = "point", item_id
-        self.pick(middle, on_bone=False)
+        return self.pick(middle)
 
     def drag(self, item_id: str, position: Position) -> None:
         """The item follows the hand; nothing is stored yet."""
@@ -200,13 +253,13 @@ class EditedPlan:
         if self.kind_of(item_id) == "target":
             self._edit(self._editor.move_target, item_id, position)
             return ""
-        fitted = self._services.planning.fit_point(self.plan_id, position)
+        fitted = self._services.planning.snap(self.case, position, self.plan)
         self._edit(self._editor.move_point, item_id, fitted.position)
         moved = (
             f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > DROP_MOVED_MM else ""
         )
         # Without a CT nothing is known of any place: the ghost says so, a drop need not say it each time.
-        return f"{moved} {'' if fitted.lies_in == 'not_known' else place_words(fitted.lies_in)}".strip()
+        return f"{moved} {'' if fitted.lies_in == 'not_known' else PLACE_WORDS[fitted.lies_in]}".strip()
 
     def delete(self, item_id: str) -> None:
         self.let_go()
@@ -219,6 +272,16 @@ class EditedPlan:
 
     def rename(self, item_id: str, label: str) -> None:
         self._edit(self._editor.rename_point, item_id, label)
+
+    def set_shaft(self, point_id: str, direction: Position | None, roll_deg: float | None) -> None:
+        """The shaft's direction and roll at a path point; None leaves them open."""
+        self._edit(self._editor.paths.set_shaft, point_id, direction, roll_deg)
+
+    def use_points(self, points: tuple[PlanPoint, ...]) -> None:
+        """Another way for the path, with the shaft's directions, as one edit."""
+        self.cancel()
+        self._edit(self._editor.set_points, points)
+        self.selected = None
 
     def choose_robot(self, robot: dict[str, str]) -> None:
         """Raises PlanError and RobotError with what is wrong with it."""
@@ -235,13 +298,13 @@ class EditedPlan:
 
     def undo(self) -> str:
         """Returns words where there is nothing to undo: a key pressed once too often is no error."""
-        return self._step(self._editor.undo, self.can_undo, "undo")
+        return self._step(self._editor.undo, self.plan.can_undo, "undo")
 
     def redo(self) -> str:
         """Returns words where there is nothing to redo."""
-        return self._step(self._editor.redo, self.can_redo, "redo")
+        return self._step(self._editor.redo, self.plan.can_redo, "redo")
 
-    def _step(self, act: Callable[..., object], possible: bool, name: str) -> str:
+    def _step(self, act: Callable[..., Plan], possible: bool, name: str) -> str:
         self.cancel()
         if not possible and not self.locked:
             return f"There is nothing to {name}."

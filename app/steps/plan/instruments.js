@@ -1,5 +1,5 @@
 // The robot and the tool of a plan: which they are, the tool's shape, and a robot of one's own.
-import { h, group, whenChanged } from "/static/js/dom.js";
+import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
 import { sentence } from "/static/js/format.js";
 import { clearErrors, note } from "/static/js/dialogs.js";
 import { upload } from "/static/js/rest.js";
@@ -75,16 +75,17 @@ export class InstrumentsGroup {
    */
   renderRobot(robot, instruments) {
     const own = robot.urdf !== null;
-    const options = instruments.robots.map(({ name, title }) => h("option", { value: name }, title));
+    /** @type {[string, string][]} */
+    const choices = instruments.robots.map(({ name, title }) => [name, title]);
     const known = instruments.robots.some(({ name }) => name === robot.name);
-    if (own || !known) options.push(h("option", { value: OWN }, own ? `${robot.name} (your URDF)` : robot.name));
-    this.robot.replaceChildren(...options);
+    if (own || !known) choices.push([OWN, own ? `${robot.name} (your URDF)` : robot.name]);
+    fillOptions(this.robot, choices);
     this.robot.value = own || !known ? OWN : robot.name;
     const words = robot.trouble || [robot.words, ...robot.notes.map(sentence)].filter(Boolean).join(" ");
     this.robotWords.textContent = sentence(words);
     this.robotWords.classList.toggle("caution", Boolean(robot.trouble));
     this.frameField.hidden = !own;
-    this.frame.replaceChildren(...robot.links.map((link) => h("option", { value: link }, link)));
+    fillOptions(this.frame, robot.links.map((link) => [link, link]));
     this.frame.value = robot.tool_frame ?? "";
   }
 
@@ -94,8 +95,10 @@ export class InstrumentsGroup {
    * @param {boolean} frozen
    */
   renderTool(tool, instruments, frozen) {
-    this.tool.replaceChildren(...instruments.tools.map(({ name, title }) => h("option", { value: name }, title)));
-    if (!instruments.tools.some(({ name }) => name === tool.name)) this.tool.append(h("option", { value: tool.name }, tool.name));
+    /** @type {[string, string][]} */
+    const choices = instruments.tools.map(({ name, title }) => [name, name === tool.name && tool.changed ? `${title}, changed` : title]);
+    if (!instruments.tools.some(({ name }) => name === tool.name)) choices.push([tool.name, tool.name]);
+    fillOptions(this.tool, choices);
     this.tool.value = tool.name;
     const [bendLow, bendHigh] = instruments.bend_bounds_deg;
     const [radiusLow, radiusHigh] = instruments.radius_bounds_mm;
@@ -125,7 +128,7 @@ export class InstrumentsGroup {
   }
 
   /**
-   * A number outside its bounds is said at once, and what is in force stands there again.
+   * A number outside its bounds is said at once, and what is in force is shown again.
    * @param {HTMLInputElement} input
    */
   shape(input) {

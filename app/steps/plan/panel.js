@@ -1,13 +1,23 @@
 // Plan: the points of the path and the targets, and what the tool makes of them.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
-import { fixed, mm, sentence, when } from "/static/js/format.js";
+import { mm, sentence, when } from "/static/js/format.js";
+import { placeWords, sideWords } from "/static/js/slices/place-words.js";
 import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone } from "/static/js/dialogs.js";
+import { DryRun } from "/static/js/dry-run.js";
+import { ClearanceGroup } from "./clearance.js";
+import { ConeGroup } from "./cones.js";
+import { EmptyPlan } from "./empty-plan.js";
+import { folding } from "./folding.js";
 import { InstrumentsGroup } from "./instruments.js";
+import { ShaftGroup, SuggestGroup, ToolTableGroup } from "./suggest.js";
+import { PathsGroup } from "./paths.js";
+import { RegionsGroup } from "./regions.js";
+import { VersionsGroup } from "./versions.js";
 import { PlannerError, download, missing, upload } from "/static/js/rest.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Row } from "/static/js/dom.js" */
-/** @import { Commands, CorridorSection, ItemEntry, PlanEntry, PlanPublic, PlanSection, ViewModel } from "/static/js/types.js" */
+/** @import { Commands, CorridorSection, GhostView, ItemEntry, PlanEntry, PlanPublic, PlanSection, ViewModel } from "/static/js/types.js" */
 
 /** @typedef {Commands["add.mode"]["kind"]} Kind */
 
@@ -17,7 +27,7 @@ const POINTS_QUESTION = {
   options: [["path", "a path, from outside to inside"], ["targets", "targets to inspect"]],
 };
 const QUESTIONS = [FRAME_QUESTION, POINTS_QUESTION];
-const AXES = [["L", "Towards the patient's left"], ["P", "Towards the patient's back"], ["S", "Towards the top of the head"]];
+const AXES = [["R/L", "Right or left of the middle of the scan's frame, in mm"], ["A/P", "Front or back, in mm"], ["S/I", "Up or down, in mm"]];
 /** @type {[Kind, string][]} */
 const MODES = [["point", "Path point"], ["target", "Target"], ["none", "Nothing"]];
 const EXPORTS = [
@@ -32,6 +42,10 @@ export default class PlanPanel {
     this.connection = connection;
     this.changedPlan = whenChanged();
     this.changedPlans = whenChanged();
+    this.changedGhost = whenChanged();
+    /** @type {HTMLElement | undefined} what had the focus before the ghost's card */
+    this.before = undefined;
+    this.overlay = h("div", { class: "overlay overlay-ghost", id: "ghost-card", hidden: true });
     this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo" });
     this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo" });
     this.lockButton = h("button", { type: "button", class: "plain", id: "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => connection.send("lock", { locked: !connection.state.plan?.locked }) });
@@ -50,19 +64,33 @@ export default class PlanPanel {
     this.selectedTools = h("div", { class: "buttons even" }, this.insertButton, this.renameButton, this.deleteButton);
     this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
-    this.pointWords = h("p", { class: "empty" });
-    this.corridor = h("p", { class: "words", id: "verdict" });
+    this.emptyPlan = new EmptyPlan();
+    this.dryRun = new DryRun(connection, "verdict");
+    this.clearance = new ClearanceGroup(connection);
     this.marginWarning = h("p", { class: "words caution", id: "margin-warning" });
     this.exports = EXPORTS.map(([format, label, words]) =>
       h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
     this.instruments = new InstrumentsGroup(connection);
+    this.suggest = new SuggestGroup(connection);
+    this.tools = new ToolTableGroup(connection);
+    this.instruments.element.append(this.tools.element);
+    this.shaft = new ShaftGroup(connection);
+    this.cone = new ConeGroup();
+    this.paths = new PathsGroup(connection);
+    this.spare = new RegionsGroup(connection, "spare");
+    this.versions = new VersionsGroup(connection);
+    this.opened = new RegionsGroup(connection, "remove");
     this.element = h("div", {},
       group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
-      group("Path", null, this.table("point", this.points), this.pointWords, this.pathWords, this.corridor, this.marginWarning),
-      this.instruments.element,
+      group("Path", null, this.emptyPlan.element, this.dryRun.element, this.clearance.element, this.marginWarning, this.table("point", this.points), this.pathWords),
+      folding("paths", this.paths.element, true),
+      folding("suggest", this.suggest.element, true),
+      folding("instruments", this.instruments.element, true),
       group("Targets", null, this.table("target", this.targets), this.targetWords),
-      group("Selected", null, this.selectedWords, this.selectedTools),
-      group("Plans of this head", [h("button", { type: "button", class: "plain", onclick: () => this.newPlan() }, "New")], this.planList,
+      group("Selected", null, this.selectedWords, this.selectedTools, this.cone.element, this.shaft.element),
+      folding("spare", this.spare.element, true), folding("opened", this.opened.element, false),
+      folding("versions", this.versions.element, false), folding("notes", this.paths.notesElement, false),
+      group("Plans of this head", [h("button", { type: "button", class: "plain", id: "new-plan", onclick: () => this.newPlan() }, "New")], this.planList,
         h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
       group("Export and import", null, h("div", { class: "list" }, this.exports),
         h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser));
@@ -80,15 +108,33 @@ export default class PlanPanel {
    */
   table(kind, body) {
     const head = h("tr", {}, h("th", { scope: "col" }, kind === "point" ? "Point" : "Target"),
-      AXES.map(([axis, title]) => h("th", { scope: "col", title }, axis, h("span", { class: "unit" }, " mm"))));
-    return h("table", { class: "points", "aria-label": kind === "point" ? "Points of the path, LPS in mm" : "Targets, LPS in mm" }, h("thead", {}, head), body);
+      AXES.map(([axis, title]) => h("th", { scope: "col", title }, axis)));
+    return h("table", { class: "points", "aria-label": kind === "point" ? "Points of the path, in mm" : "Targets, in mm" }, h("thead", {}, head), body);
   }
 
   /** @param {ViewModel} state */
   update(state) {
-    this.instruments.update(state);
+    for (const part of [this.suggest, this.tools, this.cone, this.shaft, this.instruments, this.paths, this.spare, this.opened, this.versions]) part.update(state);
+    this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
     this.changedPlan([state.plan, state.corridor], () => this.renderPlan(state.plan, state.corridor));
     this.changedPlans([state.plans, state.plan?.id, this.showDeleted.checked], () => this.renderPlans(state));
+  }
+
+  /** @param {GhostView | null | undefined} ghost */
+  renderGhost(ghost) {
+    const { activeElement } = document;
+    const within = this.overlay.contains(activeElement);
+    if (ghost && !within && activeElement instanceof HTMLElement) this.before = activeElement;
+    this.overlay.hidden = !ghost;
+    if (!ghost && within) this.before?.focus({ preventScroll: true }); // keys go on where they were, such as in a slice
+    if (!ghost) return;
+    const send = (/** @type {"ghost.confirm" | "ghost.cancel"} */ type) => () => this.connection.send(type);
+    const add = h("button", { type: "button", class: "primary", id: "ghost-add", onclick: send("ghost.confirm"), title: "Enter" }, "Add here");
+    this.overlay.replaceChildren(
+      h("span", { class: "words" }, ghost.words),
+      add,
+      h("button", { type: "button", id: "ghost-cancel", onclick: send("ghost.cancel"), title: "Esc" }, "Cancel"));
+    add.focus(/** @type {FocusOptions} */ ({ preventScroll: true, focusVisible: false }));
   }
 
   /**
@@ -108,15 +154,14 @@ export default class PlanPanel {
     }
     this.renderItems(this.points, plan?.points ?? [], "point", plan?.selected);
     this.renderItems(this.targets, plan?.targets ?? [], "target", plan?.selected);
-    this.pointWords.textContent = plan && !plan.points.length ? "No points yet. The first one is where the tool goes in." : "";
-    this.pointWords.hidden = this.pointWords.textContent === "";
+    this.emptyPlan.update(plan);
     this.targetWords.textContent = plan && !plan.targets.length ? "No targets yet. Choose ‘Target’ above and click what is to be inspected." : "";
     this.targetWords.hidden = this.targetWords.textContent === "";
-    this.pathWords.textContent = plan && plan.points.length > 1 ? `Spline of degree ${plan.degree}, ${mm(plan.length_mm)} long. Frame ${plan.frame}, ${plan.unit}.` : "";
-    this.corridor.textContent = sentence(corridor?.words ?? "");
+    this.pathWords.textContent = plan && plan.points.length > 1 ? `Spline of degree ${plan.degree}, ${mm(plan.length_mm)} long.` : "";
+    this.dryRun.update(corridor);
+    this.clearance.update(corridor);
     this.marginWarning.textContent = corridor?.warning ? `${sentence(corridor.warning)}.` : "";
     this.marginWarning.hidden = !corridor?.warning;
-    this.corridor.className = corridor?.caution ? "words caution" : "words";
     for (const button of this.exports) button.disabled = !plan;
     this.renderSelected(plan);
   }
@@ -209,7 +254,9 @@ export default class PlanPanel {
 
   async newPlan() {
     const name = await askName("Name the new plan", "Plan", "Create");
-    if (name) this.connection.send("plan.new", { name });
+    if (!name) return;
+    this.connection.send("plan.new", { name });
+    this.element.parentElement?.scrollTo({ top: 0 }); // to its path, which is empty
   }
 
   /** @param {string} format */
@@ -279,7 +326,7 @@ function fillPointRow(row, item, selected) {
   row.setAttribute("aria-selected", String(item.id === selected));
   row.dataset.item = item.id;
   const [name, ...places] = row.querySelectorAll("td");
-  name.title = item.label;
+  name.title = `${item.label}: ${placeWords(item.position)}`;
   name.querySelectorAll("span")[1].textContent = item.label;
-  places.forEach((cell, axis) => { cell.textContent = fixed(item.position[axis], 1); });
+  places.forEach((cell, axis) => { cell.textContent = sideWords(item.position[axis], axis); });
 }

@@ -5,10 +5,16 @@ from __future__ import annotations
 from typing import Literal, TypedDict
 
 from app.messages.sections import Position
+from app.steps.plan.cone_section import ConeSection
+from app.steps.plan.region_sections import RegionSections
+from app.steps.plan.second_volume import SecondVolumeSections
+from app.steps.plan.shaft_section import ShaftSection
+from app.steps.plan.versions import VersionSections
 from app.views.sections import CurveSection, ItemKind, ItemsSection
 
 AddKind = Literal["point", "target", "none"]
 CorridorStatus = Literal["none", "computing", "done", "failed"]
+CorridorState = Literal["none", "current", "waits", "drag", "drag_waits"]
 
 
 class PlanEntry(TypedDict):
@@ -113,17 +119,63 @@ class SoftTissueView(TypedDict):
     complete: bool
 
 
+class VerdictPart(TypedDict):
+    """A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none."""
+
+    words: str
+    s_mm: float | None
+
+
+class ClearanceProfile(TypedDict):
+    """Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
+
+    tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
+    """
+
+    s_mm: list[float]
+    clearance_mm: list[float]
+    tissue_mm: list[float] | None
+    tissue_depth_mm: list[float] | None
+
+
+class VerdictView(TypedDict):
+    """The verdict on the path: level from bone and reach, tissue_level from soft tissue.
+
+    show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
+    """
+
+    level: Literal["fits", "tight", "blocked", "unknown"]
+    tissue_level: Literal["none", "pressed", "deep", "unknown"]
+    parts: list[VerdictPart]
+    show_mm: float
+    nearest: str
+    length_mm: float
+    profile: ClearanceProfile
+
+
 class ScaleView(TypedDict):
-    """The scale of clearances [mm]: range, margin, and the colours evenly spaced from lo to hi."""
+    """The scale of clearances [mm]: range, margin, and the colours evenly spaced from lo to hi.
+
+    unknown: colour of the part of the path that the tool does not reach; None where there is none.
+    """
 
     lo: float
     hi: float
     margin: float
     colours: list[str]
+    unknown: str | None
 
 
 class CorridorSection(TypedDict):
-    """The dry run of the plan; completed is None until it has ended."""
+    """The dry run of the plan; completed is None until it has ended.
+
+    job: id of the one that computes it, None where none does. cancelled: somebody ended it.
+    verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
+    tool is shown, None where it is not.
+    state: what the verdict is of: 'current' of the stored path; 'waits' an earlier answer, while this one is computed;
+    'drag' of the path as it would be under a hand, with the robot's base kept, 'drag_waits' of an earlier place of the
+    hand. state_words says so.
+    """
 
     status: CorridorStatus
     words: str
@@ -133,9 +185,15 @@ class CorridorSection(TypedDict):
     soft_tissue: SoftTissueView | None
     warning: str
     scale: ScaleView | None
+    job: str | None
+    cancelled: bool
+    verdict: VerdictView | None
+    shown_mm: float | None
+    state: CorridorState
+    state_words: str
 
 
-class PlanSections(TypedDict):
+class PlanSections(RegionSections, VersionSections, SecondVolumeSections):
     """The plans of the case and what the tool makes of the open one."""
 
     plans: PlansSection
@@ -143,3 +201,5 @@ class PlanSections(TypedDict):
     plan: PlanSection | None
     curve: CurveSection
     corridor: CorridorSection
+    shaft: ShaftSection
+    cones: ConeSection

@@ -8,26 +8,32 @@ import numpy as np
 import numpy.typing as npt
 
 from app.messages.fields import Command
-from app.scene.picking import hit_items
-from app.scene.plan import DragEvent, GhostNodes, PlanItem
+from app.scene.dragging import DragEvent
+from app.scene.plan import GhostNodes, PlanItem
+from app.scene.regions import DrawingNodes, RegionNodes
 from app.scene.view import ClickRay
 from app.services.plans import Plan
 from app.steps.base import Step
 from app.steps.plan import SPEC
 from app.steps.plan import commands as c
-from app.steps.plan.dry_runs import Corridor, DryRuns
+from app.steps.plan.clearance_commands import HideTool, ShowTool
+from app.steps.plan.dry_runs import Corridor
 from app.steps.plan.edited_plan import EditedPlan, Ghost
+from app.steps.plan.edits import Edits
+from app.steps.plan.hands import Hands
 from app.steps.plan.hints import plan_hint
 from app.steps.plan.instruments import instruments_section
+from app.steps.plan.judged import Judged
+from app.steps.plan.region_words import DRAW_WORDS
+from app.steps.plan.removed_bone import RemovedBoneCount
 from app.steps.plan.sections import PlanEntry, PlanSections
+from app.steps.plan.shafts import AIM_WORDS, Shafts
 from app.views.layers import Layer
 from app.views.plan_items import Position, curve_layer, curve_points, curve_section, items_layer
 from app.views.views import Views
-from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, PlanError
 
 Floats = npt.NDArray[np.float64]
-SELECT_RADIUS_MM = 2.0
 
 
 class PlanStep(Step):
@@ -41,12 +47,11 @@ class PlanStep(Step):
         self._edited: EditedPlan | None = None
         self._case_id: str | None = None
         self._plans: list[Any] = []
-        self._corridor_key: Any = None
-        self._corridor = DryRuns(
-            views.services,
-            views.executor,
-            lambda ticket, answer: views.post(lambda: self._corridor.accept(ticket, answer)),
-        )
+        self._shafts = Shafts(views.services)
+        self._hands = Hands(views, self._shafts)
+        self._judged = Judged(views)
+        self._edits = Edits(views.case, self._shafts, self._judged.again)
+        self._removed = RemovedBoneCount(views)
         views.plan.provide(lambda: self.plan)
         views.on_case_opened(self._case_opened)
 
@@ -86,13 +91,15 @@ class PlanStep(Step):
     def close_plan(self) -> None:
         self._case_id = self._edited = None
         self._plans = []
-        self._corridor.clear()
+        self._judged.clear()
+        self._shafts.clear()
 
     def _load(self, plan_id: str) -> None:
         self._check_own(plan_id)
+        self._shafts.clear()
         self._edited = EditedPlan(self._services, plan_id)
         points = self._edited.points()
-        self._corridor_key = None
+        self._judged.again()
         if points:
             self.views.case.go_to(points[len(points) // 2])
 
@@ -122,15 +129,11 @@ class PlanStep(Step):
 
     def curve_key(self) -> Any:
         """Changes when the spline or its colours do."""
-        return (
-            (tuple(self._edited.points()), self._edited.dragging, id(self._corridor.current)) if self._edited else None
-        )
+        return (tuple(self._edited.points()), self._shown_corridor()) if self._edited else None
 
     def _shown_corridor(self) -> Corridor:
-        """The dry run that belongs to the points as they are shown; none while a hand drags one of them."""
-        if self._edited is not None and self._edited.dragging:
-            return Corridor("computing", "Let go of the point to see whether the tool fits among the bone.")
-        return self._corridor.current
+        """The dry run of the points as they are shown: live while a hand drags one of the path."""
+        return self._judged.shown(self._edited)
 
     def curve(self) -> tuple[Floats | None, Floats | None]:
         """Places along the spline, and the clearance of the whole tool there where it is known."""
@@ -147,74 +150,28 @@ class PlanStep(Step):
             self.views.stale = True
             self.views.note(self._handle_plan(command), error=True)
             self.views.plan.opened()
+        elif isinstance(command, ShowTool | HideTool):
+            self._show_tool(command)
         else:
             self._handle_edit(command)
+
+    def _show_tool(self, command: ShowTool | HideTool) -> None:
+        evaluation = self._shown_corridor().evaluation
+        if isinstance(command, HideTool):
+            self._judged.tool.clear()
+        elif evaluation is None:
+            raise PlanError("the tool is shown once the dry run has ended.")
+        else:
+            self.views.case.go_to(self._judged.tool.at(evaluation, command.s_mm))
 
     def _handle_edit(self, command: Command) -> None:
         edited = self._need()
         before = edited.selected
-        words = self._edit(edited, command)
+        words = self._edits.do(edited, command)
         chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
         if edited.selected is not None and (chosen or edited.selected != before):
-            self._go_to(edited.place_of(edited.selected))
+            self.views.case.go_to(edited.place_of(edited.selected))
         self.views.note(words)
-
-    def _go_to(self, position: Position | None) -> None:
-        """Slices go through the point that was just chosen or added."""
-        if position is not None:
-            self.views.case.go_to(position)
-
-    def _go_to_ghost(self, edited: EditedPlan) -> None:
-        self._go_to(None if edited.ghost is None else edited.ghost.position)
-
-    def _edit(self, edited: EditedPlan, command: Command) -> str:
-        match command:
-            case c.AddMode():
-                edited.add_mode = command.kind
-                edited.cancel()
-            case c.Lock():
-                edited.set_locked(command.locked)
-            case c.PickOnSlice():
-                edited.pick(np.array(command.position), on_bone=False)
-                self._go_to_ghost(edited)
-            case c.DragItem():
-                edited.drag(command.item_id, command.position)
-            case c.RenameItem():
-                edited.rename(command.item_id, command.label)
-            case c.ChooseRobot():
-                edited.choose_robot(command.model_dump(include={"name", "urdf", "tool_frame"}, exclude_none=True))
-            case c.ChooseTool():
-                shape = command.model_dump(include={"bend_deg", "shaft_radius_mm"}, exclude_none=True)
-                edited.choose_tool(command.name, shape)
-            case c.ItemCommand():
-                return self._item(edited, command)
-            case c.EditCommand():
-                return self._plain(edited, command.type)
-            case _:
-                raise InputError(f"the command {type(command).__name__} cannot be used here.")
-        return ""
-
-    def _item(self, edited: EditedPlan, command: c.ItemCommand) -> str:
-        if command.type == "item.drop":
-            return edited.drop(command.item_id)
-        if command.type == "item.delete":
-            edited.delete(command.item_id)
-        elif command.type == "point.insert_after":
-            edited.insert_between(command.item_id)
-            self._go_to_ghost(edited)
-        else:
-            edited.kind_of(command.item_id)
-            edited.selected = command.item_id
-        return ""
-
-    def _plain(self, edited: EditedPlan, name: str) -> str:
-        act = {
-            "undo": edited.undo,
-            "redo": edited.redo,
-            "ghost.confirm": edited.confirm,
-            "ghost.cancel": edited.cancel,
-        }[name]
-        return act() or ""
 
     def _handle_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> str:
         """Open, make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
@@ -256,32 +213,10 @@ class PlanStep(Step):
     # -- the scene
 
     def clicked(self, ray: ClickRay) -> None:
-        """On the ghost it confirms, on an item it selects, else it picks a place."""
-        edited = self._need()
-        if edited.ghost is not None:
-            ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(edited.ghost.position))], SELECT_RADIUS_MM)
-            if ghost is not None:
-                edited.confirm()
-                self._go_to(edited.place_of(edited.selected))
-                return
-        items = [(item.id, np.array(item.position)) for item in edited.items()]
-        hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), self.views.case.hit(ray)]
-        hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
-        if hit is None:
-            self.views.note("Nothing is there in the head; air can be clicked in a slice.")
-        elif hit.item_id is not None:
-            edited.selected = hit.item_id
-            self._go_to(edited.place_of(hit.item_id))
-        else:
-            edited.pick(hit.position, on_bone=hit.kind == "bone")
-            self._go_to_ghost(edited)
+        self._hands.clicked(self._need(), ray)
 
     def dragged(self, drag: DragEvent) -> None:
-        edited = self._need()
-        if drag.phase == "end":
-            self.views.note(edited.drop(drag.item_id))
-        else:
-            edited.drag(drag.item_id, drag.position)
+        self._hands.dragged(self._need(), drag)
 
     def release(self) -> None:
         """What a hand was dragging is where it was before."""
@@ -296,6 +231,7 @@ class PlanStep(Step):
 
     def _cancel(self) -> None:
         """What was only half done is taken back."""
+        self._shafts.aiming = None
         if self._edited is not None:
             self._edited.cancel()
 
@@ -308,15 +244,34 @@ class PlanStep(Step):
         return [
             items_layer(self.items(), selected, locked=edited is None or edited.locked or not self.active),
             curve_layer(self.curve_key(), self.curve),
+            self._judged.tool.layer(self._shown_corridor().evaluation if self.active else None),
+            *self._region_layers(),
+            self._judged.cones.layer(self._edited if self.active else None),
+            *self._shafts.layers(edited, edited is None or edited.locked or not self.active),
             Layer(
                 "plan.ghost",
                 ghost,
                 GhostNodes,
-                lambda nodes: (
-                    nodes.show(None, "") if ghost is None else nodes.show(np.array(ghost.position), ghost.words)
-                ),
+                lambda nodes: self._show_ghost(nodes, ghost),
             ),
         ]
+
+    def _region_layers(self) -> list[Layer[Any]]:
+        edited = self._edited
+        drawn = () if edited is None else edited.regions.drawn()
+        drawing = None if edited is None else edited.regions.drawing
+        places = () if drawing is None else drawing.places
+        locked = edited is None or edited.locked or not self.active
+        return [
+            Layer("plan.regions", (drawn, locked), RegionNodes, lambda nodes: nodes.show(drawn, locked)),
+            Layer("plan.drawing", places, DrawingNodes, lambda nodes: nodes.show(places)),
+        ]
+
+    def _show_ghost(self, nodes: GhostNodes, ghost: Ghost | None) -> None:
+        if ghost is None or self._edited is None:
+            nodes.show(None)
+        else:
+            nodes.show(np.array(ghost.position), curve_points(self._edited.prospect()))
 
     # -- for the page
 
@@ -324,17 +279,23 @@ class PlanStep(Step):
         edited = self._edited
         if edited is None:
             return "Open a head first." if self._case_id is None else "Choose a plan below, or make a new one."
-        plan = edited.plan
+        plan, drawing = edited.plan, edited.regions.drawing
+        if drawing is not None:
+            return DRAW_WORDS[drawing.wish.kind]
+        if self._shafts.aiming is not None:
+            return AIM_WORDS
         if plan.deleted_at is not None:
             return "This plan was deleted elsewhere. Restore it from the list of plans, or open another one."
+        corridor = self._shown_corridor()
         return plan_hint(
             len(plan.points),
             len(plan.targets),
             edited.add_mode,
             edited.ghost is not None,
             edited.locked,
-            self._shown_corridor().completed,
-            self._shown_corridor().caution,
+            corridor.completed,
+            corridor.caution,
+            corridor.status == "failed",
         )
 
     def sections(self, fresh: bool) -> PlanSections:
@@ -347,11 +308,13 @@ class PlanStep(Step):
         if fresh and self._edited is not None:
             try:
                 self._edited.refresh()
+                self._edited.versions.refresh()
+                self._edited.second_volume.refresh()
             except InputError:
                 self._edited = None
-                self._corridor.clear()
+                self._judged.clear()
                 raise
-        self._refresh_corridor()
+        self._judged.refresh(self._edited)
         items: list[PlanEntry] = [
             {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
             for plan in self._plans
@@ -360,27 +323,13 @@ class PlanStep(Step):
             "plans": {"items": items},
             "instruments": instruments_section(),
             "plan": None if self._edited is None else self._edited.view(),
+            "paths": None if self._edited is None else self._edited.paths.view(),
+            "versions": None if self._edited is None else self._edited.versions.view(),
+            "regions": None if self._edited is None else self._edited.regions.view(),
+            "second_volume": None if self._edited is None else self._edited.second_volume.view(),
+            "removed_bone": self._removed.section(self.plan),
             "curve": curve_section(self.curve()[0]),
-            "corridor": self._shown_corridor().view(),
+            "corridor": {**self._shown_corridor().view(), "shown_mm": self._judged.tool.s_mm},
+            "shaft": self._shafts.section(self._edited),
+            "cones": self._judged.cones.section(self._edited),
         }
-
-    def _refresh_corridor(self) -> None:
-        """Ask for a dry run when the stored path or what it depends on is another one."""
-        if self._edited is None:
-            return
-        plan = self._edited.plan
-        key = (
-            plan.id,
-            tuple(point.position for point in plan.points),
-            plan.tool,
-            repr(plan.tool_shape),
-            repr(plan.settings),
-            repr(plan.robot),
-        )
-        if key == self._corridor_key:
-            return
-        self._corridor_key = key
-        if len(plan.points) < 2:
-            self._corridor.clear()
-        else:
-            self._corridor.ask(plan, ControlSettings.from_dict(dict(plan.settings)).margin_mm)

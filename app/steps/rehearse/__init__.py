@@ -4,4 +4,6 @@ from app.steps.rehearse.commands import COMMANDS
 from app.steps.rehearse.sections import RehearsalSections
 from app.steps.spec import StepSpec
 
-SPEC = StepSpec("rehearse", "Rehearse", 30, __name__, "RehearseStep", COMMANDS, RehearsalSections, has_routes=True)
+SPEC = StepSpec(
+    "rehearse", "Rehearse", 30, __name__, "RehearseStep", COMMANDS, RehearsalSections, input="drive", has_routes=True
+)

@@ -27,12 +27,18 @@ class SetRehearsalSettings(Command):
 
 
 class SetOptions(Command):
-    """Switches of the next start or reset."""
+    """Switches of the next start or reset.
+
+    centre_point, centre_mm: where the remote centre is, at a path point or at an arc length; neither: where the path
+    enters the head.
+    """
 
     type: Literal["rehearsal.options"]
     soft_tissue: bool
     remote_centre: bool
     speed_limit: bool
+    centre_point: Identifier | None = None
+    centre_mm: Annotated[float, Field(ge=0, le=1e4, allow_inf_nan=False)] | None = None
 
 
 class HandCommand(Command):

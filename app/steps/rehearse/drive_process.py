@@ -9,20 +9,20 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
-from typing import Literal
 
 import numpy as np
 
+from app.steps.rehearse.drive_record import DriveState
 from app.steps.rehearse.preparation import Prepared
 from app.steps.rehearse.recorded_process import RecordedProcess
 from app.steps.rehearse.settings_exchange import SettingsExchange
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, VfixError
 from vfix_engine.robots import PlacedRobot, RobotModel
+from vfix_engine.runtime.ring import RowReader
 from vfix_engine.simulation.realtime import RehearsalProcess
 from vfix_engine.simulation.snapshot import Snapshot
 
-DriveState = Literal["absent", "starting", "ready", "silent", "failed"]
 SILENT_S = 2.0  # a process that shows no new snapshot for so long hangs; one that rests shows several a second
 _ENDED = "The control process ended. Start the rehearsal again."
 _LOG = logging.getLogger(__name__)
@@ -52,46 +52,6 @@ class DriveProcess:
     def state(self) -> DriveState:
         with self._lock:
             return self._state
-
-    @property
-    def words(self) -> str:
-        """What is going on while it starts, or why it failed."""
-        with self._lock:
-            return self._words
-
-    @property
-    def settings(self) -> ControlSettings:
-        """What is in force, as the control process has confirmed it."""
-        with self._lock:
-            return self._talk.in_force
-
-    @property
-    def settings_answered(self) -> int:
-        """How many changes of the settings the process has answered, refusals included."""
-        with self._lock:
-            return self._talk.answered
-
-    @property
-    def settings_refusal(self) -> str:
-        """Why the newest change of the settings was not taken; empty where it was."""
-        with self._lock:
-            return self._talk.refusal
-
-    @property
-    def target_id(self) -> str | None:
-        """The target that was chosen last for inspection."""
-        return self._target_id
-
-    @property
-    def robot(self) -> PlacedRobot | None:
-        with self._lock:
-            return self._robot
-
-    @property
-    def prepared(self) -> Prepared | None:
-        """The scene that is driven; None while there is no robot."""
-        with self._lock:
-            return self._prepared
 
     def is_for(self, plan_key: object) -> bool:
         """Whether the robot that stands here, or comes, was placed for this revision of the plan."""
@@ -169,6 +129,14 @@ class DriveProcess:
         process = self._live()
         return None if process is None else process.snapshot()
 
+    def rows(self) -> RowReader | None:
+        """Every step's row from now on; None while there is no robot that can be driven."""
+        process = self._live()
+        try:
+            return None if process is None else process.rows()
+        except ControlError:
+            return None
+
     def check(self) -> None:
         """Hear what the process has said since the last call; notices when it has ended, and when it hangs.
 
@@ -186,6 +154,8 @@ class DriveProcess:
                 self._notes.append(event.text)
             elif event.kind == "settings":
                 self._settings_told(process, ControlSettings.from_dict(json.loads(event.text)))
+            elif event.kind == "unrecorded":
+                self._not_recorded(event.text)
             elif event.kind == "failed":
                 words = words or event.text
         with self._lock:
@@ -196,6 +166,11 @@ class DriveProcess:
             self._end("failed", words or _ENDED, only=process)
         else:
             self._watch(process)
+
+    def _not_recorded(self, reason: str) -> None:
+        _LOG.warning("a drive: %s", reason)
+        with self._lock:
+            self._words_for_holder.append(f"This drive is not recorded any more: {reason}. It can go on.")
 
     def _watch(self, process: RehearsalProcess) -> None:
         """The age of the newest snapshot tells a process that hangs; one that wakes up again is shown again."""

@@ -4,15 +4,26 @@ from __future__ import annotations
 
 
 def rehearse_hint(
-    points: int, state: str, mine: bool, free: bool, mode: str, done: bool, targets: int, changed: bool
+    points: int,
+    state: str,
+    mine: bool,
+    free: bool,
+    mode: str,
+    phase: str,
+    targets: int,
+    changed: bool,
+    ends: str = "",
 ) -> str:
-    """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven."""
+    """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven.
+
+    mode, phase: of the newest snapshot. ends: where the dry run ends before the path does, and why.
+    """
     if points < 2:
         return "A rehearsal needs a path of two points at least. Go back to Plan."
     if state == "absent":
         return "Press Start: the robot is placed at the entry."
     if state == "failed":
-        return "The robot could not be placed; the panel says why. Change the path, or try again with Start."
+        return "The rehearsal was not begun; the panel says why. Change what stops it, then press Start."
     if state == "starting":
         return "The robot is being placed at the entry."
     if state == "silent":
@@ -25,10 +36,16 @@ def rehearse_hint(
         return "The plan has changed. Reset to entry takes it as it is now; until then the path before is driven."
     if state == "paused":
         return "Paused. Press Continue to go on from here, or Reset to entry."
+    if state != "running" and ends:
+        return f"{ends[:1].upper()}{ends[1:]}. Start is possible all the same: the tool stops where it is held."
     if state != "running":
         return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
-    if mode == "inspect":
+    if mode == "inspect" and phase == "inspect_hold":
         return "Drag the sphere sideways: the tool swings about the target it looks at."
-    if done and targets:
+    if mode == "inspect":
+        return "Drag the blue sphere, or hold ↑: the view point is brought onto the target first."
+    if mode == "free":
+        return "Drag the blue sphere on the shaft. The margin to the bone surface is kept."
+    if phase == "done" and targets:
         return "The end of the path is reached. Choose Inspect to look at a target."
     return "Drag the blue sphere on the shaft, or hold ↑ and ↓. The margin to the bone surface is kept."

@@ -1,18 +1,19 @@
 // Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
-import { h, group, keyed, whenChanged } from "/static/js/dom.js";
+import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
+import { isOld } from "/static/js/dry-run.js";
 import { fixed, mm, sentence } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
+import { SwitchesGroup } from "./switches.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
-/** @import { Commands, ItemEntry, OptionView, OptionsSection, RehearsalSection, SettingField, SettingsSection, ViewModel } from "/static/js/types.js" */
-
-/** @import { Row } from "/static/js/dom.js" */
+/** @import { Commands, ItemEntry, RehearsalSection, SettingField, SettingsSection, ViewModel } from "/static/js/types.js" */
 
 /** @typedef {Commands["rehearsal.mode"]["mode"]} Mode */
 
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: the controller follows the hand and keeps off the bone.", paused: "Paused where it is." };
 const CHANGED_WORDS = "The plan has changed since the robot was placed. What is drawn here is what is driven; ‘Reset to entry’ takes the plan as it is now.";
+const NO_TARGETS = "This plan has no target to inspect. Add one in the Plan.";
 const LIVE = ["ready", "running", "paused"];
 /** @type {[Mode, string][]} */
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
@@ -49,10 +50,10 @@ export default class RehearsePanel {
     this.twistLeft = held("Twist ↺", "A", "twist", -1);
     this.twistRight = held("Twist ↻", "D", "twist", 1);
     this.progressBar = h("div");
+    this.progress = h("div", { class: "progress" }, this.progressBar);
     this.progressWords = h("p", { class: "words" });
-    this.changedOptions = whenChanged();
-    this.options = h("div", { class: "fields", id: "options" });
-    this.optionWords = h("p", { class: "words caution", role: "status", id: "option-words", hidden: true });
+    this.soFar = h("p", { class: "words", id: "so-far", hidden: true });
+    this.switches = new SwitchesGroup(connection);
     this.fields = h("div", { class: "fields" });
     this.fieldWords = h("p", { class: "words caution", role: "status" });
     /** @type {Map<string, { input: HTMLInputElement, shown: HTMLElement }>} */
@@ -64,8 +65,8 @@ export default class RehearsePanel {
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
-        this.progressWords, h("div", { class: "progress" }, this.progressBar)),
-      group("What else holds the tool", null, this.options, this.optionWords),
+        this.progressWords, this.progress, this.soFar),
+      this.switches.element,
       group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
 
@@ -78,13 +79,16 @@ export default class RehearsePanel {
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
-    this.changedOptions([state.options], () => this.renderOptions(state.options));
-    const { state: phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
-    this.changedState([phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, targets.length], () => this.renderState(state, rehearsal, targets.length));
+    this.switches.update(state);
+    const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
+    this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
-    const { length_mm: passed } = state.corridor?.soft_tissue ?? {};
-    this.tissueWords.textContent = `On this path the tool passes ${fixed(passed, 0)} mm of soft tissue; nothing keeps it off that.`;
-    this.tissueWords.hidden = !live || (passed ?? 0) < 0.5;
+    this.soFar.textContent = rehearsal.so_far ?? "";
+    this.soFar.hidden = !rehearsal.so_far;
+    const passed = Math.max(0, ...(isOld(state.corridor) ? null : state.corridor?.verdict?.profile.tissue_mm) ?? []); // the length that the verdict of the plan names
+    this.tissueWords.textContent = `On this path the tool presses soft tissue along ${fixed(passed, 0)} mm of its length; nothing keeps it off that.`;
+    const held = state.options?.items.some(({ name, on }) => name === "soft_tissue" && on);
+    this.tissueWords.hidden = !live || held || passed < 0.5;
   }
 
   /**
@@ -115,19 +119,23 @@ export default class RehearsePanel {
       const mode = button.dataset.mode;
       button.setAttribute("aria-pressed", String(mode === rehearsal.mode));
       button.disabled = !driving || (mode === "inspect" && !targets);
+      button.title = mode === "inspect" && live && !targets ? NO_TARGETS : "";
     }
     this.target.hidden = rehearsal.mode !== "inspect" && !(rehearsal.path_done && targets);
     if (rehearsal.target_id) this.target.value = rehearsal.target_id;
     this.target.disabled = !driving;
     this.modeWords.textContent = modeWords(rehearsal, targets);
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) button.disabled = !(driving && rehearsal.state === "running");
-    this.forward.disabled ||= rehearsal.mode !== "path";
-    this.back.disabled ||= rehearsal.mode !== "path";
+    const { mode, phase } = rehearsal; // a button that the controller would not heed is off
+    this.forward.disabled ||= mode !== "path" && phase !== "inspect_approach";
+    this.back.disabled ||= mode !== "path";
+    for (const button of [this.twistLeft, this.twistRight]) button.disabled ||= mode !== "free" && phase !== "inspect_hold";
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) if (button.disabled) button.letGo();
   }
 
   /** @param {Partial<RehearsalSection>} rehearsal */
-  renderProgress({ progress_mm: progress, length_mm: length }) {
+  renderProgress({ mode, progress_mm: progress, length_mm: length }) {
+    this.progress.hidden = this.progressWords.hidden = mode !== "path"; // elsewhere the place on the path is not followed
     const part = length ? Math.min(1, Math.max(0, (progress ?? 0) / length)) : 0;
     this.progressBar.style.width = `${(part * 100).toFixed(1)}%`;
     this.progressWords.textContent = length ? `${fixed(progress, 1)} of ${mm(length)} along the path` : "";
@@ -136,7 +144,7 @@ export default class RehearsePanel {
   /** @param {ItemEntry[]} targets */
   renderTargets(targets) {
     const chosen = this.target.value;
-    this.target.replaceChildren(...targets.map((target) => h("option", { value: target.id }, target.label)));
+    fillOptions(this.target, targets.map(({ id, label }) => [id, label]));
     if (targets.some((target) => target.id === chosen)) this.target.value = chosen;
   }
 
@@ -161,29 +169,6 @@ export default class RehearsePanel {
       input.value = String(field.value);
       shown.textContent = `${fixed(field.value, field.digits)} ${field.unit}`;
     }
-  }
-
-  /** @param {OptionsSection | undefined} options */
-  renderOptions(options) {
-    keyed(this.options, options?.items ?? [], (item) => item.name, (item) => this.option(item), fillOption);
-    this.optionWords.textContent = options?.words ?? "";
-    this.optionWords.hidden = !options?.words;
-  }
-
-  /**
-   * @param {OptionView} item
-   * @returns {Row<OptionView>}
-   */
-  option({ name, label }) {
-    const box = h("input", { type: "checkbox", "data-option": name, "aria-describedby": `option-${name}`, onchange: () => this.setOptions() });
-    const element = h("div", { class: "field" }, h("label", { class: "check" }, box, label), h("p", { class: "words", id: `option-${name}` }));
-    return Object.assign(element, { item: /** @type {any} */ (null) }); // `keyed` puts it there
-  }
-
-  setOptions() {
-    const on = (/** @type {string} */ name) => Boolean(this.options.querySelector(`[data-option="${name}"]:checked`));
-    const wanted = { soft_tissue: on("soft_tissue"), remote_centre: on("remote_centre"), speed_limit: on("speed_limit") };
-    this.connection.send("rehearsal.options", wanted);
   }
 
   /** @param {SettingField} field */
@@ -218,19 +203,6 @@ export default class RehearsePanel {
   }
 }
 
-/**
- * @param {HTMLElement} element
- * @param {OptionView} item
- */
-function fillOption(element, item) {
-  const box = element.querySelector("input");
-  const words = element.querySelector("p");
-  if (!box || !words) return;
-  box.checked = item.on;
-  box.disabled = item.refusal !== "";
-  words.textContent = item.refusal || item.words;
-}
-
 /** @param {Partial<RehearsalSection>} rehearsal */
 function isLive(rehearsal) {
   return LIVE.includes(rehearsal.state ?? "");
@@ -241,9 +213,9 @@ function isLive(rehearsal) {
  * @param {number} targets
  */
 function modeWords(rehearsal, targets) {
-  if (rehearsal.mode === "free") return "No path holds the tip. The bone still does.";
+  if (rehearsal.mode === "free") return "No path holds the tip. The margin to bone is kept, and so is what is switched on below.";
   if (rehearsal.mode === "inspect") return "Drag the handle: the view point is brought onto the target and stays there while the tool swings about it.";
   if (rehearsal.path_done && targets) return "The end of the path is reached. ‘Inspect’ points the tool at a target.";
   if (rehearsal.path_done) return "The end of the path is reached.";
-  return "The tip stays on the path; forward and back need no aiming in depth.";
+  return "The tip is led onto the path and stays on it; forward and back need no aiming in depth. The tool is twisted in Free and Inspect.";
 }

@@ -9,10 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services import Services
+from app.services.case_settings import settings_in_case
 from app.services.instruments import plan_tool
+from app.services.plan_model import drive_parts
+from app.services.plan_shaft import shaft_of
 from app.services.plans import Plan
 from app.services.recordings import Recording
-from app.steps.rehearse.options import NO_OPTIONS, Options, fixtures_of
+from app.services.switches import NO_SWITCHES, Switches
+from app.steps.rehearse.driven import Planned
+from app.steps.rehearse.refusal import refuse_where_centre_stops, refuse_where_tissue_stops
 from app.views.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
@@ -29,7 +34,7 @@ class Prepared:
 
     items: points and targets of the plan it was made of; curve: places (n, 3) along its path, LPS [mm].
     recording: what keeps the drive's run; None where nothing is kept.
-    options: the switches that its standing fixtures come from.
+    switches: what its standing fixtures come from. planned: what its dry run came to, None where it is not known.
     """
 
     spec: SceneSpec
@@ -37,7 +42,8 @@ class Prepared:
     items: tuple[PlanItem, ...] = ()
     curve: npt.NDArray[np.float64] | None = None
     recording: Recording | None = None
-    options: Options = NO_OPTIONS
+    switches: Switches = NO_SWITCHES
+    planned: Planned | None = None
 
     def target_index(self, target_id: str) -> int:
         """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
@@ -52,39 +58,43 @@ def plan_key(plan: Plan) -> Any:
     return (
         plan.id,
         plan.case_hash,
-        plan.tool,
-        repr(plan.tool_shape),
-        repr(plan.settings),
-        repr(plan.robot),
-        tuple(tuple(point.position) for point in plan.points),
+        repr(drive_parts(plan)),
         tuple((target.id, tuple(target.position)) for target in plan.targets),
     )
 
 
-def prepare(services: Services, plan: Plan, options: Options = NO_OPTIONS) -> Prepared:
-    """Scene and settings of a plan; a plan without a robot placing gets one.
+def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) -> Prepared:
+    """Scene and settings of a plan; placing and standing fixtures are those of its dry run with these switches.
 
-    options: the placing is that of the plan's dry run, whatever they are.
+    The dry run is a job, which can be cancelled, and the one that others wait for who ask for the same.
 
-    Raises VfixError with the reason when the tool does not fit at the entry.
+    Raises VfixError with the reason when the tool does not fit at the entry, or the remote centre or the soft
+    tissue stops it on the way.
     """
-    settings = ControlSettings.from_dict(dict(plan.settings))
-    placing = services.planning.evaluate(plan)  # the very poses whose clearance colours the path
+    case = services.cases.get(plan.case_id)
+    settings = settings_in_case(plan.settings, case.uncertainty)
+    found = services.dry_runs.evaluate(plan, switches)  # the very poses whose clearance colours the path
+    refuse_where_centre_stops(services, plan, switches, found)
+    refuse_where_tissue_stops(services, plan, switches, found)
     targets = np.array([target.position for target in plan.targets], dtype=np.float64).reshape(-1, 3)
     points = np.array([point.position for point in plan.points], dtype=np.float64)
-    mesh = services.cases.case_surface(plan.case_id)
+    mesh = services.planning.bone(plan).mesh
     spec = SceneSpec(
         vertices=np.asarray(mesh.vertices),
         faces=np.asarray(mesh.faces),
         robot=services.instruments.robot(plan.robot),
         tool=plan_tool(plan),
-        base=placing.base,
-        q_start=placing.q_start,
+        base=found.base,
+        q_start=found.q_start,
         path_points=points,
         targets=targets,
         target_names=tuple(target.label for target in plan.targets),
-        fixtures=fixtures_of(options, services, plan),
-        structure_names=services.cases.get(plan.case_id).structure_names(),
+        zones=found.zones.zones,
+        fixtures=(*found.zones.soft_zones, *found.standing.fixtures),
+        structure_names=case.structure_names(),
+        shaft=shaft_of(plan, SplinePath(points)),
     )
     curve = curve_points(SplinePath(points))
-    return Prepared(spec, settings, tuple(plan_items(plan)), curve, services.recordings.new(plan), options)
+    tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
+    items, recording = tuple(plan_items(plan)), services.recordings.new(plan)
+    return Prepared(spec, settings, items, curve, recording, switches, Planned.of(found, tissue))

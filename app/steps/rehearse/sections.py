@@ -13,6 +13,7 @@ RehearsalState = Literal["absent", "starting", "ready", "running", "paused", "si
 class MotionView(TypedDict, total=False):
     """The newest snapshot of the controller; absent while no robot is in place. Numbers that do not exist are None.
 
+    so_far: least clearance and greatest depth in soft tissue while driven, beside the dry run's, in words; '' before.
     taken_ms: when the snapshot was taken over from the control process, ms since 1970-01-01 UTC; None while it rests.
     """
 
@@ -21,6 +22,7 @@ class MotionView(TypedDict, total=False):
     held: bool
     reason: str
     holding: str
+    so_far: str
     force_n: float | None
     tip_error_mm: float | None
     clearance_mm: float | None
@@ -94,17 +96,42 @@ class OptionView(TypedDict):
     refusal: str
 
 
+class CentreChoice(TypedDict):
+    """A place for the remote centre; value: 'entry', or the id of a path point."""
+
+    value: str
+    label: str
+
+
+class CentreSection(TypedDict):
+    """Where the remote centre is; chosen: a choice's value, or 'mm' for a place in between.
+
+    at_mm: along the path, None where it is not known. trouble: why it cannot be there, '' where it can.
+    """
+
+    choices: list[CentreChoice]
+    chosen: str
+    at_mm: float | None
+    length_mm: float
+    trouble: str
+
+
 class OptionsSection(TypedDict):
-    """Switches of the rehearsal as they are wanted; words: when they come into force, '' where they are."""
+    """Switches of the rehearsal as they are wanted; words: when they come into force, '' where they are.
+
+    centre: None while the remote centre is off.
+    """
 
     items: list[OptionView]
+    centre: CentreSection | None
     words: str
 
 
 class ToolSection(TypedDict):
-    """Segments (start, end) of robot and tool."""
+    """Axes (start, end) of the tool's parts from the tip on, and their radii; both empty without a robot."""
 
     segments: list[list[Position]]
+    radii_mm: list[float]
 
 
 class RehearsalSections(TypedDict):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from app.messages.client import Client
 from app.steps.rehearse.drive_process import DriveProcess
+from app.steps.rehearse.drive_record import DriveRecord
 from app.steps.rehearse.lease import Lease
-from app.steps.rehearse.options import Options
 from vfix_engine.simulation.realtime import RehearsalProcess
 
 Position = tuple[float, float, float]
@@ -18,27 +18,41 @@ class SharedDrive(DriveProcess):
         super().__init__()
         self.lease = Lease()
         self.watchers: set[str] = set()
-        self.options = Options()  # of the next start or reset; read and replaced whole
 
     def _held(self, client: Client) -> RehearsalProcess | None:
         return self._live() if self.lease.held_by(client) else None
 
-    def may_instruct(self, client: Client) -> bool:
-        """Whether this client may change mode, target and settings."""
-        return self.lease.held_by(client) or client.role == "instructs"
-
     def _instructed(self, client: Client) -> RehearsalProcess | None:
-        return self._live() if self.may_instruct(client) else None
+        return self._live() if self.lease.held_by(client) or client.role == "instructs" else None
 
-    def may_switch(self, client: Client) -> bool:
-        """Whether this client may change the options: the holder, who instructs, or anybody where nobody holds."""
-        return self.lease.holder is None or self.may_instruct(client)
-
-    @property
-    def options_in_force(self) -> Options | None:
-        """Of the robot that is in place; None where there is none."""
-        prepared = self.prepared
-        return None if prepared is None else prepared.options
+    def read(self, client: Client, take_words: bool = False) -> DriveRecord:
+        """The drive as it is now; take_words: with what the process has said to the holder, which is said once."""
+        with self._lock:
+            process, holder = self._process, self.lease.holder
+            mine = holder is not None and holder.id == client.id
+            instructs = mine or client.role == "instructs"
+            words = tuple(self._words_for_holder) if mine and take_words else ()
+            if words:
+                self._words_for_holder.clear()
+            return DriveRecord(
+                state=self._state,
+                words=self._words,
+                snapshot=None if process is None else process.snapshot(),
+                prepared=self._prepared,
+                robot=self._robot,
+                plan_key=self._plan_key,
+                target_id=self._target_id,
+                settings=self._talk.in_force,
+                answered=self._talk.answered,
+                refusal=self._talk.refusal,
+                holder=holder,
+                mine=mine,
+                hand_lost=mine and process is not None and process.hand_lost,
+                may_instruct=instructs,
+                may_switch=instructs or (holder is None and client.may_hold),
+                words_for_holder=words,
+                accepted=self._talk.accepted if mine else {},
+            )
 
     # -- the hand; quick and from any thread
 
@@ -81,11 +95,6 @@ class SharedDrive(DriveProcess):
         if (process := self._held(client)) is not None:
             process.run()
 
-    def hand_lost(self, client: Client) -> bool:
-        """Whether this client still presses, and was heard of too late for that to count."""
-        process = self._held(client)
-        return process is not None and process.hand_lost
-
     def halt(self) -> None:
         """Whoever watches may stop the robot where it is; only the holder of the handle lets it go on."""
         if (process := self._live()) is not None:
@@ -101,7 +110,9 @@ class SharedDrive(DriveProcess):
 
     def set_mode(self, client: Client, mode: str, target_id: str | None) -> None:
         """Another mode; target_id: what to inspect, a target of the scene that is driven. Raises PlanError."""
-        prepared, process = self.prepared, self._instructed(client)
+        process = self._instructed(client)
+        with self._lock:
+            prepared = self._prepared
         if process is None or prepared is None:
             return
         index = None if target_id is None else prepared.target_index(target_id)
@@ -122,24 +133,6 @@ class SharedDrive(DriveProcess):
         """The client is gone: whatever it held is let go of at once (HAZ-11)."""
         self.release(client)
         self.lease.let_go(client)
-
-    # -- what the process has said
-
-    def take_words(self, client: Client) -> list[str]:
-        """What the process has said to the holder of the handle, once; nothing for others."""
-        if not self.lease.held_by(client):
-            return []
-        with self._lock:
-            words = list(self._words_for_holder)
-            self._words_for_holder.clear()
-        return words
-
-    def accepted(self, client: Client) -> dict[str, float]:
-        """Settings of the holder that came into force and that the plan has not kept yet."""
-        if not self.lease.held_by(client):
-            return {}
-        with self._lock:
-            return self._talk.accepted
 
     def kept(self, values: dict[str, float]) -> None:
         """The plan has kept these settings, or never will."""

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from app.steps.rehearse.drive_record import DriveRecord
+from app.steps.rehearse.driven import FELT_N, SoFar
 from app.steps.rehearse.sections import (
     DetailsSection,
     MotionView,
     RehearsalSection,
-    RehearsalState,
     SettingsSection,
     ToolSection,
 )
 from vfix_engine.control import ControlSettings
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.simulation.snapshot import Snapshot, Timing
 
 # What a person at the page may turn; the rest stays as the plan says.
@@ -28,7 +31,6 @@ SHOWN_SETTINGS = {
 }
 
 
-FELT_N = 0.05  # a force on the grip that is worth a word
 STOOD_MM = 1e-3  # a grip that moved less between two pictures stands
 _ACROSS = {  # by phase: why a force moves nothing although nothing is in the way
     "follow": "The pull is across the path: it moves the tool neither forward nor back",
@@ -39,20 +41,17 @@ _STANDS = "The pull points where the tool does not go in this mode"
 
 
 def rehearsal_section(
-    snapshot: Snapshot | None,
-    state: RehearsalState,
-    words: str,
-    mine: bool,
-    holder: bool,
-    before: Snapshot | None = None,
+    now: DriveRecord, before: Snapshot | None = None, so_far: SoFar | None = None
 ) -> RehearsalSection:
     """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
+    snapshot, state = now.snapshot, now.shown_state
     base: RehearsalSection = {
         "state": state,
-        "words": words,
-        "mine": mine,
-        "holder": "Another window" if holder and not mine else None,
-        "can_take": not holder,
+        "words": now.words,
+        "mine": now.mine,
+        "holder": "Another window" if now.holder is not None and not now.mine else None,
+        "can_take": now.holder is None,
+        "target_id": now.target_id if snapshot is not None and snapshot.mode == "inspect" else None,
     }
     if snapshot is None or state not in ("ready", "running", "paused"):
         return base
@@ -61,7 +60,8 @@ def rehearsal_section(
         "phase": snapshot.phase,
         "held": snapshot.held,
         "reason": snapshot.reason,
-        "holding": holding_words(snapshot, before),
+        "holding": holding_words(snapshot, before, "" if so_far is None else so_far.held_last),
+        "so_far": "" if so_far is None else so_far.words,
         "force_n": _number(np.linalg.norm(snapshot.force), 3),
         "tip_error_mm": _number(snapshot.tip_error_mm, 4),
         "clearance_mm": _number(snapshot.clearance_mm, 3),
@@ -78,14 +78,22 @@ def rehearsal_section(
     return {**base, **motion}
 
 
-def holding_words(snapshot: Snapshot, before: Snapshot | None) -> str:
-    """What holds the tool, as a sentence; a tool that stands against a force is not free to move."""
+def holding_words(snapshot: Snapshot, before: Snapshot | None, held_last: str = "") -> str:
+    """What holds the tool, as a sentence; a tool that stands against a force is not free to move.
+
+    A constraint that acts without slowing the tool, such as bone that it slides along, is named as well.
+    held_last: what held it in the last push, which a hand that has let go may still want to know.
+    """
     if snapshot.reason or snapshot.held:
         return snapshot.reason or "held"
+    if held_last and float(np.linalg.norm(snapshot.force)) <= FELT_N:
+        return f"No push; held last by {held_last}"
     driven = before is not None and snapshot.steps > before.steps
     stands = before is not None and float(np.linalg.norm(snapshot.grip - before.grip)) < STOOD_MM
     if driven and stands and float(np.linalg.norm(snapshot.force)) > FELT_N:
         return _ACROSS.get(snapshot.phase, _STANDS)
+    if driven and snapshot.active:
+        return f"Nothing slows it; acting: {snapshot.active[0]}"
     return "Nothing, the tool is free to move"
 
 
@@ -114,12 +122,15 @@ def _priority(timing: Timing) -> str:
     return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
 
 
-def settings_section(settings: ControlSettings, answered: int, refusal: str = "", warning: str = "") -> SettingsSection:
+@lru_cache(maxsize=32)
+def settings_section(
+    settings: ControlSettings, answered: int, refusal: str = "", uncertainty: SurfaceUncertainty | None = None
+) -> SettingsSection:
     """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
 
-    refusal: why the newest change was not taken. warning: what the margin in force does not cover; '' where it covers
-    all.
+    refusal: why the newest change was not taken. uncertainty: of the bone, which the margin in force may not cover.
     """
+    warning = "" if uncertainty is None else uncertainty.warning(settings.margin_mm)
     bounds, values = ControlSettings.bounds(), settings.to_dict()
     return {
         "answered": answered,
@@ -142,11 +153,12 @@ def settings_section(settings: ControlSettings, answered: int, refusal: str = ""
 
 
 def tool_section(snapshot: Snapshot | None) -> ToolSection:
-    """Segments of robot and tool as they are drawn."""
+    """The tool as it is drawn in the slices."""
     if snapshot is None:
-        return {"segments": []}
+        return {"segments": [], "radii_mm": []}
     pairs = zip(snapshot.segments_start, snapshot.segments_end, strict=True)
-    return {"segments": [[[round(float(v), 2) for v in end] for end in pair] for pair in pairs]}
+    segments = [[[round(float(v), 2) for v in end] for end in pair] for pair in pairs]
+    return {"segments": segments, "radii_mm": [round(float(radius), 3) for radius in snapshot.radius]}
 
 
 def _number(value: Any, digits: int) -> float | None:

@@ -5,7 +5,7 @@ import { Backoff } from "./backoff.js";
 
 /** @typedef {{ connected: boolean, again?: boolean, words?: string, refused?: boolean }} Link what a `link` event tells */
 /** @typedef {{ waitMs: number, words: string }} Refusal */
-/** @typedef {{ link: Link, hello: HelloMessage, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error"> }} Events */
+/** @typedef {{ link: Link, hello: HelloMessage, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error">, refused: null }} Events */
 
 export const VERSION = 1; // of the messages; app/messages/version.py has the planner's
 const AWAKE_MS = 50;
@@ -39,9 +39,12 @@ function remembered() {
   return JSON.parse(sessionStorage.getItem("vfix-open") ?? "{}");
 }
 
-/** @param {ViewModel} state */
-function remember(state) {
-  if (!state.case || !state.plan || !state.step) return;
+/**
+ * @param {ViewModel} state
+ * @param {Partial<ViewModel>} news the sections that have just come; figures come fifty times a second
+ */
+function remember(state, news) {
+  if (!(news.case || news.plan || news.step) || !state.case || !state.plan || !state.step) return;
   sessionStorage.setItem("vfix-open", JSON.stringify({ case: state.case.id, plan: state.plan.id, step: state.step.name }));
 }
 
@@ -64,7 +67,7 @@ async function lockedOut() {
   }
 }
 
-/** Says `hello`, `state`, `link` and `note`; see {@link Events}. */
+/** Says `hello`, `state`, `link`, `note` and `refused`; see {@link Events}. */
 export class Connection extends EventTarget {
   constructor() {
     super();
@@ -196,7 +199,7 @@ export class Connection extends EventTarget {
     if (!this.connected) this.opened();
     if (message.type === "state") {
       Object.assign(this.state, message.sections);
-      remember(this.state);
+      remember(this.state, message.sections);
       this.say("state", { state: this.state, changed: Object.keys(message.sections) });
       return;
     }
@@ -205,10 +208,16 @@ export class Connection extends EventTarget {
       if (!entry) return;
       this.waiting.delete(message.id);
       if (message.ok) entry.resolve(message.result);
-      else entry.reject(new Error(message.error?.message ?? "The planner refused that."));
+      else {
+        entry.reject(new Error(message.error?.message ?? "The planner refused that."));
+        this.say("refused", null);
+      }
       return;
     }
-    if (message.type === "note") this.say("note", message);
+    if (message.type === "note") {
+      this.say("note", message);
+      if (message.error) this.say("refused", null);
+    }
   }
 
   /**
@@ -230,6 +239,7 @@ export class Connection extends EventTarget {
       this.worker.postMessage({ kind: "send", text: JSON.stringify({ type, ...fields }) });
     } else if (!STREAMS.test(type)) {
       this.say("note", { words: "There is no connection to the planner; that was not done.", error: true });
+      this.say("refused", null);
     }
   }
 

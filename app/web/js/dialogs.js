@@ -23,7 +23,7 @@ let turn = Promise.resolve("");
  * @param {HTMLFormElement} form
  * @param {() => void} [shown]
  */
-function show(form, shown = () => {}) {
+export function show(form, shown = () => {}) {
   turn = turn.then(() => new Promise((resolve) => {
     const element = dialog();
     element.replaceChildren(form);
@@ -91,7 +91,7 @@ export async function askChoices(title, words, questions, confirmWord) {
 /** @typedef {{ label: string, run: () => void }} Action a button in a note */
 
 /**
- * Ask for what can be taken back: say that it was done, with the way back, or why it was not.
+ * Ask for what can be taken back: say that it was done, with a button that undoes it, or why it was not.
  * @param {Promise<unknown>} request
  * @param {string} words
  * @param {Action} action

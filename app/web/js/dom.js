@@ -5,7 +5,7 @@
  * @typedef {{ [K in keyof HTMLElementEventMap as `on${K}`]?: (event: HTMLElementEventMap[K]) => unknown } & Record<string, unknown>} Props
  */
 /**
- * An element that stands for an entry of a list; its listeners read the entry as it is now.
+ * An element of an entry of a list; its listeners read the entry as it is now.
  * @template Item
  * @typedef {HTMLElement & { item: Item }} Row
  */
@@ -67,6 +67,13 @@ const ICONS = {
   pencil: "M3 13l.6-2.8L10.8 3l2.2 2.2-7.2 7.2L3 13z",
   copy: "M5.5 5.5h7.5V13H5.5zM3 10.5V3h7.5",
   insert: "M3 4h10M3 12h10M8 6v4M6 8h4",
+  panel: "M2.5 3h11v10h-11zM6 3v10",
+  layoutOneThree: "M2.5 3h11v10h-11zM10 3v10M10 6.3h3.5M10 9.7h3.5",
+  layoutTwoByTwo: "M2.5 3h11v10h-11zM8 3v10M2.5 8h11",
+  layoutOne: "M2.5 3h11v10h-11z",
+  layoutPath: "M2.5 3h11v10h-11zM8 5.4a2.6 2.6 0 1 0 0 5.2 2.6 2.6 0 0 0 0-5.2",
+  theme: "M8 2.5a5.5 5.5 0 1 0 0 11zM8 2.5a5.5 5.5 0 0 1 0 11",
+  help: "M6 6a2 2 0 1 1 3 1.8c-.7.4-1 .8-1 1.6M8 11.8v.1M8 2a6 6 0 1 0 0 12A6 6 0 0 0 8 2z",
 };
 
 /** @param {keyof typeof ICONS} name */
@@ -99,13 +106,29 @@ export function group(title, tools, ...children) {
   return h("div", { class: "group" }, head, ...children);
 }
 
+let anew = false;
+
+/**
+ * Render all that `update` shows, whether the data behind it changed or not: after a refusal a control shows what was
+ * asked for, which is nowhere in the data.
+ * @param {() => void} update
+ */
+export function renderAnew(update) {
+  anew = true;
+  try {
+    update();
+  } finally {
+    anew = false;
+  }
+}
+
 /** Replace the children only when the data behind them changed, so that focus and hover survive. */
 export function whenChanged() {
   /** @type {string | undefined} */
   let last;
   return (/** @type {unknown} */ data, /** @type {() => void} */ render) => {
     const key = JSON.stringify(data);
-    if (key === last) return;
+    if (key === last && !anew) return;
     last = key;
     render();
   };
@@ -136,13 +159,28 @@ export function keyed(parent, items, keyOf, make, fill) {
   const at = [...children].findIndex((element) => element.contains(focused));
   for (const element of [...children]) if (!wanted.includes(element)) element.remove();
   wanted.forEach((element, index) => {
-    // only what stands elsewhere is moved: moving an element takes its focus away
+    // only what is elsewhere is moved: moving an element takes its focus away
     if (parent.children[index] !== element) parent.insertBefore(element, parent.children[index] ?? null);
   });
   if (!focused) return;
   const next = focused.isConnected ? focused : wanted[Math.min(at, wanted.length - 1)];
   const target = next?.matches("[tabindex], button") ? next : next?.querySelector("button:enabled");
   if (target instanceof HTMLElement) target.focus({ preventScroll: true });
+}
+
+/**
+ * The choices of a list, as [value, words] pairs. Those that stay keep their element: a list that is open, or in which
+ * somebody is typing, is not taken out of their hands by a redraw.
+ * @param {HTMLSelectElement} select
+ * @param {(readonly [string, string])[]} choices
+ */
+export function fillOptions(select, choices) {
+  choices.forEach(([value, words], index) => {
+    const option = select.options[index] ?? select.appendChild(h("option"));
+    if (option.getAttribute("value") !== value) option.value = value; // without one, its words are its value
+    if (option.textContent !== words) option.textContent = words;
+  });
+  while (select.options.length > choices.length) select.options[choices.length].remove();
 }
 
 /**

@@ -1,4 +1,4 @@
-// Numbers as the page shows them: fixed digits, a real minus, a unit beside them.
+// Numbers as the page shows them: fixed digits, a real minus, a unit beside them; places as a surgeon reads them.
 
 /**
  * @param {number | null | undefined} value
@@ -38,10 +38,28 @@ export function when(iso) {
 }
 
 /**
+ * A date with the time of day, hours and minutes, as the reader's language writes it; nothing for what is no date.
+ * @param {string} iso
+ */
+export function whenExactly(iso) {
+  const date = new Date(iso);
+  if (Number.isNaN(date.getTime())) return "";
+  return date.toLocaleString(undefined, { year: "numeric", month: "short", day: "numeric", hour: "2-digit", minute: "2-digit" });
+}
+
+/**
+ * A whole number with its thousands set apart by commas, as the planner writes them.
+ * @param {number} number
+ */
+export function thousands(number) {
+  return fixed(Math.round(number), 0).replace(/\B(?=(\d{3})+$)/g, ",");
+}
+
+/**
  * @param {number} number
  * @param {string} one
  * @param {string} many
  */
 export function count(number, one, many) {
-  return `${number.toLocaleString("en-US").replaceAll(",", " ")} ${number === 1 ? one : many}`;
+  return `${thousands(number)} ${number === 1 ? one : many}`;
 }

@@ -3,7 +3,7 @@ import { h } from "./dom.js";
 import { LET_GO } from "./keys.js";
 
 /**
- * What is held or not: each change is told once.
+ * What is held or not: each change is reported once.
  * @param {() => boolean} allowed whether it may be pressed now
  * @param {(down: boolean) => void} onchange
  */

@@ -10,7 +10,7 @@ const LOOK_MS = 2000;
  * What is shown: work that somebody waits for.
  * @type {Partial<Record<JobPublic["kind"], string>>}
  */
-const KINDS = { import: "Import", dry_run: "Dry run" };
+const KINDS = { import: "Import", structures: "Import", overlay: "Import", dry_run: "Dry run", segmentation: "Segmentation" };
 
 /** @param {JobPublic} job */
 export function jobWords({ kind, subject, state, stage, fraction }) {
@@ -22,15 +22,28 @@ export function jobWords({ kind, subject, state, stage, fraction }) {
  * The jobs that go on, whoever began them: a page that is loaded again finds its own in the planner's list.
  * `ended(job, error)` is called once for each when it has ended, with what it failed with or was cancelled by.
  */
-export class JobList {
+export class JobList extends EventTarget {
   /** @param {(job: JobPublic, error: unknown) => unknown} ended */
   constructor(ended) {
+    super();
     this.ended = ended;
-    /** @type {Map<string, JobPublic>} by id, as last told */
+    /** @type {{ holds: (job: JobPublic) => boolean, element: HTMLElement }[]} */
+    this.others = [];
+    /** @type {Map<string, JobPublic>} by id, as last reported */
     this.jobs = new Map();
     this.element = h("ul", { class: "jobs", hidden: true });
     setInterval(() => this.look(), LOOK_MS);
     this.look();
+  }
+
+  /**
+   * A list of its own for some of the jobs, beside the button that begins them; a job is in the first that holds it.
+   * @param {(job: JobPublic) => boolean} holds
+   */
+  beside(holds) {
+    const element = h("ul", { class: "jobs", hidden: true });
+    this.others.push({ holds, element });
+    return element;
   }
 
   /** Find jobs that somebody began, while the list can be seen or nothing is known yet. */
@@ -70,9 +83,24 @@ export class JobList {
     this.render();
   }
 
+  /** Lay every job out in its list, and tell those who wait by a 'change'. */
   render() {
-    this.element.hidden = !this.jobs.size;
-    keyed(this.element, [...this.jobs.values()], (job) => job.id, (job) => this.row(job), (row, now) => {
+    let rest = [...this.jobs.values()];
+    for (const { holds, element } of this.others) {
+      this.fill(element, rest.filter(holds));
+      rest = rest.filter((job) => !holds(job));
+    }
+    this.fill(this.element, rest);
+    this.dispatchEvent(new Event("change"));
+  }
+
+  /**
+   * @param {HTMLElement} list
+   * @param {JobPublic[]} items
+   */
+  fill(list, items) {
+    list.hidden = !items.length;
+    keyed(list, items, (job) => job.id, (job) => this.row(job), (row, now) => {
       const [words, bar] = [row.querySelector(".words"), row.querySelector(".progress > div")];
       if (words) words.textContent = jobWords(now);
       if (bar instanceof HTMLElement) bar.style.width = `${Math.round(now.fraction * 100)}%`;

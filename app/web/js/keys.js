@@ -32,6 +32,8 @@ export class Keys {
     this.held = new Set();
     /** @type {Set<string>} */
     this.holds = new Set();
+    /** @type {((event: KeyboardEvent) => boolean)[]} what else a key may mean; the first that knows it has it */
+    this.shortcuts = [];
     window.addEventListener("keydown", (event) => this.down(event));
     window.addEventListener("keyup", (event) => this.up(event));
     window.addEventListener(LET_GO, () => this.letGo());
@@ -41,11 +43,12 @@ export class Keys {
   /** @param {KeyboardEvent} event */
   down(event) {
     const target = /** @type {Partial<HTMLInputElement> | null} */ (event.target);
-    const driving = this.connection.state.step?.name === "rehearse" && (event.code in DRIVE || event.code in TWIST);
-    // a slider that keeps the focus is moved by ← and →: in Rehearse ↑ and ↓ drive, and change no margin
-    if (typing(target) && !(driving && target?.type === "range")) return;
+    const driving = this.connection.state.step?.input === "drive" && (event.code in DRIVE || event.code in TWIST);
+    // a slider that keeps the focus is moved by ← and →: where keys drive, ↑ and ↓ do so, and change no margin
+    const undoing = target?.tagName === "SELECT" && (event.ctrlKey || event.metaKey); // a list has no undo of its own
+    if (typing(target) && !(driving && target?.type === "range") && !undoing) return;
     const inScene = event.view && event.view !== window;
-    if (this.command(event)) {
+    if (this.command(event) || this.shortcut(event)) {
       event.preventDefault();
       event.stopImmediatePropagation();
       return;
@@ -57,7 +60,7 @@ export class Keys {
         this.sendHeld();
       }
     }
-    // the viewer has hot keys of its own that nobody here was told about
+    // the viewer has hot keys of its own, which the page does not mention
     if (inScene) event.stopImmediatePropagation();
   }
 
@@ -78,12 +81,16 @@ export class Keys {
       return true;
     };
     const { tagName } = /** @type {Partial<Element>} */ (event.target ?? {});
-    const planning = this.connection.state.step?.name === "plan";
-    if (!planning || event.repeat) return false;
+    if (this.connection.state.step?.input !== "edit" || event.repeat) return false;
     const control = event.ctrlKey || event.metaKey;
     if (control && event.code === "KeyZ") return send(event.shiftKey ? "redo" : "undo");
     if (control && event.code === "KeyY") return send("redo");
-    const ghost = this.connection.state.plan?.ghost;
+    const { plan, regions } = this.connection.state;
+    const ghost = plan?.ghost;
+    if (regions?.drawing?.places.length && event.key === "Enter" && tagName !== "BUTTON") {
+      this.connection.send("region.done");
+      return true;
+    }
     if (ghost && event.key === "Enter" && tagName !== "BUTTON") return send("ghost.confirm");
     if (event.key === "Escape" && !document.querySelector("dialog[open]")) return send("ghost.cancel");
     if (event.key === "Delete" && ghost) return send("ghost.cancel");
@@ -91,11 +98,19 @@ export class Keys {
       document.getElementById("rename-item")?.click();
       return true;
     }
-    if (event.key === "Delete" && tagName !== "TR" && this.connection.state.plan?.selected) {
-      this.connection.send("item.delete", { item_id: this.connection.state.plan.selected });
+    if (event.key === "Delete" && tagName !== "TR" && plan?.selected) {
+      this.connection.send("item.delete", { item_id: plan.selected });
       return true;
     }
     return false;
+  }
+
+  /**
+   * Whether the key is a shortcut of the page, which is done then; none is while a question is open.
+   * @param {KeyboardEvent} event
+   */
+  shortcut(event) {
+    return !document.querySelector("dialog[open]") && this.shortcuts.some((known) => known(event));
   }
 
   sendHeld() {

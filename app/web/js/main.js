@@ -1,12 +1,16 @@
 // Wires the page: one connection, and parts that draw what it says.
 import { Connection } from "./connection.js";
-import { byId, h, whenChanged } from "./dom.js";
+import { byId, h, renderAnew, whenChanged } from "./dom.js";
 import { clearErrors, note } from "./dialogs.js";
+import { FirstTask } from "./first-task.js";
+import { Help } from "./help.js";
 import { Keys, letGoOfEverything } from "./keys.js";
+import { Layouts } from "./layout.js";
 import { loadPanel } from "./panel.js";
 import { SceneFrame } from "./scene.js";
 import { Slices } from "./slices.js";
 import { StatusBar } from "./status.js";
+import { Theme } from "./theme.js";
 
 /** @import { Link } from "./connection.js" */
 /** @import { Panel } from "./panel.js" */
@@ -20,18 +24,28 @@ class Page {
     this.panels = new Map();
     /** @type {HTMLButtonElement[]} */
     this.steps = [];
+    this.layouts = new Layouts(byId("bench"));
+    this.theme = new Theme();
     this.scene = new SceneFrame(this.connection, this.keys);
+    this.firstTask = new FirstTask();
+    this.help = new Help(() => this.firstTask.again());
+    this.keys.shortcuts.push((event) => this.help.key(event), (event) => this.layouts.key(event), (event) => this.scene.key(event));
     this.slices = new Slices(byId("slices"), this.connection);
     this.status = new StatusBar(byId("statusbar"));
     /** @type {HTMLElement | null | undefined} what had the focus when the line was lost */
     this.focused = null;
     this.planned = false;
+    this.refused = false; // something since the panel was last drawn, whose controls may show it
     this.changedSteps = whenChanged();
     this.changedTitle = whenChanged();
     this.changedPlace = whenChanged();
     this.connection.on("hello", ({ steps }) => this.changedSteps([steps], () => this.offer(steps)));
     this.connection.on("state", () => this.schedule());
     this.connection.on("link", (link) => this.link(link));
+    this.connection.on("refused", () => {
+      this.refused = true;
+      this.schedule();
+    });
     this.connection.on("note", ({ words, error }) => note(words, { error }));
     byId("retry").addEventListener("click", () => this.connection.open());
     this.connection.open();
@@ -75,10 +89,15 @@ class Page {
     this.changedTitle([state.case?.name, state.plan?.name, state.step, [...this.panels.keys()]], () => this.renderTitle(state));
     const current = state.step?.name;
     this.changedPlace([state.case?.id, state.plan?.id, current], clearErrors);
-    if (current) this.panels.get(current)?.update(state);
+    const panel = current && this.panels.get(current);
+    if (panel && this.refused) renderAnew(() => panel.update(state));
+    else if (panel) panel.update(state);
+    this.refused = false;
+    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1);
     this.scene.update(state);
     this.slices.update(state);
     this.status.update(state);
+    this.firstTask.update(state);
   }
 
   /** @param {ViewModel} state */
@@ -86,6 +105,7 @@ class Page {
     byId("where-case").textContent = state.case?.name ?? "No head open";
     byId("where-plan").textContent = state.plan?.name ?? "";
     byId("where-separator").hidden = !state.plan;
+    byId("where").title = [state.case?.name, state.plan?.name].filter(Boolean).join(" / ");
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
     byId("hint").textContent = state.step?.hint ?? "";
     for (const button of this.steps) {
@@ -94,9 +114,10 @@ class Page {
       else button.removeAttribute("aria-current");
       button.disabled = !state.step?.available.includes(name);
     }
-    const panel = byId("panel");
-    const element = state.step && this.panels.get(state.step.name)?.element;
-    if (element && panel.firstElementChild !== element) panel.replaceChildren(element);
+    const panel = state.step && this.panels.get(state.step.name);
+    if (!panel) return;
+    if (show(byId("panel-content"), [panel.element])) byId("panel").scrollTop = 0; // else a step opens where the last was left
+    show(byId("step-overlay"), panel.overlay ? [panel.overlay] : []);
   }
 
   /**
@@ -124,6 +145,17 @@ class Page {
   }
 }
 
+/**
+ * What is there already is not moved: that would take its focus away.
+ * @param {HTMLElement} parent
+ * @param {HTMLElement[]} children
+ */
+function show(parent, children) {
+  const other = parent.firstElementChild !== (children[0] ?? null);
+  if (other) parent.replaceChildren(...children);
+  return other;
+}
+
 const page = new Page();
 
 // What automated tests and curious people may read: the state as shown, and requests to the planner.
@@ -131,5 +163,7 @@ Object.assign(window, { vfix: {
   get state() { return page.connection.state; },
   get connected() { return page.connection.connected; },
   get tab() { return page.connection.tab; },
+  get slices() { return page.slices; },
+  get layer() { return page.scene.layer; },
   request: page.connection.request.bind(page.connection),
 } });

@@ -10,9 +10,9 @@
  */
 
 /**
- * The default export of a step's `panel.js` is a class of this kind. `element` is shown while its step is; `update` is
- * called with the view model once per frame in which something changed, while its step is shown.
- * @typedef {{ element: HTMLElement, update: (state: ViewModel) => void }} Panel
+ * The default export of a step's `panel.js` is a class of this kind. `element` is shown while its step is, and `overlay`
+ * upon the scene; `update` is called with the view model once per frame in which something changed, while its step is shown.
+ * @typedef {{ element: HTMLElement, overlay?: HTMLElement, update: (state: ViewModel) => void }} Panel
  */
 
 /**

@@ -2,18 +2,31 @@
 
 /** @import { ErrorPublic, ErrorWords, ImportAnswer, JobPublic } from "./types.js" */
 
+/**
+ * @typedef {{ number: number, modality: string, description: string, slices: number, columns: number, rows: number, spacing_mm: number[] }} SeriesFacts
+ *   of a DICOM series, to choose it by
+ */
+
 /** What the planner says went wrong; details: what it needs besides the words, such as what a file does not say. */
 export class PlannerError extends Error {
   /** @param {ErrorWords} words */
   constructor({ code, message, details }) {
     super(message);
     this.code = code;
-    this.details = /** @type {{ missing?: string[] } | null | undefined} */ (details);
+    this.details = /** @type {{ missing?: string[], series?: SeriesFacts[] } | null | undefined} */ (details);
   }
 }
 
 /**
- * What the planner has to be told besides: 'frame', 'unit' or 'points_as'.
+ * The series to choose one of, where that is what is missing.
+ * @param {unknown} error
+ */
+export function seriesOf(error) {
+  return (error instanceof PlannerError && error.details?.series) || [];
+}
+
+/**
+ * What the planner needs besides: 'frame', 'unit', 'series', 'into' or 'points_as'.
  * @param {unknown} error
  */
 export function missing(error) {
@@ -45,11 +58,33 @@ async function call(path, options = {}) {
 
 /**
  * @param {string} path
- * @param {ImportAnswer} body
+ * @param {ImportAnswer | Record<string, unknown>} body
  * @returns {Promise<JobPublic>}
  */
 export function post(path, body) {
   return call(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+}
+
+/**
+ * Ask for something that is made of a wish.
+ * @param {string} path
+ * @param {object} wish
+ */
+export function send(path, wish) {
+  return call(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(wish) });
+}
+
+/**
+ * @param {string} path
+ * @param {object} wish
+ */
+export function change(path, wish) {
+  return call(path, { method: "PATCH", headers: { "Content-Type": "application/json" }, body: JSON.stringify(wish) });
+}
+
+/** @param {string} path */
+export function read(path) {
+  return call(path);
 }
 
 /** @param {string} path */
@@ -63,6 +98,15 @@ export function remove(path) {
  */
 export function jobs() {
   return call("/api/jobs");
+}
+
+/**
+ * How far a job is.
+ * @param {string} id
+ * @returns {Promise<JobPublic>}
+ */
+export function jobNow(id) {
+  return call(`/api/jobs/${encodeURIComponent(id)}`);
 }
 
 /**
@@ -92,7 +136,7 @@ export async function finished(job, onProgress, everyMs = 300) {
   while (goesOn(now)) {
     onProgress(now);
     await new Promise((resolve) => { setTimeout(resolve, everyMs); });
-    now = await call(`/api/jobs/${encodeURIComponent(now.id)}`);
+    now = await jobNow(now.id);
   }
   if (now.state === "done") return now;
   throw now.error ? new PlannerError(now.error) : new Error("The planner says that this failed, and not why.");

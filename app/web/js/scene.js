@@ -1,11 +1,14 @@
-// The three-dimensional scene in its frame: tools on top of it, the ghost's card, scale, legend, and the hand on the grip.
+// The three-dimensional scene in its frame: tools on top of it, scale, legend, and the hand on the grip.
 import { byId, h, whenChanged } from "./dom.js";
 import { fixed } from "./format.js";
 import { LET_GO, letGoOfEverything } from "./keys.js";
+import { LAID_OUT } from "./layout.js";
+import { SceneLayer } from "./scene-layer/layer.js";
+import { THEMED } from "./theme.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { Keys } from "./keys.js" */
-/** @import { Commands, GhostView, ScaleView, ViewModel } from "./types.js" */
+/** @import { Commands, ScaleView, ViewModel } from "./types.js" */
 
 /** @typedef {Commands["view.set"]} Look */
 
@@ -13,6 +16,9 @@ import { LET_GO, letGoOfEverything } from "./keys.js";
 const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
 const CUTS = [["whole", "Whole head"], ["left", "Left half cut away"], ["right", "Right half cut away"]];
 const SLICES = [["none", "No slices"], ["sagittal", "Sagittal CT"], ["coronal", "Coronal CT"], ["axial", "Axial CT"], ["all", "All three"]];
+/** Somebody has pressed in the scene. */
+export const TOUCHED = "vfix:scene-touched";
+
 const SOFTWARE_RESOLUTION = 0.6;
 const SCALES_MM = [1, 2, 5, 10, 20, 50, 100, 200];
 
@@ -28,7 +34,6 @@ export class SceneFrame {
     this.wait = byId("scene-wait");
     this.waitWords = byId("scene-wait-words");
     this.isClosed = false;
-    this.changedGhost = whenChanged();
     this.changedLegend = whenChanged();
     this.holding = false;
     this.opacityWords = h("span", { class: "number" });
@@ -37,16 +42,31 @@ export class SceneFrame {
       CUTS.map(([value, label]) => h("option", { value }, label)));
     this.slices = h("select", { "aria-label": "CT slices in the scene", id: "slices-in-scene", onchange: () => this.sendSlices() },
       SLICES.map(([value, label]) => h("option", { value }, label)));
+    /** @type {CSSStyleSheet | null} of the page within the frame */
+    this.sheet = null;
+    /** @type {SceneLayer | null} */
+    this.layer = null;
+    /** @type {boolean | null} whether the scene is being drawn */
+    this.drawn = null;
     this.showTools();
     this.frame.addEventListener("load", () => this.loaded());
+    window.addEventListener(THEMED, () => this.colour());
+    window.addEventListener(LAID_OUT, () => this.drawIfSeen());
+    new ResizeObserver(() => this.drawIfSeen()).observe(this.frame);
     window.addEventListener(LET_GO, () => this.pointerGone());
   }
 
   showTools() {
     const views = h("div", { class: "tool-strip views", role: "group", "aria-label": "Standard views" }, VIEWS.map(([view, label]) =>
-      h("button", { type: "button", "data-view": view, onclick: () => this.connection.send("view.camera", { view }) }, label)));
-    const look = h("div", { class: "tool-strip column" },
+      h("button", { type: "button", "data-view": view, onclick: () => this.look(view) }, label)));
+    const look = h("div", { class: "tool-strip column", id: "look" },
       h("label", { class: "field" }, h("span", { class: "field-label" }, "Bone", this.opacityWords), this.opacity), this.cut, this.slices);
+    /** @type {HTMLButtonElement} */
+    const toggle = h("button", {
+      type: "button", id: "look-toggle", "aria-expanded": "false", "aria-controls": "look",
+      onclick: () => toggle.setAttribute("aria-expanded", String(look.classList.toggle("open"))),
+    }, "Bone and cut");
+    views.append(toggle);
     byId("view-tools").append(views, look);
   }
 
@@ -69,6 +89,7 @@ export class SceneFrame {
   open() {
     this.wait.hidden = false;
     this.isClosed = false;
+    this.undress();
     const { tab } = this.connection;
     const resolution = drawsInSoftware() ? `&fixedDpr=${SOFTWARE_RESOLUTION}` : "";
     this.frame.src = `/scene/?tab=${tab}${resolution}`;
@@ -77,6 +98,7 @@ export class SceneFrame {
   /** Without a session there is no scene either: its viewer must not go on asking for one. */
   close() {
     this.isClosed = true;
+    this.undress();
     this.wait.hidden = false;
     this.waitWords.textContent = "No scene without a connection.";
     this.frame.src = "about:blank";
@@ -86,6 +108,7 @@ export class SceneFrame {
     const inner = /** @type {(Window & typeof globalThis) | null} */ (this.frame.contentWindow);
     if (!inner || inner.location.href === "about:blank") return;
     this.dress(inner);
+    this.reach(inner);
     // capture: before the viewer sees the event, so that keys mean the same here as in the page around
     inner.addEventListener("keydown", (event) => this.keys.down(event), { capture: true });
     inner.addEventListener("keyup", (event) => this.keys.up(event), { capture: true });
@@ -95,19 +118,74 @@ export class SceneFrame {
   }
 
   /**
-   * The viewer's own panel and logo stay out of the way; the ground takes the page's colour.
+   * The ground takes the page's colour.
    * @param {Window & typeof globalThis} inner
    */
   dress(inner) {
-    const sheet = new inner.CSSStyleSheet();
-    sheet.replaceSync(DRESS);
-    inner.document.adoptedStyleSheets = [...inner.document.adoptedStyleSheets, sheet];
+    this.sheet = new inner.CSSStyleSheet();
+    inner.document.adoptedStyleSheets = [...inner.document.adoptedStyleSheets, this.sheet];
+    this.colour();
+  }
+
+  /** The canvas is clear where nothing is drawn: the frame's ground shows, in the colour of the page's theme. */
+  colour() {
+    const ground = getComputedStyle(document.documentElement).getPropertyValue("--scene-ground").trim();
+    this.sheet?.replaceSync(`html, body, canvas[data-engine] { background: ${ground} !important; }`);
+  }
+
+  /**
+   * Add what viser has not; where its canvas cannot be reached, the scene goes on as viser draws it.
+   * @param {Window} inner
+   */
+  async reach(inner) {
+    try {
+      const layer = await SceneLayer.attach(inner, byId("scene-labels"), () => this.frame.contentWindow === inner && !inner.closed && this.sheet !== null);
+      if (!layer || this.frame.contentWindow !== inner) return;
+      this.layer = layer;
+      this.drawn = null;
+      this.drawIfSeen();
+      this.connection.send("view.labels", { by_page: true });
+      this.update(this.connection.state);
+    } catch (error) {
+      console.error(error);
+      this.connection.send("view.labels", { by_page: false });
+    }
+  }
+
+  undress() {
+    this.layer?.remove();
+    this.layer = null;
+    this.sheet = null;
+  }
+
+  /** A frame that is hidden goes on drawing; it is told when nobody sees it. */
+  drawIfSeen() {
+    const seen = this.frame.checkVisibility({ visibilityProperty: true }) && this.frame.clientHeight > 0;
+    if (!this.layer || seen === this.drawn) return;
+    this.drawn = seen;
+    this.layer.hooks.draw(seen);
+  }
+
+  /** @param {Commands["view.camera"]["view"]} view */
+  look(view) {
+    this.layer?.turning.reset();
+    this.connection.send("view.camera", { view });
+  }
+
+  /**
+   * C brings what was clicked to the middle of the view.
+   * @param {KeyboardEvent} event
+   */
+  key(event) {
+    if (event.code !== "KeyC" || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return false;
+    return Boolean(this.layer?.turning.centre());
   }
 
   /** @param {PointerEvent} event */
   pointerDown(event) {
     // the viewer prevents what a press would do from a listener that cannot, and each try is an error in the console
     event.preventDefault = () => {};
+    window.dispatchEvent(new Event(TOUCHED));
     if (event.button !== 0) return;
     this.holding = true;
     this.keys.hold("pointer", true);
@@ -134,24 +212,10 @@ export class SceneFrame {
       this.slices.value = view.slices;
       this.slices.hidden = !state.case?.has_volume;
     }
-    this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
+    this.layer?.update(state.labels, state.camera);
     this.changedLegend([state.corridor?.scale, state.step?.name], () => this.renderLegend(state.corridor?.scale));
     const height = state.camera?.view_height_mm;
     this.renderScale(state.scene?.ready && height ? height / this.frame.clientHeight : null);
-  }
-
-  /** @param {GhostView | null | undefined} ghost */
-  renderGhost(ghost) {
-    const card = byId("ghost-card");
-    card.hidden = !ghost;
-    if (!ghost) return;
-    const send = (/** @type {"ghost.confirm" | "ghost.cancel"} */ type) => () => this.connection.send(type);
-    const add = h("button", { type: "button", class: "primary", id: "ghost-add", onclick: send("ghost.confirm"), title: "Enter" }, "Add here");
-    card.replaceChildren(
-      h("span", { class: "words" }, ghost.words),
-      add,
-      h("button", { type: "button", id: "ghost-cancel", onclick: send("ghost.cancel"), title: "Esc" }, "Cancel"));
-    add.focus(/** @type {FocusOptions} */ ({ preventScroll: true, focusVisible: false }));
   }
 
   /** @param {ScaleView | null | undefined} scale */
@@ -171,6 +235,10 @@ export class SceneFrame {
       return tick;
     }));
     legend.replaceChildren(h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 2)}`), bar, ticks);
+    if (!scale.unknown) return;
+    const swatch = h("span", { class: "legend-swatch" });
+    swatch.style.background = scale.unknown;
+    legend.append(h("div", { class: "legend-unknown" }, swatch, "not reached by the tool"));
   }
 
   /** @param {number | null} perPixel mm */
@@ -192,7 +260,3 @@ function drawsInSoftware() {
   gl?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
-
-const DRESS = `
-  html, body, canvas[data-engine] { background: #101317 !important; }
-`;

@@ -1,4 +1,4 @@
-// The pictures of a CT slice on their way.
+// Loads the pictures of a CT slice.
 import { svg } from "./dom.js";
 /** @import { Connection } from "./connection.js" */
 /** @import { SlicePlane } from "./types.js" */
@@ -7,7 +7,7 @@ import { svg } from "./dom.js";
 
 const TRY_AGAIN_MS = 3000;
 
-/** Fetches the pictures of the newest wanted plane; at most one plane is on its way, and a failure shows none. */
+/** Fetches the pictures of the newest wanted plane; at most one plane is being fetched, and a failure shows none. */
 export class Loader {
   /**
    * @param {SVGGElement} coming holds pictures while they load

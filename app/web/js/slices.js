@@ -1,49 +1,108 @@
-// The three CT slices: cross-hair, points, and clicks that mean a place in the head.
-import { h, svg } from "./dom.js";
-import { mm } from "./format.js";
-import { cutNear } from "./near-plane.js";
-import { Loader } from "./slice-loader.js";
-import { sizeOf, toPatient, toPicture } from "./slice-geometry.js";
+// The CT slices: three through the crosshair and one across the path, cut in this window from the CT's own voxels.
+import { h } from "./dom.js";
+import { ENLARGE, LAID_OUT } from "./layout.js";
+import { Crosshair } from "./slices/crosshair.js";
+import { Foot } from "./slices/foot.js";
+import { GreyValues } from "./slices/grey-values.js";
+import { Measures } from "./slices/measures.js";
+import { OverlayControls } from "./slices/overlay-controls.js";
+import { Pane } from "./slices/pane.js";
+import { Painting } from "./slices/painting.js";
+import { PathFrames } from "./slices/path-frames.js";
+import { ToolPoses } from "./slices/tool-poses.js";
+import { VolumeLink } from "./slices/volume-link.js";
+import { paintBrush } from "./paint-brush.js";
+import { thresholdPreview } from "./threshold-preview.js";
 /** @import { Connection } from "./connection.js" */
-/** @import { PlaceNear } from "./near-plane.js" */
-/** @import { Position } from "./slice-geometry.js" */
-/** @import { ItemEntry, SlicePlane, SlicesSection, ViewModel } from "./types.js" */
+/** @import { Triple } from "./slices/grid.js" */
+/** @import { ViewName } from "./slices/pane.js" */
+/** @import { Axes, AxisName } from "./slices/port.js" */
+/** @import { SlicesSection, ViewModel } from "./types.js" */
 
-/** @typedef {{ name: keyof SlicesSection["planes"], title: string, normal: number, letters: Record<string, string> }} Axis */
-/** @typedef {{ item: ItemEntry | null | undefined, from: [number, number], dragging: boolean, planning: boolean }} Grab */
 /** @typedef {ViewModel & { case: NonNullable<ViewModel["case"]>, slices: SlicesSection }} StateWithSlices */
+/** @typedef {"cross" | "window" | "distance" | "angle" | "paint"} Tool what the mouse does */
 
-/** @type {Axis[]} */
-const AXES = [
-  { name: "axial", title: "Axial", normal: 2, letters: { left: "R", right: "L", top: "A", bottom: "P" } },
-  { name: "coronal", title: "Coronal", normal: 1, letters: { left: "R", right: "L", top: "S", bottom: "I" } },
-  { name: "sagittal", title: "Sagittal", normal: 0, letters: { left: "A", right: "P", top: "S", bottom: "I" } },
-];
-const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the rest faint
-const GRAB_PX = 8;
-const SAME_MM = 2e-3; // positions come back rounded to 0.001 mm
-/** @type {[string, string, number, number][]} name, label, window, level */
-const WINDOWS = [["bone", "Bone", 2500, 600], ["sinus", "Sinus", 2000, -200], ["soft", "Soft tissue", 400, 40]];
+/** @type {ViewName[]} */
+const VIEWS = ["axial", "coronal", "sagittal", "path"];
+const FOLLOW_MS = 250; // a moving tip moves the planner's slices no more often
+const FOLLOW_MM = 0.4;
 
-export class Slices {
+/**
+ * What the panes share, and the element they stand in.
+ */
+export class Slices extends EventTarget {
   /**
    * @param {HTMLElement} root
    * @param {Connection} connection
    */
   constructor(root, connection) {
+    super();
+    this.root = root;
     this.connection = connection;
-    this.zoom = 2;
-    this.stages = AXES.map((axis) => new SliceStage(axis, connection, () => this.zoom));
-    this.zoomInput = h("input", { type: "range", min: 1, max: 6, step: 0.25, value: 2, "aria-label": "Zoom of the slices", oninput: () => this.setZoom() });
-    this.zoomWords = h("span", { class: "number" }, "2.0×");
-    this.window = h("select", { "aria-label": "Grey values", onchange: () => this.setWindow() },
-      WINDOWS.map(([value, label]) => h("option", { value }, label)));
-    this.foot = h("div", { class: "slices-foot" },
-      h("label", { class: "field" }, h("span", { class: "field-label" }, "Zoom", this.zoomWords), this.zoomInput), this.window);
+    /** @type {StateWithSlices | null} */
+    this.state = null;
+    /** @type {Tool} */
+    this.tool = "cross";
+    /** @type {ViewName | null} the slice that fills the viewing area */
+    this.layout = null;
+    this.link = new VolumeLink();
+    this.second = new OverlayControls(this.link, connection);
+    this.crosshair = new Crosshair(connection);
+    this.greys = new GreyValues(connection);
+    this.measures = new Measures();
+    this.poses = new ToolPoses();
+    /** @type {PathFrames | null} */
+    this.frames = null;
+    this.along = 0; // arc length of the view across the path, mm
+    /** @type {number | null} */
+    this.shownTool = null; // arc length at which the Plan step shows the tool, mm
+    this.outlined = true; // the cuts of the structures' surfaces are drawn
+    this.outlinesAsked = ""; // the surfaces whose cuts the worker draws
+    /** @type {Triple | undefined} the tip while a robot is shown */
+    this.tip = undefined;
+    /** @type {Triple | null} where the slices followed it last */
+    this.followed = null;
+    /** @type {ReturnType<typeof setTimeout> | null} */
+    this.followTimer = null;
+    this.caseId = "";
+    this.curveKey = "";
+    this.planned = false;
+    this.panes = VIEWS.map((name) => new Pane(name, this));
+    this.foot = new Foot(this);
     this.empty = h("p", { class: "slices-empty" });
-    root.append(...this.stages.map((stage) => stage.element), this.foot, this.empty);
+    this.painting = new Painting(this);
+    root.append(...this.panes.map((pane) => pane.element), this.foot.element, this.empty);
+    this.listen();
     this.update({}); // nothing is known of the head yet
-    connection.addEventListener("link", () => { for (const stage of this.stages) stage.unanswered(); });
+  }
+
+  listen() {
+    const all = () => this.plan(() => { for (const pane of this.panes) pane.refresh(); });
+    this.crosshair.addEventListener("move", all);
+    this.crosshair.addEventListener("elsewhere", () => { for (const pane of this.panes) if (pane.name !== "path") pane.follow(); });
+    this.greys.addEventListener("change", all);
+    this.second.addEventListener("change", all);
+    this.link.addEventListener("change", () => this.linked());
+    this.link.addEventListener("outlines", all);
+    this.measures.addEventListener("change", () => this.mark());
+    this.poses.addEventListener("change", () => this.mark());
+    thresholdPreview.addEventListener("kept", () => this.link.keep(thresholdPreview.kept));
+    thresholdPreview.addEventListener("change", () => this.greys.tint(thresholdPreview.value));
+    this.connection.addEventListener("link", () => this.unanswered());
+    window.addEventListener(LAID_OUT, (event) => this.laidOut(/** @type {CustomEvent<string>} */ (event).detail));
+  }
+
+  /**
+   * Draw once per frame, whatever asks for it in between.
+   * @param {() => void} draw
+   */
+  plan(draw) {
+    if (this.planned) return;
+    this.planned = true;
+    requestAnimationFrame(() => {
+      this.planned = false;
+      draw();
+    });
   }
 
   /** @param {ViewModel} state */
@@ -51,23 +110,275 @@ export class Slices {
     const available = hasSlices(state);
     this.empty.hidden = available || !state.case;
     this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "This head came as a surface, without a CT. Slices need a CT volume.";
-    this.foot.hidden = !available;
-    for (const stage of this.stages) {
-      stage.element.hidden = !available;
-      if (available) stage.update(state);
+    this.foot.element.hidden = !available;
+    this.state = available ? state : null;
+    this.poses.update(state);
+    this.updateCurve(state);
+    this.followTool(state);
+    for (const pane of this.panes) pane.element.hidden = !available || (pane.name === "path" && !this.frames);
+    this.root.dataset.panes = String(this.panes.filter((pane) => !pane.element.hidden).length);
+    if (this.layout === "path" && !this.frames) this.enlarge(null);
+    if (available) this.show(state);
+    this.tip = available && state.step?.input === "drive" ? state.rehearsal?.tip : undefined;
+    this.foot.followField.hidden = !this.tip;
+    this.followTip();
+  }
+
+  /** @param {StateWithSlices} state */
+  show(state) {
+    const another = state.case.id !== this.caseId;
+    if (another) {
+      this.caseId = state.case.id;
+      this.crosshair.forget();
+      this.measures.clear();
+      this.second.forget();
+      this.foot.forget();
+      for (const pane of this.panes) pane.forget();
     }
-    if (available) this.window.value = state.slices.window_name;
+    this.crosshair.heard(state.slices);
+    this.greys.heard(state.slices);
+    if (another) {
+      this.centreAll();
+      if (this.frames) this.along = this.frames.nearest(this.crosshair.place ?? this.middle);
+      this.link.open(state.case.id, state.case.volumes);
+      this.outlinesAsked = "";
+      this.foot.update();
+    }
+    this.second.update(state);
+    this.askOutlines();
+    for (const pane of this.panes) {
+      if (!this.link.ready) pane.refresh();
+      pane.mark();
+    }
   }
 
-  setZoom() {
-    this.zoom = Number(this.zoomInput.value);
-    this.zoomWords.textContent = `${this.zoom.toFixed(1)}×`;
-    for (const stage of this.stages) stage.draw();
+  /**
+   * The path as its spline runs; nothing of it while there is none.
+   * @param {ViewModel} state
+   */
+  updateCurve({ curve }) {
+    const points = curve?.points ?? [];
+    const key = JSON.stringify(points);
+    if (key === this.curveKey) return;
+    this.curveKey = key;
+    const before = this.frames;
+    this.frames = framesOf(points);
+    if (!this.frames) return;
+    this.along = before ? Math.min(this.along, this.frames.length) : this.frames.nearest(this.crosshair.place ?? this.middle);
+    this.panes[3].refresh();
   }
 
-  setWindow() {
-    const [name, , window, level] = WINDOWS[this.window.selectedIndex];
-    this.connection.send("slice.window", { name, window, level });
+  /**
+   * The view across the path goes where the tool is shown.
+   * @param {ViewModel} state
+   */
+  followTool({ corridor }) {
+    const shown = corridor?.shown_mm ?? null;
+    if (shown === this.shownTool || !this.frames) return;
+    this.shownTool = shown;
+    if (shown === null) return;
+    this.along = Math.min(this.frames.length, shown);
+    this.panes[3].refresh();
+  }
+
+  /** The voxels have come nearer, are there, or did not come. */
+  linked() {
+    this.askOutlines();
+    for (const pane of this.panes) pane.refresh();
+  }
+
+  unanswered() {
+    this.crosshair.forget();
+    this.greys.forget();
+    this.link.again();
+    for (const pane of this.panes) pane.loader.again();
+  }
+
+  mark() {
+    for (const pane of this.panes) pane.mark();
+  }
+
+  // -- what the panes ask
+
+  /** The middle of the scan, LPS mm. @returns {Triple} */
+  get middle() {
+    const [low, high] = this.crosshair.bounds;
+    if (!Number.isFinite(low[0])) return [0, 0, 0];
+    return [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2];
+  }
+
+  /**
+   * Width and height of the scan in a view, mm.
+   * @param {Axes} axes
+   */
+  extent({ u, v }) {
+    const [low, high] = this.crosshair.bounds;
+    return [u, v].map((way) => way.reduce((sum, part, axis) => sum + Math.abs(part) * (high[axis] - low[axis]), 0));
+  }
+
+  /**
+   * Whether a place is within the box of the scan.
+   * @param {Triple} place
+   */
+  holds(place) {
+    const [low, high] = this.crosshair.bounds;
+    return place.every((value, axis) => value >= low[axis] - 1e-6 && value <= high[axis] + 1e-6);
+  }
+
+  get frame() {
+    return this.frames?.at(this.along) ?? null;
+  }
+
+  /** The tool as it is driven; else as the dry run brings it to the place of the view across the path. */
+  get pose() {
+    const { step, tool, rehearsal } = this.state ?? {};
+    if (step?.input !== "drive") return this.poses.at(this.along);
+    if (!tool?.segments.length || !tool.radii_mm) return null;
+    const segments = /** @type {[Triple, Triple][]} */ (tool.segments);
+    return { segments, radii: tool.radii_mm, margin: rehearsal?.margin_mm ?? 0 };
+  }
+
+  /** Whether a click adds something to the plan. */
+  get adds() {
+    const { plan, regions, step } = this.state ?? {};
+    return Boolean(step?.input === "edit" && plan && !plan.locked && (plan.add_mode !== "none" || regions?.drawing));
+  }
+
+  /** Whether Escape takes back what a click has begun, before it ends anything of the slices. */
+  get halfDone() {
+    const { plan, regions, shaft, step } = this.state ?? {};
+    return step?.input === "edit" && Boolean(plan?.ghost || regions?.drawing || shaft?.aiming);
+  }
+
+  /**
+   * Pictures of a slice as the planner draws them, the wide one first.
+   * @param {StateWithSlices} state
+   * @param {AxisName} axis
+   */
+  addresses(state, axis) {
+    const { window, level, planes } = state.slices;
+    const address = `/api/cases/${encodeURIComponent(state.case.id)}/slices/${axis}`
+      + `?position_mm=${planes[axis].position.toFixed(3)}&window=${window}&level=${level}`;
+    const fine = planes[axis].detail && state.case.detail;
+    return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];
+  }
+
+  // -- what hands and keys do
+
+  /** @param {Tool} tool */
+  choose(tool) {
+    this.measures.cancel();
+    this.tool = tool;
+    paintBrush.set({ held: tool === "paint" });
+    this.root.dataset.hand = tool;
+    this.foot.update();
+  }
+
+  /** @param {Triple} place */
+  measure(place) {
+    if (this.tool === "distance" || this.tool === "angle") this.measures.add(this.tool, place);
+  }
+
+  /** What Escape ends in the slices; returns whether there was something. */
+  escape() {
+    if (this.measures.cancel()) return true;
+    if (this.tool !== "cross") {
+      this.choose("cross");
+      return true;
+    }
+    if (!this.layout) return false;
+    this.enlarge(null);
+    return true;
+  }
+
+  /**
+   * Ask the layout to let one slice fill the viewing area, or, with null, to show several again.
+   * @param {ViewName | null} name
+   */
+  enlarge(name) {
+    if (name === this.layout || (name === "path" && !this.frames)) return;
+    window.dispatchEvent(new CustomEvent(ENLARGE, { detail: name }));
+  }
+
+  /**
+   * The layout has changed.
+   * @param {string} layout
+   */
+  laidOut(layout) {
+    const name = VIEWS.find((view) => view === layout) ?? null;
+    if (name === this.layout) return;
+    this.layout = name;
+    for (const pane of this.panes) pane.large.setAttribute("aria-pressed", String(pane.name === name));
+    if (name) this.panes[VIEWS.indexOf(name)].stage.focus({ preventScroll: true });
+  }
+
+  /**
+   * The view across the path goes to an arc length, and the crosshair with it.
+   * @param {number} s mm
+   */
+  goAlong(s) {
+    if (!this.frames) return;
+    this.along = Math.min(this.frames.length, Math.max(0, s));
+    this.crosshair.move(this.frames.at(this.along).place);
+    for (const pane of this.panes) if (pane.name !== "path") pane.follow();
+  }
+
+  /** @param {number} zoom */
+  zoomAll(zoom) {
+    for (const pane of this.panes) pane.zoomTo(zoom);
+    this.zoomed(zoom);
+  }
+
+  /** @param {number} zoom of the pane that was zoomed last */
+  zoomed(zoom) {
+    this.foot.zoomed(zoom);
+  }
+
+  centreAll() {
+    for (const pane of this.panes) if (pane.name !== "path") pane.centre(this.crosshair.place ?? this.middle);
+  }
+
+  /** @param {boolean} on */
+  outline(on) {
+    this.outlined = on;
+    this.askOutlines();
+    for (const pane of this.panes) pane.refresh();
+  }
+
+  /** Have the worker load the surfaces that are drawn; again where structures have come or gone. */
+  askOutlines() {
+    if (!this.outlined || !this.link.ready || !this.state) return;
+    const wanted = this.state.case.outlines.map(({ surface, colour }) => ({ name: surface, colour }));
+    const key = JSON.stringify(wanted);
+    if (key === this.outlinesAsked) return;
+    this.outlinesAsked = key;
+    this.link.outline(wanted);
+  }
+
+  /** @param {string} words */
+  tell(words) {
+    this.foot.said.textContent = words;
+  }
+
+  followAgain() {
+    this.followed = null;
+    this.followTip();
+  }
+
+  /** Bring the slices to the newest tip, at most once in FOLLOW_MS. */
+  followTip() {
+    const [from, to] = [this.followed, this.tip];
+    if (!this.foot.follow.checked || !to || this.followTimer) return;
+    if (from && Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]) < FOLLOW_MM) return;
+    this.followTimer = setTimeout(() => {
+      this.followTimer = null;
+      if (!this.foot.follow.checked || !this.tip || !this.connection.connected) return;
+      this.followed = this.tip;
+      if (this.frames) this.along = this.frames.nearest(this.tip);
+      this.crosshair.move(this.tip);
+      for (const pane of this.panes) if (pane.name !== "path") pane.follow();
+      this.followTip();
+    }, FOLLOW_MS);
   }
 }
 
@@ -79,315 +390,11 @@ function hasSlices(state) {
   return Boolean(state.case?.has_volume && state.slices);
 }
 
-class SliceStage {
-  /**
-   * @param {Axis} axis
-   * @param {Connection} connection
-   * @param {() => number} zoom
-   */
-  constructor(axis, connection, zoom) {
-    this.axis = axis;
-    this.connection = connection;
-    this.zoomOf = zoom;
-    this.pictures = svg("g");
-    this.coming = svg("g", { visibility: "hidden" });
-    this.loader = new Loader(this.coming, connection, (plane, images) => this.loaded(plane, images));
-    /** @type {number[]} positions asked for whose answer is not there yet, oldest first */
-    this.sent = [];
-    /** @type {number | null} the position that the newest wish leads to */
-    this.wanted = null;
-    /** @type {number | null} the planner's position */
-    this.known = null;
-    /** @type {number | null} */
-    this.timer = null;
-    /** @type {StateWithSlices | null} */
-    this.state = null;
-    /** @type {SlicePlane | null} what the planner has said last */
-    this.newest = null;
-    /** @type {SlicePlane | null} what is drawn */
-    this.plane = null;
-    /** @type {string | null} */
-    this.caseId = null;
-    /** @type {Grab | null} */
-    this.grab = null;
-    this.view = { x: 0, y: 0, perPixel: 1 }; // upper left corner and scale of what is shown, mm
-    this.marks = svg("g");
-    this.svg = svg("svg", { preserveAspectRatio: "xMidYMid meet" }, this.coming, this.pictures, this.marks);
-    this.failed = h("div", { class: "slice-failed", hidden: true }, "This slice could not be loaded. It is tried again.");
-    const letters = Object.entries(axis.letters).map(([side, letter]) => h("span", { class: `slice-letter ${side}`, "aria-hidden": "true" }, letter));
-    this.stage = h("div", {
-      class: "slice-stage", tabIndex: 0, role: "application", "data-axis": axis.name,
-      "aria-label": `${axis.title} slice. Arrow keys and wheel move through the head, a click adds what is chosen in the panel.`,
-      onpointerdown: (event) => this.pressed(event), onpointermove: (event) => this.moved(event), onpointerup: (event) => this.lifted(event),
-      onpointercancel: () => { this.grab = null; }, onkeydown: (event) => this.key(event),
-    }, this.svg, letters, this.failed);
-    this.stage.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
-    new ResizeObserver(() => this.draw()).observe(this.stage);
-    this.where = h("span", { class: "number" });
-    /** @type {HTMLInputElement} */
-    this.slider = h("input", { type: "range", "aria-label": `Position of the ${axis.name} slice in mm`, oninput: () => this.goTo(Number(this.slider.value)) });
-    this.element = h("div", { class: "slice" },
-      h("div", { class: "slice-head" }, axis.title, this.where), this.stage, h("div", { class: "slice-slide" }, this.slider));
+/** @param {Triple[]} points */
+function framesOf(points) {
+  try {
+    return new PathFrames(points);
+  } catch {
+    return null; // fewer than two places
   }
-
-  /** @param {StateWithSlices} state */
-  update(state) {
-    this.state = state;
-    const { lo, hi, step, position } = this.newest = state.slices.planes[this.axis.name];
-    if (state.case.id !== this.caseId) this.forget(state.case.id);
-    this.answered(position);
-    Object.assign(this.slider, { min: String(lo), max: String(hi), step: String(step) });
-    this.slider.value = String(this.wanted ?? position);
-    this.loader.want(this.newest, this.addresses(state, this.newest));
-    this.draw();
-  }
-
-  /**
-   * Another head: nothing of the one before may stay.
-   * @param {string} caseId
-   */
-  forget(caseId) {
-    this.caseId = caseId;
-    this.plane = this.wanted = null;
-    this.sent = [];
-    this.loader.clear();
-    this.pictures.replaceChildren();
-    this.marks.replaceChildren();
-    this.where.textContent = "";
-  }
-
-  /**
-   * The planner's position: the answer to a wish of ours, or a move from elsewhere, which ends all wishes.
-   * @param {number} position
-   */
-  answered(position) {
-    const index = this.sent.findIndex((sent) => Math.abs(sent - position) < SAME_MM);
-    if (position === this.known) return;
-    this.known = position;
-    this.sent = index < 0 ? [] : this.sent.slice(index + 1);
-    if (!this.sent.length && !this.timer) this.wanted = null;
-  }
-
-  /** Another line: what was asked on the one before is not answered any more. */
-  unanswered() {
-    this.sent = [];
-    this.wanted = null;
-    this.loader.again();
-  }
-
-  /**
-   * @param {StateWithSlices} state
-   * @param {SlicePlane} plane
-   */
-  addresses(state, plane) {
-    const { window, level } = state.slices;
-    const address = `/api/cases/${encodeURIComponent(state.case.id)}/slices/${this.axis.name}`
-      + `?position_mm=${plane.position.toFixed(3)}&window=${window}&level=${level}`;
-    const fine = plane.detail && state.case.detail;
-    return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];
-  }
-
-  /**
-   * Picture, label and marks change together, so that none says something of another slice.
-   * @param {SlicePlane} plane
-   * @param {SVGImageElement[] | null} images
-   */
-  loaded(plane, images) {
-    this.plane = plane;
-    this.where.textContent = `${"LPS"[this.axis.normal]} ${mm(plane.position)}`;
-    this.failed.hidden = images !== null;
-    this.pictures.replaceChildren(...(images ?? []));
-    this.draw();
-  }
-
-  draw() {
-    const { plane, state } = this;
-    if (!plane || !state || !this.stage.clientWidth) return;
-    const project = (/** @type {Position} */ point) => toPicture(plane, this.axis.normal, point);
-    const { width, height } = sizeOf(plane);
-    const zoom = this.zoomOf();
-    const fit = Math.max(width / this.stage.clientWidth, height / this.stage.clientHeight); // mm per pixel that shows all
-    const shownWidth = (fit / zoom) * this.stage.clientWidth;
-    const shownHeight = (fit / zoom) * this.stage.clientHeight;
-    const centre = zoom > 1 ? project(state.slices.cross) : { x: width / 2, y: height / 2 };
-    this.view = { x: centre.x - shownWidth / 2, y: centre.y - shownHeight / 2, perPixel: fit / zoom };
-    this.svg.setAttribute("viewBox", `${this.view.x} ${this.view.y} ${shownWidth} ${shownHeight}`);
-    const [wide, fine] = this.pictures.children;
-    if (wide) setBox(wide, 0, 0, width, height);
-    if (fine && plane.detail) {
-      const size = sizeOf(plane.detail);
-      const first = project(plane.detail.origin); // the centre of its first pixel
-      setBox(fine, first.x - size.width / plane.detail.columns / 2, first.y - size.height / plane.detail.rows / 2, size.width, size.height);
-    }
-    this.drawMarks(state, project, width, height);
-  }
-
-  /**
-   * @param {StateWithSlices} state
-   * @param {(point: Position) => PlaceNear} project
-   * @param {number} width
-   * @param {number} height
-   */
-  drawMarks(state, project, width, height) {
-    const radius = 3.6 * this.view.perPixel;
-    const cross = project(state.slices.cross);
-    /** @type {SVGElement[]} */
-    const marks = [
-      svg("line", { class: "cross-hair", x1: 0, x2: width, y1: cross.y, y2: cross.y }),
-      svg("line", { class: "cross-hair", y1: 0, y2: height, x1: cross.x, x2: cross.x }),
-    ];
-    const line = (/** @type {Position[]} */ places, /** @type {string} */ kind) => marks.push(...drawnLine(places.map(project), kind));
-    line(state.curve?.points ?? [], "slice-path");
-    const { driven, plan } = state; // a rehearsal of the plan as it was shows what it drives
-    const selected = driven ? null : plan?.selected;
-    const { points, targets } = driven ?? plan ?? { points: [], targets: [] };
-    for (const item of points) marks.push(drawnMark(project(item.position), radius, "slice-point", item.id === selected));
-    for (const item of targets) marks.push(drawnMark(project(item.position), radius, "slice-target", item.id === selected));
-    if (!driven && plan?.ghost) marks.push(drawnMark(project(plan.ghost.position), radius * 1.3, "slice-point ghost", false));
-    if (state.step?.name === "rehearse") for (const segment of state.tool?.segments ?? []) line(segment, "slice-tool");
-    this.marks.replaceChildren(...marks);
-  }
-
-  /**
-   * The place in the head under the pointer, LPS mm; null beside the picture.
-   * @param {PointerEvent} event
-   */
-  place(event) {
-    const box = this.stage.getBoundingClientRect();
-    const x = this.view.x + (event.clientX - box.left) * this.view.perPixel;
-    const y = this.view.y + (event.clientY - box.top) * this.view.perPixel;
-    return this.plane && toPatient(this.plane, x, y);
-  }
-
-  /**
-   * The point or target that is drawn under the pointer and lies near the plane.
-   * @param {PointerEvent} event
-   */
-  under(event) {
-    const { plane } = this;
-    const plan = this.state?.plan;
-    if (!plane || !plan) return undefined;
-    const box = this.stage.getBoundingClientRect();
-    return [...plan.points, ...plan.targets].find((item) => {
-      const { x, y, away } = toPicture(plane, this.axis.normal, item.position);
-      if (Math.abs(away) > NEAR_MM) return false;
-      const dx = (x - this.view.x) / this.view.perPixel - (event.clientX - box.left);
-      const dy = (y - this.view.y) / this.view.perPixel - (event.clientY - box.top);
-      return Math.hypot(dx, dy) <= GRAB_PX;
-    });
-  }
-
-  /** @param {PointerEvent} event */
-  pressed(event) {
-    if (event.button !== 0 || !this.plane) return;
-    this.stage.setPointerCapture(event.pointerId);
-    const planning = this.state?.step?.name === "plan" && !event.shiftKey;
-    const item = planning ? this.under(event) : null;
-    this.grab = { item, from: [event.clientX, event.clientY], dragging: false, planning };
-    if (item) this.connection.send("item.select", { item_id: item.id });
-  }
-
-  /** @param {PointerEvent} event */
-  moved(event) {
-    if (!this.grab) return;
-    const [x, y] = this.grab.from;
-    if (!this.grab.dragging && Math.hypot(event.clientX - x, event.clientY - y) < 4) return;
-    this.grab.dragging = true;
-    const place = this.place(event);
-    if (!place) return;
-    if (!this.grab.item) this.connection.send("slice.cross", { position: place });
-    else if (!this.state?.plan?.locked) this.connection.send("item.drag", { item_id: this.grab.item.id, position: place });
-  }
-
-  /** @param {PointerEvent} event */
-  lifted(event) {
-    const { grab } = this;
-    this.grab = null;
-    if (!grab) return;
-    if (grab.dragging) {
-      if (grab.item) this.connection.send("item.drop", { item_id: grab.item.id });
-      return;
-    }
-    const place = this.place(event);
-    if (!place || grab.item) return;
-    const plan = this.state?.plan;
-    const adds = grab.planning && plan && !plan.locked && plan.add_mode !== "none";
-    this.connection.send(adds ? "pick.slice" : "slice.cross", { position: place });
-  }
-
-  /** @param {WheelEvent} event */
-  wheel(event) {
-    event.preventDefault();
-    this.goBy(Math.sign(event.deltaY));
-  }
-
-  /** @param {KeyboardEvent} event */
-  key(event) {
-    /** @type {Record<string, number>} */
-    const turns = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10 };
-    if (!(event.key in turns)) return;
-    event.preventDefault();
-    event.stopPropagation();
-    this.goBy(turns[event.key]);
-  }
-
-  /**
-   * From where the last wish leads, not from where the planner stands until it has answered.
-   * @param {number} steps
-   */
-  goBy(steps) {
-    if (this.newest) this.goTo((this.wanted ?? this.newest.position) + steps * this.newest.step);
-  }
-
-  /**
-   * Move the slice; wishes are collected for 50 ms so that the wheel cannot flood the planner.
-   * @param {number} position
-   */
-  goTo(position) {
-    if (!this.newest) return;
-    this.wanted = Math.min(this.newest.hi, Math.max(this.newest.lo, position));
-    this.slider.value = String(this.wanted);
-    if (this.timer) return;
-    this.timer = setTimeout(() => {
-      this.timer = null;
-      if (!this.connection.connected) this.wanted = null;
-      if (this.wanted === null) return;
-      this.sent.push(this.wanted);
-      this.connection.send("slice.set", { axis: this.axis.name, position: this.wanted });
-    }, 50);
-  }
-}
-
-/**
- * A line in the head: in full where it is near the plane, dotted and faint where it is not.
- * @param {PlaceNear[]} places
- * @param {string} kind
- */
-function drawnLine(places, kind) {
-  return cutNear(places, NEAR_MM).map((run) => svg("polyline", {
-    class: run.near ? kind : `${kind} far`, points: run.places.map(({ x, y }) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" "),
-  }));
-}
-
-/**
- * @param {PlaceNear} place
- * @param {number} radius
- * @param {string} kind
- * @param {boolean} selected
- */
-function drawnMark({ x, y, away }, radius, kind, selected) {
-  const near = Math.abs(away) <= NEAR_MM;
-  const classes = selected ? `${kind} selected` : kind;
-  return svg("circle", { class: classes, cx: x, cy: y, r: near ? radius : radius * 0.6, opacity: near ? 1 : 0.45 });
-}
-
-/**
- * @param {Element} element
- * @param {number} x
- * @param {number} y
- * @param {number} width
- * @param {number} height
- */
-function setBox(element, x, y, width, height) {
-  for (const [name, value] of Object.entries({ x, y, width, height })) element.setAttribute(name, String(value));
 }

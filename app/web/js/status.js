@@ -1,7 +1,8 @@
 // The status bar: force, tip error, clearance, what holds the tool, and the details of the loop.
 import { h } from "./dom.js";
+import { isOld } from "./dry-run.js";
 import { fixed, sentence } from "./format.js";
-/** @import { DetailsSection, RehearsalSection, ViewModel } from "./types.js" */
+/** @import { CorridorSection, DetailsSection, RehearsalSection, ViewModel } from "./types.js" */
 
 /** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
 const ROWS = [
@@ -25,8 +26,8 @@ export class StatusBar {
     this.sheet.append(h("dl", { class: "facts" }, ROWS.flatMap(([name, label]) => [h("dt", {}, label), this.values.get(name)]),
       h("dt", {}, "Real-time priority"), this.priority));
     this.toggle = h("button", { type: "button", class: "plain", "aria-expanded": "false", "aria-controls": "details-sheet", onclick: () => this.fold() }, "Details");
-    root.append(this.force.element, this.tip.element, this.clearance.element, this.target.element, this.holding.element,
-      h("div", { class: "details" }, this.toggle, this.sheet));
+    this.details = h("div", { class: "details" }, this.toggle, this.sheet);
+    root.append(this.force.element, this.tip.element, this.clearance.element, this.target.element, this.holding.element, this.details);
   }
 
   fold() {
@@ -36,23 +37,24 @@ export class StatusBar {
 
   /** @param {ViewModel} state */
   update(state) {
-    const rehearsing = state.step?.name === "rehearse";
+    const driving = state.step?.input === "drive";
     /** @type {Partial<RehearsalSection>} */
-    const now = rehearsing ? state.rehearsal ?? {} : {};
+    const now = driving ? state.rehearsal ?? {} : {};
     this.force.set(now.force_n, 2, "N");
-    this.tip.set(now.mode === "path" || !rehearsing ? now.tip_error_mm : null, 3, "mm");
-    const corridor = rehearsing ? null : state.corridor;
-    this.clearance.label.textContent = rehearsing ? "Bone clearance of the tool" : "Least bone clearance";
-    this.clearance.set(rehearsing ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
+    this.tip.set(now.mode === "path" || !driving ? now.tip_error_mm : null, 3, "mm");
+    const corridor = driving ? null : state.corridor;
+    this.clearance.label.textContent = driving ? "Bone clearance of the tool" : "Least bone clearance";
+    this.clearance.set(driving ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
     const slack = (now.clearance_mm ?? NaN) - (now.margin_mm ?? NaN);
-    this.clearance.element.classList.toggle("caution", rehearsing ? slack < NEAR_MM : Boolean(corridor?.caution));
+    this.clearance.element.classList.toggle("caution", driving ? slack < NEAR_MM : Boolean(corridor?.caution));
     this.target.element.hidden = now.mode !== "inspect";
     this.target.set(now.target_error_mm, 3, "mm");
-    this.force.element.hidden = !rehearsing;
-    this.tip.element.hidden = !rehearsing;
-    this.holding.label.textContent = rehearsing ? "What holds the tool" : "Plan";
-    this.holding.value.textContent = rehearsing ? holdingWords(now) : state.corridor?.words || "–";
-    this.holding.element.classList.toggle("caution", Boolean(rehearsing ? now.held : corridor?.caution));
+    this.force.element.hidden = !driving;
+    this.tip.element.hidden = !driving;
+    this.details.hidden = !driving; // they are of the control loop
+    this.holding.label.textContent = driving ? "What holds the tool" : "Plan";
+    this.holding.value.textContent = driving ? holdingWords(now) : planWords(corridor);
+    this.holding.element.classList.toggle("caution", Boolean(driving ? now.held : corridor?.caution));
     const details = state.details ?? {};
     for (const [name, , digits, unit] of ROWS) {
       const value = this.values.get(name);
@@ -89,4 +91,16 @@ function reading(name, extra = "") {
     else value.replaceChildren(before + fixed(number, digits), h("span", { class: "unit" }, ` ${unit}`));
   };
   return { element, label, value, set };
+}
+
+const LEVELS = { fits: "Fits", tight: "Fits, within 0.2 mm of the margin", blocked: "Blocked", unknown: "Not known: the scan ends beside the tool" };
+
+/**
+ * The verdict in a few words; its sentence stands in the panel.
+ * @param {CorridorSection | null | undefined} corridor
+ */
+function planWords(corridor) {
+  if (isOld(corridor)) return "Judging the path …";
+  if (corridor?.verdict) return corridor.state === "drag" ? `${LEVELS[corridor.verdict.level]} (provisional)` : LEVELS[corridor.verdict.level];
+  return { none: "–", computing: "Driving the path …", failed: "Not known", done: "–" }[corridor?.status ?? "none"];
 }

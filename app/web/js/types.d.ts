@@ -1,8 +1,9 @@
 // Made by scripts/declarations.py from the server's types; do not edit.
 
-/** The step that is shown, those that can be gone to, and what to do next. */
+/** The step that is shown, what keys and clicks do in it, the steps that can be gone to, and what to do next. */
 export interface StepSection {
   name: string;
+  input: "none" | "edit" | "drive";
   available: string[];
   hint: string;
 }
@@ -13,12 +14,26 @@ export interface SceneSection {
   words: string;
 }
 
-/** Height of the view at the centre of the scene. */
+/** Height of the view at the centre of the scene; pivot: what the view turns about since the last click, if any. */
 export interface CameraSection {
   view_height_mm: number | null;
+  pivot: [number, number, number] | null;
 }
 
-/** The open case; loading: what is being read, None when all of it is there. */
+/** Words at a place of the scene. */
+export interface LabelView {
+  kind: string;
+  words: string;
+  position: [number, number, number];
+}
+
+/**
+ * The open case; loading: what is being read, None when all of it is there.
+ *
+ * window: width and centre of grey values that the scanner's files suggest, None where they do not.
+ * volumes: names of the CT volumes in the slices, the widest first, the finer ones over it. outlines: what can be
+ * drawn of its structures in the slices.
+ */
 export interface CaseSection {
   id: string;
   name: string;
@@ -31,6 +46,10 @@ export interface CaseSection {
   notes: string[];
   detail: string | null;
   loading: string | null;
+  window: [number, number] | null;
+  volumes: string[];
+  overlays: OverlayView[];
+  outlines: OutlineView[];
 }
 
 /** Frame of the file that the case was made of; assumed: the file did not name it. */
@@ -44,6 +63,20 @@ export interface SurfaceView {
   name: string;
   triangles: number;
   words: string;
+}
+
+/** A volume that can be laid over the open case; words: its grid. */
+export interface OverlayView {
+  id: string;
+  name: string;
+  words: string;
+  notes: string[];
+}
+
+/** A surface whose cut is drawn in the slices, and the colour. */
+export interface OutlineView {
+  surface: string;
+  colour: string;
 }
 
 /** The three slices through the cross, and the grey values [HU]. */
@@ -96,6 +129,182 @@ export interface CaseEntry {
   name: string;
   created: string;
   deleted: boolean;
+}
+
+/** The imported structures of the open case. */
+export interface StructuresSection {
+  items: StructureEntry[];
+}
+
+/**
+ * A structure beside the anatomy of the open case.
+ *
+ * colour: '#rrggbb'. notes: what is doubtful about it, in sentences. origin: 'ct' of a threshold, 'painted' of a
+ * label, 'segmentation' of a file.
+ */
+export interface StructureEntry {
+  id: string;
+  name: string;
+  colour: string;
+  shown: boolean;
+  triangles: number;
+  notes: string[];
+  origin: "ct" | "surface" | "shipped" | "segmentation" | "painted";
+}
+
+/** The painted labels of the open case. */
+export interface LabelsSection {
+  items: LabelEntry[];
+}
+
+/**
+ * A painted label of the open case.
+ *
+ * volume: the one whose grid it has. surface: whether a structure was made of it, and is still that of what is
+ * painted. unreadable: why its content cannot be read, '' where it can.
+ */
+export interface LabelEntry {
+  id: string;
+  name: string;
+  colour: string;
+  volume: string;
+  revision: number;
+  locked: boolean;
+  can_undo: boolean;
+  can_redo: boolean;
+  surface: "none" | "made" | "changed";
+  unreadable: string;
+}
+
+/**
+ * The paths of the open plan, which one is chosen, and the notes.
+ *
+ * side_caution: a sentence where the entry of the chosen path lies on the other side than it says; else ''.
+ */
+export interface PathsSection {
+  items: PathView[];
+  chosen: string;
+  side_caution: string;
+  notes: string;
+  locked: boolean;
+}
+
+/** A path of the plan; tool: its title. */
+export interface PathView {
+  id: string;
+  name: string;
+  points: number;
+  tool: string;
+  entry_side: string;
+}
+
+/** Regions of the open plan. */
+export interface RegionsSection {
+  items: RegionView[];
+  selected: string | null;
+  drawing: DrawingView | null;
+  structures: StructureChoice[];
+  locked: boolean;
+}
+
+/**
+ * A structure to spare, or a region of bone to be removed.
+ *
+ * kind: of its shape. sub: its shape and how it is kept, in words. sizes: a radius, or a box's half sizes along its
+ * axes; place: where it is taken by when it is moved, None of a structure of the case. What a purpose or a kind does
+ * not have is None.
+ */
+export interface RegionView {
+  id: string;
+  purpose: "spare" | "remove";
+  name: string;
+  kind: string;
+  sub: string;
+  sizes_mm: number[];
+  place: [number, number, number] | null;
+  shape: Record<string, unknown>;
+  colour: string;
+  visible: boolean;
+  soft: boolean;
+  margin_mm: number | null;
+  stiffness_n_per_mm: number | null;
+  max_depth_mm: number | null;
+}
+
+/** What is being drawn by clicks; places: those of a chain so far, of this radius and in this colour. */
+export interface DrawingView {
+  purpose: "spare" | "remove";
+  kind: "sphere" | "capsules" | "capsule" | "box" | "half_space" | "patch";
+  places: [number, number, number][];
+  radius_mm: number;
+  colour: string;
+  words: string;
+}
+
+/** A structure of the case that can be spared as it is. */
+export interface StructureChoice {
+  id: string;
+  name: string;
+}
+
+/** The bone that the open plan removes; words: in all, '' where nothing is to be removed. */
+export interface RemovedBoneSection {
+  items: RemovedRegionView[];
+  words: string;
+}
+
+/** The bone in a region that is to be removed, in words. */
+export interface RemovedRegionView {
+  id: string;
+  words: string;
+}
+
+/**
+ * Versions of the open plan, newest first.
+ *
+ * compared: the one whose changes since then are told, None for none. differs: whether going back to it would change
+ * the plan; it leaves the settings of the rehearsal as they are.
+ */
+export interface VersionsSection {
+  items: VersionView[];
+  compared: string | null;
+  changes: string[];
+  differs: boolean;
+  locked: boolean;
+}
+
+/** A version in the list. */
+export interface VersionView {
+  id: string;
+  name: string;
+  created: string;
+}
+
+/** What the open plan lays over its head, None for nothing; known: whether that volume is among the choices. */
+export interface SecondVolumeSection {
+  laid: LaidView | null;
+  known: boolean;
+  choices: VolumeChoice[];
+  locked: boolean;
+}
+
+/** What is laid over the head. transform: 16 numbers row by row; opacity: 0 to 1. */
+export interface LaidView {
+  case: string;
+  volume: string | null;
+  transform: number[];
+  opacity: number;
+  window: number;
+  level: number;
+}
+
+/** A volume that can be laid over the head. window, level: that it is shown with at first; None of a CT. */
+export interface VolumeChoice {
+  case: string;
+  volume: string | null;
+  name: string;
+  window: number | null;
+  level: number | null;
 }
 
 /** All plans of the case, the deleted ones included. */
@@ -201,7 +410,16 @@ export interface CurveSection {
   points: [number, number, number][];
 }
 
-/** The dry run of the plan; completed is None until it has ended. */
+/**
+ * The dry run of the plan; completed is None until it has ended.
+ *
+ * job: id of the one that computes it, None where none does. cancelled: somebody ended it.
+ * verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
+ * tool is shown, None where it is not.
+ * state: what the verdict is of: 'current' of the stored path; 'waits' an earlier answer, while this one is computed;
+ * 'drag' of the path as it would be under a hand, with the robot's base kept, 'drag_waits' of an earlier place of the
+ * hand. state_words says so.
+ */
 export interface CorridorSection {
   status: "none" | "computing" | "done" | "failed";
   words: string;
@@ -211,6 +429,12 @@ export interface CorridorSection {
   soft_tissue: SoftTissueView | null;
   warning: string;
   scale: ScaleView | null;
+  job: string | null;
+  cancelled: boolean;
+  verdict: VerdictView | null;
+  shown_mm: number | null;
+  state: "none" | "current" | "waits" | "drag" | "drag_waits";
+  state_words: string;
 }
 
 /** Soft tissue that the tool passes at most, and where its tip is then; complete: the scan holds all of it. */
@@ -220,12 +444,84 @@ export interface SoftTissueView {
   complete: boolean;
 }
 
-/** The scale of clearances [mm]: range, margin, and the colours evenly spaced from lo to hi. */
+/**
+ * The scale of clearances [mm]: range, margin, and the colours evenly spaced from lo to hi.
+ *
+ * unknown: colour of the part of the path that the tool does not reach; None where there is none.
+ */
 export interface ScaleView {
   lo: number;
   hi: number;
   margin: number;
   colours: string[];
+  unknown: string | null;
+}
+
+/**
+ * The verdict on the path: level from bone and reach, tissue_level from soft tissue.
+ *
+ * show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
+ */
+export interface VerdictView {
+  level: "fits" | "tight" | "blocked" | "unknown";
+  tissue_level: "none" | "pressed" | "deep" | "unknown";
+  parts: VerdictPart[];
+  show_mm: number;
+  nearest: string;
+  length_mm: number;
+  profile: ClearanceProfile;
+}
+
+/** A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none. */
+export interface VerdictPart {
+  words: string;
+  s_mm: number | null;
+}
+
+/**
+ * Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
+ *
+ * tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
+ */
+export interface ClearanceProfile {
+  s_mm: number[];
+  clearance_mm: number[];
+  tissue_mm: number[] | null;
+  tissue_depth_mm: number[] | null;
+}
+
+/**
+ * The shaft at the selected path point.
+ *
+ * point: its id, None where no path point is selected; aiming: the next click aims the shaft of that point.
+ * words: where the shaft leaves to, '' where the direction is left open. roll_deg: None where it is left open.
+ * bent: the tool has a bend, so that its roll matters. shown: the suggestion and alternative that the scene shows.
+ */
+export interface ShaftSection {
+  point: string | null;
+  aiming: boolean;
+  words: string;
+  roll_deg: number | null;
+  bent: boolean;
+  shown: string | null;
+}
+
+/**
+ * The cones of the targets of the open plan.
+ *
+ * state: 'current', of the stored path and targets; 'waits' while others than these are computed, the items being of
+ * before; 'none' where there is nothing to tell.
+ */
+export interface ConeSection {
+  state: "none" | "waits" | "current";
+  items: ConeView[];
+}
+
+/** A target, and the full opening angle of the round cone of all directions from which it can be inspected. */
+export interface ConeView {
+  target: string;
+  cone_deg: number;
+  words: string;
 }
 
 /** The rehearsal and who drives it; mine: this window holds the handle, holder: who else does. */
@@ -235,6 +531,7 @@ export interface RehearsalSection {
   held?: boolean;
   reason?: string;
   holding?: string;
+  so_far?: string;
   force_n?: number | null;
   tip_error_mm?: number | null;
   clearance_mm?: number | null;
@@ -296,9 +593,14 @@ export interface SettingField {
   value: number;
 }
 
-/** Switches of the rehearsal as they are wanted; words: when they come into force, '' where they are. */
+/**
+ * Switches of the rehearsal as they are wanted; words: when they come into force, '' where they are.
+ *
+ * centre: None while the remote centre is off.
+ */
 export interface OptionsSection {
   items: OptionView[];
+  centre: CentreSection | null;
   words: string;
 }
 
@@ -311,9 +613,29 @@ export interface OptionView {
   refusal: string;
 }
 
-/** Segments (start, end) of robot and tool. */
+/**
+ * Where the remote centre is; chosen: a choice's value, or 'mm' for a place in between.
+ *
+ * at_mm: along the path, None where it is not known. trouble: why it cannot be there, '' where it can.
+ */
+export interface CentreSection {
+  choices: CentreChoice[];
+  chosen: string;
+  at_mm: number | null;
+  length_mm: number;
+  trouble: string;
+}
+
+/** A place for the remote centre; value: 'entry', or the id of a path point. */
+export interface CentreChoice {
+  value: string;
+  label: string;
+}
+
+/** Axes (start, end) of the tool's parts from the tip on, and their radii; both empty without a robot. */
 export interface ToolSection {
   segments: [number, number, number][][];
+  radii_mm: number[];
 }
 
 export interface Hello {
@@ -359,13 +681,13 @@ export interface ErrorMessage {
 }
 
 /**
- * A job; `result` is the id of what it made, `error` is why it failed or was cancelled.
+ * A job; `result` is the id of its result, `error` the reason of a failure or cancellation.
  *
- * case_id: of the case that it works on, null for an import. subject: what it works on, for people.
+ * case_id: null for an import of a head. subject: name of what it works on, for display.
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "dry_run" | "run";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay";
   case_id: string | null;
   subject: string;
   created: string;
@@ -383,21 +705,23 @@ export interface ErrorWords {
   details: unknown;
 }
 
-/** The shape of every error. */
+/** The format of all errors. */
 export interface ErrorPublic {
   error: ErrorWords;
 }
 
-/** Frame and unit of a file that does not name them. */
+/** What a file leaves open: frame, unit, one of several series, the case of a segmentation. */
 export interface ImportAnswer {
   frame?: "LPS" | "RAS" | null;
   units?: "mm" | "m" | null;
+  series?: number | null;
+  into?: string | null;
 }
 
 /**
- * A URDF that was stored; name, urdf and tool_frame are what a plan's robot is set to.
+ * A stored URDF; name, urdf and tool_frame are the values for a plan's robot.
  *
- * links: that may hold the tool; ends: those without a child. notes: what was assumed because the file does not say.
+ * links: possible tool frames; ends: leaf links. notes: assumptions for values that the file lacks.
  */
 export interface OwnRobotPublic {
   name: string;
@@ -408,7 +732,7 @@ export interface OwnRobotPublic {
   notes: string[];
 }
 
-/** A plan; positions in LPS mm. */
+/** A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`. */
 export interface PlanPublic {
   schema: string;
   id: string;
@@ -430,18 +754,32 @@ export interface PlanPublic {
   deleted_at: string | null;
   unreadable: string;
   notice: string;
+  path_id: string;
+  paths: PathPublic[];
+  entry_side: string;
+  zones: ZonePublic[];
+  removed_bone: RemovedBonePublic[];
+  notes: string;
+  second_volume: SecondVolumePublic | null;
 }
 
+/**
+ * A path point or a target, LPS mm.
+ *
+ * direction: of the shaft at a path point, from the tip towards the tail, length 1; roll_deg: about it. Null: open.
+ */
 export interface PointPublic {
   id: string;
   label: string;
   position: [number, number, number];
+  direction: [number, number, number] | null;
+  roll_deg: number | null;
 }
 
 /**
  * Base: transform_base_to_patient, 16 numbers row by row, mm.
  *
- * urdf: SHA-256 of a URDF of one's own; tool_frame: its link that holds the tool. Both null of a shipped robot.
+ * urdf: SHA-256 of a custom URDF; tool_frame: its link that holds the tool. Both null for a shipped robot.
  */
 export interface RobotPublic {
   name: string;
@@ -449,6 +787,122 @@ export interface RobotPublic {
   q_start: number[] | null;
   urdf: string | null;
   tool_frame: string | null;
+}
+
+/** A path of a plan; positions in LPS mm. */
+export interface PathPublic {
+  id: string;
+  name: string;
+  points: PointPublic[];
+  tool: string;
+  tool_shape: Record<string, number>;
+  entry_side: string;
+}
+
+/** A structure to spare; shape as in a file of zones, or of the kind 'capsules' or 'structure'. */
+export interface ZonePublic {
+  id: string;
+  name: string;
+  shape: Record<string, unknown>;
+  margin_mm: number;
+  kind: string;
+  stiffness_n_per_mm: number | null;
+  max_depth_mm: number | null;
+  colour: string;
+  visible: boolean;
+}
+
+/** Bone that is to be removed before the tool goes in. */
+export interface RemovedBonePublic {
+  id: string;
+  name: string;
+  shape: Record<string, unknown>;
+}
+
+/**
+ * What is laid over the head's slices: a volume of a case by its name, else that case's widest CT.
+ *
+ * transform: 16 numbers row by row, from the second volume's LPS to the head's, mm, rigid. opacity: from 0 to 1.
+ * window, level: its values from black to white, and the value in their middle.
+ */
+export interface SecondVolumePublic {
+  case: string;
+  volume: string | null;
+  transform: number[];
+  opacity: number;
+  window: number;
+  level: number;
+}
+
+/**
+ * Alternatives, the best one first, or why there are none.
+ *
+ * kept_mm: from bone: the margin, and what the case's surface may be off.
+ */
+export interface SuggestionPublic {
+  id: string;
+  plan_id: string;
+  entry: [number, number, number];
+  target: [number, number, number];
+  tool: string;
+  kept_mm: number;
+  alternatives: AlternativePublic[];
+  none: NonePublic | null;
+}
+
+/**
+ * A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
+ *
+ * short_of_target_mm: from the path's end to the target. tight: within 0.2 mm of the margin; turns: the shaft's
+ * direction changes along the path.
+ */
+export interface AlternativePublic {
+  short_of_target_mm: number;
+  length_mm: number;
+  least_clearance_mm: number;
+  tightest_mm: number;
+  tight: boolean;
+  tissue_mm: number | null;
+  tissue_depth_mm: number | null;
+  turns: boolean;
+  points: SuggestedPoint[];
+}
+
+export interface SuggestedPoint {
+  position: [number, number, number];
+  direction: [number, number, number];
+  roll_deg: number | null;
+}
+
+/** Why there is no path: where the widest way ends, how far that is from the target, and what was searched. */
+export interface NonePublic {
+  ends_at: [number, number, number];
+  gap_mm: number;
+  reason: string;
+  searched: string;
+}
+
+/** Every shipped tool along the path of a plan at a revision. */
+export interface ToolTablePublic {
+  id: string;
+  plan_id: string;
+  revision: number;
+  tools: ToolPublic[];
+}
+
+/** How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known. */
+export interface ToolPublic {
+  tool: string;
+  title: string;
+  chosen: boolean;
+  as_planned: boolean;
+  reaches: boolean;
+  reached_mm: number | null;
+  length_mm: number;
+  least_clearance_mm: number | null;
+  tissue_mm: number | null;
+  tissue_depth_mm: number | null;
+  reason: string;
 }
 
 /** Places on the canvas in parts of its size, None for a place behind the camera; None without a camera. */
@@ -461,20 +915,30 @@ export interface ViewModel {
   camera?: CameraSection;
   case?: CaseSection | null;
   cases?: CasesSection;
+  cones?: ConeSection;
   corridor?: CorridorSection;
   curve?: CurveSection;
   details?: DetailsSection;
   driven?: ItemsSection | null;
   instruments?: InstrumentsSection;
+  labels?: LabelView[];
   options?: OptionsSection;
+  painted?: LabelsSection;
+  paths?: PathsSection | null;
   plan?: PlanSection | null;
   plans?: PlansSection;
+  regions?: RegionsSection | null;
   rehearsal?: RehearsalSection;
+  removed_bone?: RemovedBoneSection | null;
   scene?: SceneSection;
+  second_volume?: SecondVolumeSection | null;
   settings?: SettingsSection;
+  shaft?: ShaftSection;
   slices?: SlicesSection | null;
   step?: StepSection;
+  structures?: StructuresSection;
   tool?: ToolSection;
+  versions?: VersionsSection | null;
   view?: ViewSection;
 }
 
@@ -504,9 +968,14 @@ export interface Commands {
   "case.restore": {
     case_id: string;
   };
+  "clearance.hide": {};
+  "clearance.show": {
+    s_mm: number;
+  };
   "drive": {
     direction: -1 | 0 | 1;
   };
+  "dry_run.again": {};
   "ghost.cancel": {};
   "ghost.confirm": {};
   "grip.release": {};
@@ -528,8 +997,56 @@ export interface Commands {
   "item.select": {
     item_id: string;
   };
+  "label.change": {
+    label_id: string;
+    name?: string | null;
+    colour?: string | null;
+    locked?: boolean | null;
+  };
+  "label.delete": {
+    label_id: string;
+  };
+  "label.new": {
+    name: string;
+    structure_id?: string | null;
+  };
+  "label.redo": {
+    label_id: string;
+  };
+  "label.restore": {
+    label_id: string;
+  };
+  "label.stroke": {
+    label_id: string;
+    mode: "paint" | "erase";
+    brush: "disc" | "ball";
+    radius_mm: number;
+    points: [number, number, number][];
+    normal: [number, number, number];
+  };
+  "label.undo": {
+    label_id: string;
+  };
   "lock": {
     locked: boolean;
+  };
+  "path.choose": {
+    path_id: string;
+  };
+  "path.delete": {
+    path_id: string;
+  };
+  "path.duplicate": {
+    path_id: string;
+  };
+  "path.new": {};
+  "path.rename": {
+    path_id: string;
+    name: string;
+  };
+  "path.side": {
+    path_id: string;
+    side: "" | "left" | "right" | "midline";
   };
   "pick.slice": {
     position: [number, number, number];
@@ -542,6 +1059,9 @@ export interface Commands {
   };
   "plan.new": {
     name: string;
+  };
+  "plan.notes": {
+    notes: string;
   };
   "plan.open": {
     plan_id: string;
@@ -570,6 +1090,37 @@ export interface Commands {
     points: [number, number, number][];
   };
   "redo": {};
+  "region.cancel": {};
+  "region.change": {
+    region_id: string;
+    name?: string | null;
+    colour?: string | null;
+    visible?: boolean | null;
+    soft?: boolean | null;
+    margin_mm?: number | null;
+    stiffness_n_per_mm?: number | null;
+    max_depth_mm?: number | null;
+    no_depth?: boolean;
+    sizes_mm?: number[] | null;
+    place?: [number, number, number] | null;
+    turn?: boolean;
+  };
+  "region.delete": {
+    region_id: string;
+  };
+  "region.done": {};
+  "region.draw": {
+    purpose: "spare" | "remove";
+    kind: "sphere" | "capsules" | "capsule" | "box" | "half_space" | "patch";
+    sizes_mm?: number[];
+    free_side?: "R" | "L" | "A" | "P" | "S" | "I";
+  };
+  "region.select": {
+    region_id: string;
+  };
+  "region.structure": {
+    structure: string;
+  };
   "rehearsal.end": {};
   "rehearsal.let_go": {};
   "rehearsal.mode": {
@@ -580,6 +1131,8 @@ export interface Commands {
     soft_tissue: boolean;
     remote_centre: boolean;
     speed_limit: boolean;
+    centre_point?: string | null;
+    centre_mm?: number | null;
   };
   "rehearsal.pause": {};
   "rehearsal.reset": {};
@@ -588,6 +1141,26 @@ export interface Commands {
   };
   "rehearsal.start": {};
   "rehearsal.take": {};
+  "second_volume.lay": {
+    case_id: string;
+    volume?: string | null;
+    transform: number[];
+    opacity: number;
+    window: number;
+    level: number;
+  };
+  "second_volume.none": {};
+  "shaft.aim": {
+    item_id: string;
+  };
+  "shaft.aim_off": {};
+  "shaft.clear": {
+    item_id: string;
+  };
+  "shaft.roll": {
+    item_id: string;
+    roll_deg?: number | null;
+  };
   "slice.cross": {
     position: [number, number, number];
   };
@@ -603,12 +1176,55 @@ export interface Commands {
   "step.set": {
     name: string;
   };
+  "structure.change": {
+    structure_id: string;
+    name?: string | null;
+    colour?: string | null;
+  };
+  "structure.delete": {
+    structure_id: string;
+  };
+  "structure.show": {
+    structure_id?: string | null;
+    shown: boolean;
+  };
+  "suggestion.hide": {};
+  "suggestion.show": {
+    suggestion_id: string;
+    alternative: number;
+  };
+  "suggestion.use": {
+    suggestion_id: string;
+    alternative: number;
+  };
   "twist": {
     direction: -1 | 0 | 1;
   };
   "undo": {};
+  "version.compare": {
+    version_id: string;
+  };
+  "version.delete": {
+    version_id: string;
+  };
+  "version.go_back": {
+    version_id: string;
+  };
+  "version.rename": {
+    version_id: string;
+    name: string;
+  };
+  "version.restore": {
+    version_id: string;
+  };
+  "version.save": {
+    name: string;
+  };
   "view.camera": {
     view: "anterior" | "left" | "right" | "superior" | "oblique" | "nose";
+  };
+  "view.labels": {
+    by_page: boolean;
   };
   "view.set": {
     opacity?: number | null;

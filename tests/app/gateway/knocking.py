@@ -89,7 +89,7 @@ def knock(port: int, method: str, target: str, headers: list[tuple[str, str]], b
 
 def raw(port: int, data: bytes, method: str = "GET") -> Answer:
     """Send bytes, read one answer."""
-    with socket.create_connection(("127.0.0.1", port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", port), timeout=60) as connection:
         connection.sendall(data)
         response = http.client.HTTPResponse(connection, method=method)
         response.begin()
@@ -97,7 +97,7 @@ def raw(port: int, data: bytes, method: str = "GET") -> Answer:
         return Answer(response.status, response.headers, content)
 
 
-def eventually(condition: Callable[[], object], timeout: float = 10.0) -> None:
+def eventually(condition: Callable[[], object], timeout: float = 60.0) -> None:
     """Wait until something is so."""
     deadline = time.monotonic() + timeout
     while not condition():
@@ -154,7 +154,7 @@ def listening(home: Path, routers: Sequence[APIRouter]) -> Iterator[Planner]:
         server = PlannerServer(app)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 60
         while not server.started and time.monotonic() < deadline:
             time.sleep(0.01)
         assert server.started, "the planner did not start"

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import json
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,6 +23,7 @@ from app.messages.version import VERSION
 from app.steps.rehearse import routes
 from app.steps.rehearse.poses import MAX_READERS
 from app.steps.rehearse.shared_drives import SharedDrives
+from vfix_engine.runtime.ring import Ring, RowReader, write_layout
 from vfix_engine.simulation.snapshot import Snapshot
 
 PLAN = "plan-1"
@@ -36,10 +38,14 @@ def _snapshot(steps: int, joints: int = 6) -> Snapshot:
 
 
 class _Mailbox:
-    """Stands for a drive: has the newest snapshot only."""
+    """Stands for a drive: has the newest snapshot, and rows where a test writes some."""
 
     def __init__(self) -> None:
         self.newest: Snapshot | None = None
+        self.reader: RowReader | None = None
+
+    def rows(self) -> RowReader | None:
+        return self.reader
 
     def snapshot(self) -> Snapshot | None:
         return self.newest
@@ -69,7 +75,7 @@ def _open(planner: Planner, path: str = PATH) -> ClientConnection:
 
 
 def _bytes(reader: ClientConnection) -> bytes:
-    message = reader.recv(timeout=10)
+    message = reader.recv(timeout=60)
     assert isinstance(message, bytes)
     return message
 
@@ -78,7 +84,7 @@ def _end(reader: ClientConnection) -> int | None:
     """The code with which the planner ends a connection."""
     with contextlib.suppress(ConnectionClosed):
         while True:
-            reader.recv(timeout=10)
+            reader.recv(timeout=60)
     return reader.close_code
 
 
@@ -86,7 +92,7 @@ def test_a_reader_gets_the_newest_row_and_its_columns(planner: Planner, drives: 
     mailbox: Any = drives.find(PLAN)
     mailbox.newest = _snapshot(1)
     with _open(planner) as reader:
-        hello = json.loads(reader.recv(timeout=10))
+        hello = json.loads(reader.recv(timeout=60))
         assert (hello["type"], hello["version"]) == ("poses", VERSION)
         for steps in (1, 2, 3):
             mailbox.newest = _snapshot(steps)
@@ -117,11 +123,43 @@ def test_a_reader_that_is_slow_gets_no_old_rows(
 
     monkeypatch.setattr(routes.WebSocket, "send_bytes", slow)
     with _open(planner) as reader:
-        columns = json.loads(reader.recv(timeout=10))["fields"]
+        columns = json.loads(reader.recv(timeout=60))["fields"]
         at = columns.index("steps")
         rows = [np.frombuffer(_bytes(reader), dtype="<f8")[at] for _ in range(2)]
     assert taken.is_set()
     assert rows == [0.0, 1000.0]
+
+
+def test_at_control_rate_every_step_comes(planner: Planner, drives: SharedDrives) -> None:
+    """2,000 steps in two seconds, in batches; a reader that came too late is told what it has missed."""
+    mailbox: Any = drives.find(PLAN)
+    memory = Ring.memory()
+    try:
+        write_layout(memory, [("t", "s"), ("tip_x", "mm")])
+        ring, step = Ring(memory, 2), iter(range(10**9))
+        mailbox.reader = RowReader(memory.name)
+        with _open(planner, f"{PATH}&rate=control") as reader:
+            hello = json.loads(reader.recv(timeout=10))
+            assert (hello["type"], hello["fields"]) == ("poses", ["t", "tip_x"])
+            found = np.zeros((0, 2))
+            for _ in range(200):
+                for _ in range(10):
+                    ring.write(np.array([next(step), 7.0]))
+                time.sleep(0.005)
+            while len(found) < 2000:
+                found = np.concatenate([found, np.frombuffer(_bytes(reader), dtype="<f8").reshape(-1, 2)])
+            assert np.array_equal(found[:, 0], np.arange(2000.0))
+            mailbox.reader._ring.lost = 5  # as after seconds in which nobody read
+            told: Any = b""
+            while isinstance(told, bytes):
+                told = reader.recv(timeout=10)
+            assert json.loads(told) == {"type": "missed", "rows": 5}
+            mailbox.reader.ended = True
+            assert _end(reader) == 4409
+    finally:
+        mailbox.reader.close()
+        memory.close()
+        memory.unlink()
 
 
 def test_what_a_reader_is_refused_for(planner: Planner, drives: SharedDrives) -> None:
@@ -142,7 +180,7 @@ def test_a_drive_that_ends_ends_the_channel(planner: Planner, drives: SharedDriv
     mailbox: Any = drives.find(PLAN)
     mailbox.newest, mailbox.watchers = _snapshot(1), {WATCHER.id}
     with _open(planner) as reader:
-        reader.recv(timeout=10)
+        reader.recv(timeout=60)
         drives.leave(mailbox, WATCHER)
         assert _end(reader) == 4404
 
@@ -152,7 +190,7 @@ def test_another_robot_ends_the_channel(planner: Planner, drives: SharedDrives) 
     mailbox: Any = drives.find(PLAN)
     mailbox.newest = _snapshot(1)
     with _open(planner) as reader:
-        reader.recv(timeout=10)
+        reader.recv(timeout=60)
         mailbox.newest = _snapshot(2, joints=7)
         assert _end(reader) == 4409
     eventually(lambda: drives.readers._value == MAX_READERS)  # every reader has left its place

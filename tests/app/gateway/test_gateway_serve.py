@@ -27,7 +27,8 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def environment(home: Path) -> dict[str, str]:
-    kept = {name: value for name, value in os.environ.items() if not name.startswith("VFIX_")}
+    """Nothing of our own settings but where the compiled kernels are."""
+    kept = {name: value for name, value in os.environ.items() if name == "VFIX_CACHE" or not name.startswith("VFIX_")}
     return {**kept, "VFIX_HOME": str(home), "PYTHONUNBUFFERED": "1"}
 
 
@@ -69,7 +70,7 @@ def test_serve_prints_its_address_and_listens_on_loopback_only(tmp_path: Path) -
         address = re.fullmatch(r"vfix is at (http://127\.0\.0\.1:(\d+)/\?token=[A-Za-z0-9_-]{43})", line)
         assert address, line
         opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(), urllib.request.ProxyHandler({}))
-        with opener.open(address[1], timeout=30) as page:
+        with opener.open(address[1], timeout=60) as page:
             assert page.status == 200
             assert page.url == f"http://127.0.0.1:{address[2]}/"
             assert b"Not for clinical use" in page.read()

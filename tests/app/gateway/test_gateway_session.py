@@ -3,6 +3,7 @@
 import contextlib
 import json
 import logging
+import sys
 from collections.abc import Iterator
 from unittest.mock import MagicMock
 
@@ -45,14 +46,14 @@ def closing(connection: ClientConnection) -> Close:
     """How the planner ends a connection; fails when it does not."""
     with contextlib.suppress(ConnectionClosed):
         while True:
-            connection.recv(timeout=10)
+            connection.recv(timeout=60)
     assert connection.close_code is not None
     return Close(connection.close_code, connection.close_reason or "")
 
 
 def answers(connection: ClientConnection) -> bool:
     connection.send('{"type":"no such command"}')
-    while (message := json.loads(connection.recv(timeout=10)))["type"] == "hello":
+    while (message := json.loads(connection.recv(timeout=60)))["type"] == "hello":
         pass
     return bool(message["type"] == "note")
 
@@ -111,14 +112,29 @@ def test_a_tab_has_a_name_of_its_own(pages: Planner, tab: str, code: int) -> Non
         ({"type": "heartbeat"}, "say hello first"),
         ("hello", "say hello first"),
         ({"type": "hello", "version": VERSION, "role": "owns"}, "hello: role"),
+        ({"type": "hello", "version": True}, "reload the page"),
     ],
-    ids=["another version", "no version", "a command", "no object", "no such role"],
+    ids=["another version", "no version", "a command", "no object", "no such role", "no number"],
 )
 def test_a_client_of_another_version_is_told_to_reload(pages: Planner, greeting: object, words: str) -> None:
     """The planner says its version first; what is not understood is never guessed at."""
     with page(pages, "page-of-old", greeting) as refused:
-        hello = json.loads(refused.recv(timeout=10))
+        hello = json.loads(refused.recv(timeout=60))
         assert (hello["type"], hello["version"]) == ("hello", VERSION)
         assert hello["steps"][0]["panel"] == "/steps/patient/panel.js"
         ended = closing(refused)
         assert (ended.code, words in ended.reason) == (4426, True)
+
+
+def test_who_says_no_hello_is_shown_nothing_and_holds_no_place(pages: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-31: sixteen silent connections would keep every page out."""
+    monkeypatch.setattr(sys.modules["app.session.router"], "HELLO_S", 0.3)
+    address = f"ws://{pages.host}/session?tab=silent-tab"
+    with connect(address, additional_headers=[pages.cookie], origin=pages.origin, proxy=None) as silent:
+        eventually(lambda: "silent-tab" in pages.app.state.sessions._entries)
+        pages.app.state.sessions._entries["silent-tab"].session.view_model.publish({"secret": 1})
+        assert json.loads(silent.recv(timeout=60))["type"] == "hello"
+        with pytest.raises(ConnectionClosed):
+            silent.recv(timeout=60)  # no section
+        assert (silent.close_code, "no hello came" in (silent.close_reason or "")) == (4408, True)
+    eventually(lambda: not pages.app.state.sessions._entries["silent-tab"].connected)

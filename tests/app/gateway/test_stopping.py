@@ -17,18 +17,18 @@ from app.services import build_services
 from app.services.embedded import SAMPLE_PLAN
 from app.settings import Settings
 
+HEAD = "head-phantom"
 ROOT = Path(__file__).resolve().parents[3]
 TOKEN = "a-token-of-the-tests-0123456789"
 
 
 def long_plan(home: Path) -> str:
-    """A plan whose dry run takes many seconds: to and fro, and the robot placed anew each time it is stuck."""
+    """A plan whose dry run takes a minute: four metres to and fro in front of the face."""
     services = build_services(Settings(home=home))
-    plan = services.plans.duplicate(SAMPLE_PLAN)
-    first, other = plan.points[0].position, plan.points[3].position
-    for n in range(16):
-        x, y, z = (first, other)[n % 2]
-        services.plans.editor(plan.id).add_point((x + 0.2 * (n // 2), y, z))
+    x, y, z = services.plans.get(SAMPLE_PLAN).points[0].position
+    plan = services.plans.create(HEAD, "Long")
+    for n in range(100):
+        services.plans.editor(plan.id).add_point((x, y - 30.0 - 40.0 * (n % 2), z + 0.05 * n))
     services.close()
     return plan.id
 
@@ -44,6 +44,19 @@ def asked(address: str, plan: str) -> tuple[int, str]:
         return error.code, json.load(error)["error"]["code"]
 
 
+def wait_until_driven(address: str, plan: str) -> None:
+    """Until a dry run of the plan is on its way."""
+    request = urllib.request.Request(f"{address}/api/jobs", headers={"Authorization": f"Bearer {TOKEN}"})
+    deadline = time.monotonic() + 120.0
+    while time.monotonic() < deadline:
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            jobs = json.load(answer)
+        if any(job["kind"] == "dry_run" and job["state"] == "running" and job["fraction"] > 0.0 for job in jobs):
+            return
+        time.sleep(0.05)
+    raise AssertionError(f"no dry run of {plan} has begun: {jobs}")
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends no such signal")
 def test_a_stop_during_a_dry_run_answers_whoever_waits_for_it(tmp_path: Path) -> None:
     plan = long_plan(tmp_path)
@@ -56,7 +69,7 @@ def test_a_stop_during_a_dry_run_answers_whoever_waits_for_it(tmp_path: Path) ->
         assert asked(address, SAMPLE_PLAN) == (200, "")  # the geometry engine and the head are there
         with ThreadPoolExecutor(1) as pool:
             answer = pool.submit(asked, address, plan)
-            time.sleep(1.0)
+            wait_until_driven(address, plan)
             assert not answer.done()
             process.send_signal(signal.SIGINT)
             assert answer.result() == (503, "planner_ends")

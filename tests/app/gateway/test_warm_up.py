@@ -1,5 +1,8 @@
 """The words while the planner gets ready, and what it can do without."""
 
+import threading
+import time
+
 from app.gateway.warm_up import WarmUp, WarmUpStep
 
 
@@ -15,7 +18,7 @@ def test_words_tell_how_far_it_is() -> None:
     warm_up = WarmUp((WarmUpStep(lambda: f"Preparing: {100 * shares[-1]:.0f} %", work),))
     assert (warm_up.status.text, warm_up.status.ready) == ("Getting ready", False)
     warm_up.start()
-    assert warm_up.wait(10)
+    assert warm_up.wait(60)
     assert seen == ["Preparing: 25 %", "Preparing: 50 %"]
     assert (warm_up.status.text, warm_up.status.ready) == ("", True)
 
@@ -29,8 +32,31 @@ def test_a_step_that_is_not_needed_is_not_taken() -> None:
         )
     )
     warm_up.start()
-    assert warm_up.wait(10)
+    assert warm_up.wait(60)
     assert taken == ["two"]
+
+
+def test_what_nobody_waits_for_begins_when_all_is_ready() -> None:
+    begun, go_on = threading.Event(), threading.Event()
+    ready: list[bool] = []
+
+    def work() -> None:
+        ready.append(warm_up.status.ready)
+        begun.set()
+        go_on.wait(10)
+        raise OSError("no room")  # for the log alone
+
+    later = (WarmUpStep("two", work), WarmUpStep("three", lambda: ready.append(warm_up.status.ready)))
+    warm_up = WarmUp((WarmUpStep("one", lambda: None),), later)
+    warm_up.start()
+    assert begun.wait(10)
+    assert (warm_up.status.text, warm_up.status.ready) == ("", True)
+    go_on.set()
+    deadline = time.monotonic() + 10.0
+    while len(ready) < 2 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert ready == [True, True]
+    assert warm_up.status.failed == ""
 
 
 def test_only_what_can_be_spared_may_fail() -> None:
@@ -39,11 +65,11 @@ def test_only_what_can_be_spared_may_fail() -> None:
 
     spared = WarmUp((WarmUpStep("one", fail, spare=True), WarmUpStep("two", lambda: None)))
     spared.start()
-    assert spared.wait(10)
+    assert spared.wait(60)
     assert spared.status.ready
     broken = WarmUp((WarmUpStep("one", fail), WarmUpStep("two", lambda: None)))
     broken.start()
-    assert broken.wait(10)
+    assert broken.wait(60)
     assert not broken.status.ready
     assert broken.status.failed == "Getting ready failed: no room"
     assert broken.status.text == ""

@@ -22,6 +22,7 @@ from app.session.client_sessions import ClientSessions, TooManyTabs
 from app.steps.rehearse.commands import HandCommand
 from app.steps.rehearse.step import RehearseStep
 from app.store.errors import StorageError
+from app.views.layers import Layer
 from app.views.plan_items import plan_items
 
 
@@ -259,6 +260,40 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     services.plans.delete(plan.id)
 
 
+def test_between_requests_only_the_layers_of_the_active_step_are_drawn(sessions: ClientSessions) -> None:
+    """Until it has other ones than before: then what another step shows under their names comes back."""
+    session = sessions.connect("tab-one-0", {"case": HEAD, "plan": SAMPLE})
+    _settle(session)
+    drawn: list[tuple[str, list[str]]] = []
+    robot = Layer[Any]("rehearse.drive", 0, lambda view: None, lambda nodes: None)
+    own, rehearse = [robot], _rehearse(session)
+    stack = SimpleNamespace(
+        draw=lambda layers: drawn.append(("draw", [layer.name for layer in layers])),
+        update=lambda layers: drawn.append(("update", [layer.name for layer in layers])),
+    )
+
+    def tick() -> None:
+        session._drawn_at = 0.0
+        session._tick()
+
+    def watch() -> None:
+        session.active.active, rehearse.active, session.active = False, True, rehearse
+        rehearse.layers = lambda: own  # type: ignore[method-assign]
+        session._layers = stack  # type: ignore[assignment]
+        tick()
+        tick()
+        own.clear()
+        tick()
+
+    session.post(watch)
+    _settle(session)
+    everything, moving, without = drawn[:3]
+    assert everything[0] == without[0] == "draw"
+    assert moving == ("update", ["rehearse.drive"])
+    assert set(everything[1]) - set(without[1]) == {"rehearse.drive"}
+    assert "plan.items" in without[1]
+
+
 def test_a_client_that_comes_back_with_less_gives_up_its_handle(sessions: ClientSessions) -> None:
     session = sessions.connect("tab-one-0", {"plan": SAMPLE})
     session.greet("holds")
@@ -272,3 +307,18 @@ def test_a_client_that_comes_back_with_less_gives_up_its_handle(sessions: Client
     assert drive.lease.holder is None
     session.command(HandCommand(type="rehearsal.take"))
     assert drive.lease.holder is None
+
+
+def test_a_head_that_is_deleted_elsewhere_is_told(sessions: ClientSessions, phantom_services: Services) -> None:
+    case = other_case(phantom_services)
+    session = sessions.connect("tab-one-0", {"case": case.id})
+
+    def hint() -> str:
+        session.tick(changed=True)
+        _settle(session)
+        _settle(session)
+        return str(session.view_model.read("step")["hint"])
+
+    assert "deleted" not in hint()
+    phantom_services.cases.delete(case.id)
+    assert "was deleted elsewhere" in hint()

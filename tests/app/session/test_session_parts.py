@@ -93,8 +93,8 @@ def test_the_inbox_of_a_page_gone_mad_is_bounded() -> None:
     assert sum(taken) == MAX_WAITING
 
 
-def test_a_number_that_is_none_does_not_cost_the_page_its_connection(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_non_finite_number_does_not_cost_the_page_its_connection(caplog: pytest.LogCaptureFixture) -> None:
     message = {"type": "state", "sections": {"plan": {"points": [[math.nan, 1.0, -math.inf]], "name": "nan"}}}
     told = json.loads(to_text(message))
     assert told["sections"]["plan"] == {"points": [[None, 1.0, None]], "name": "nan"}
-    assert "numbers that are none" in caplog.text
+    assert "non-finite numbers" in caplog.text

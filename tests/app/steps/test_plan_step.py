@@ -8,14 +8,19 @@ from types import SimpleNamespace
 import pytest
 from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case
 
+from app.scene import palette
 from app.services import Services
+from app.services.cache import Cache
 from app.services.cases import Case
 from app.services.documents import DocumentKind
 from app.services.jobs import Job
+from app.services.remote_centre import Place
+from app.services.switches import NO_SWITCHES, Switches
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.hints import plan_hint
+from app.steps.plan.version_commands import VersionCommand
 from app.store.errors import StorageError
 from app.store.models import DocumentStateRow
 from vfix_engine.errors import InputError, PlanError
@@ -27,7 +32,7 @@ def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: 
     waiting: list[tuple[int, Corridor]] = []
     executor = Later()
     runs = DryRuns(SimpleNamespace(), executor, lambda *answer: waiting.append(answer))  # type: ignore[arg-type]
-    monkeypatch.setattr(runs, "_answer", lambda plan, margin: Corridor("done", plan.id, completed=True))
+    monkeypatch.setattr(runs, "_answer", lambda plan, *rest: Corridor("done", plan.id, completed=True))
     runs.ask(SimpleNamespace(id="old"), 0.3)
     executor.work.pop()()
     runs.ask(SimpleNamespace(id="new"), 0.3)
@@ -43,7 +48,7 @@ def test_a_dry_run_whose_case_cannot_be_read_has_failed(
 ) -> None:
     step, executor, ran = open_sample(phantom_services), Later(), list[Corridor]()
     monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: fail(StorageError("the disk is broken")))
-    monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda plan: SimpleNamespace())
+    monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda *given: SimpleNamespace())
     DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
     executor.work.pop()()
     assert [(answer.status, answer.words) for answer in ran] == [("failed", "the disk is broken")]
@@ -66,11 +71,32 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     monkeypatch.setattr(services.jobs, "wait", cancelled_while_awaited)
     DryRuns(services, executor, lambda ticket, answer: ran.append(answer)).ask(plan, 0.45)
     executor.work.pop()()
-    assert [(answer.status, answer.words) for answer in ran] == [
-        ("failed", "The dry run was cancelled; the next change of the plan starts another one.")
-    ]
+    began, ended = ran
+    assert (began.status, began.job) == ("computing", job.id)  # the page shows how far it is, and can cancel it
+    assert (ended.status, ended.cancelled, ended.view()["job"]) == ("failed", True, None)
+    assert ended.words == "The dry run was cancelled: whether the tool fits is not known."
     assert [known.id for known in services.jobs.list(plan.case_id) if known.subject == "Shared"] == [job.id]
     services.plans.delete(plan.id)
+
+
+def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_switches_of_the_rehearsal(
+    phantom_services: Services,
+) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE, "Again")
+    step, asked = open_sample(phantom_services, plan.id), list[Switches]()
+    step._judged.stored.ask = lambda plan, kept, switches, before: asked.append(switches)  # type: ignore[method-assign]
+    step._judged.again()
+    step.sections(True)
+    step.sections(True)
+    assert asked == [NO_SWITCHES]
+    step.handle(c.EditCommand(type="dry_run.again"))
+    step.sections(True)
+    phantom_services.switches.turn(plan.id, Switches(centre=Place(at_mm=3.0)))
+    step.sections(True)  # where the remote centre would be is nothing while it is off
+    phantom_services.switches.turn(plan.id, Switches(speed_limit=True))
+    step.sections(True)
+    assert asked == [NO_SWITCHES, NO_SWITCHES, Switches(speed_limit=True)]
+    phantom_services.plans.delete(plan.id)
 
 
 def test_a_plan_of_another_head_or_a_deleted_one_is_not_opened(phantom_services: Services) -> None:
@@ -119,7 +145,7 @@ def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services
 def test_the_path_is_coloured_with_what_an_export_says(phantom_services: Services) -> None:
     step = open_sample(phantom_services)
     evaluation = phantom_services.planning.evaluate(step.plan)
-    step._corridor.current = Corridor("done", evaluation=evaluation)
+    step._judged.stored.current = Corridor("done", evaluation=evaluation)
     places, clearance = step.curve()
     samples, _ = phantom_services.planning.curve(step.plan)
     assert places is not None
@@ -136,34 +162,37 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
     for margin in (0.3, 0.4):
         corridor.ask(step.plan, margin)
         executor.work.pop()()
+    ran = [answer for answer in ran if answer.status == "done"]
     assert re.fullmatch(
-        r"Fits: bone clearance 0\.\d\d mm at least, when the tip is at \d+ mm\. "
-        r"Passes \d\d mm of soft tissue, when the tip is at \d+ mm\.",
+        r"Fits: bone 1\.\d\d mm \(shaft, at \d+ mm\)\. Presses soft tissue along \d\d mm of the tool, "
+        r"\d\.\d mm deep at most \(at \d+ mm\); all of it at the nostril\.",
         ran[0].words,
     )
     assert ran[0].view()["soft_tissue"]["complete"] is True
-    assert ran[0].warning.endswith("(0.38 mm: surface thinned), more than the margin of 0.30 mm")
-    assert ran[1].warning == ""
+    assert [answer.warning for answer in ran] == ["", ""]  # what the surface may be off is kept as well
     assert not ran[1].caution
 
 
 def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """2 mm slices leave a millimetre open: 0.7 mm from the surface may be bone."""
-    monkeypatch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 2.0))
+    """4 mm slices leave two millimetres open: 1.4 mm from the surface may be bone."""
+    monkeypatch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 4.0))
+    monkeypatch.setattr(phantom_services.planning, "_evaluations", Cache(1))  # those known are of the case as it is
     step, executor = open_sample(phantom_services), Later()
     ran: list[Corridor] = []
     DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
     executor.work.pop()()
+    answer = ran[-1]
     assert re.match(
-        r"Fits the surface only: bone clearance 0\.\d\d mm at least, when the tip is at \d+ mm, "
-        r"and bone may lie 1\.00 mm off its surface\. ",
-        ran[0].words,
+        r"Fits the surface only: bone 1\.\d\d mm \(shaft, at \d+ mm\), and bone may lie 2\.00 mm off its surface\. ",
+        answer.words,
     )
-    assert ran[0].caution
-    assert ran[0].completed
-    assert "nearer to bone than the scan can tell" in plan_hint(3, 1, "point", False, False, True, ran[0].caution)
+    assert answer.caution
+    assert answer.completed
+    assert "nearer to bone than the scan can tell" in plan_hint(
+        3, 1, "point", False, False, True, answer.caution, False
+    )
 
 
 def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(
@@ -215,4 +244,35 @@ def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> 
     assert (edited.undo(), edited.redo()) == ("There is nothing to undo.", "There is nothing to redo.")
     edited.rename(plan.points[0].id, "Entry")
     assert (edited.undo(), edited.redo()) == ("", "")
+    phantom_services.plans.delete(plan.id)
+
+
+def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> None:
+    assert "turns grey" in plan_hint(3, 1, "point", False, False, False, True, False)
+    assert "was not driven" in plan_hint(3, 1, "point", False, False, False, True, True)
+    assert "to be inspected" in plan_hint(3, 0, "target", False, False, True, False, False)
+    assert "Go to Rehearse" in plan_hint(3, 1, "target", False, False, True, False, False)
+
+
+def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:
+    def unknown(completed: bool) -> str | None:
+        scale = Corridor("done", completed=completed).view()["scale"]
+        assert scale is not None
+        return scale["unknown"]
+
+    assert unknown(True) is None
+    assert unknown(False) == palette.hex_colour(palette.UNKNOWN)
+
+
+def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_services: Services) -> None:
+    """Settings are no step of the history: going back would leave them."""
+    plan = phantom_services.plans.duplicate(SAMPLE, "Versions")
+    version = phantom_services.versions.save(plan.id, "Before")
+    phantom_services.plans.editor(plan.id).set_settings({"margin_mm": 0.5})
+    step = open_sample(phantom_services, plan.id)
+    step.handle(VersionCommand(type="version.compare", version_id=version.id))
+    view = step.sections(True)["versions"]
+    assert (len(view["changes"]), view["differs"]) == (1, False)
+    phantom_services.plans.editor(plan.id).delete_point(plan.points[1].id)
+    assert step.sections(True)["versions"]["differs"] is True
     phantom_services.plans.delete(plan.id)

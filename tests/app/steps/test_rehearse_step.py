@@ -92,15 +92,15 @@ def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
     drive._talk._accepted = {"margin_mm": 0.5}
     with monkeypatch.context() as full:
         full.setattr(plans, "editor", lambda plan_id: fail(StorageError("the disk is full")))
-        words = step._read()
+        words = step._hear()
         assert [said.endswith("the plan could not keep them: the disk is full") for said in words] == [True]
-        assert step._read() == [], "it is said once"
+        assert step._hear() == [], "it is said once"
         step.give_up()
     assert robot.told[-2:] == ["pause", "release"]
     assert drive.lease.holder is None
     step.come_back()
     drive.lease.take(CLIENT)
-    assert step._read() == []
+    assert step._hear() == []
     assert plans.get(plan.id).settings["margin_mm"] == 0.5
 
 
@@ -128,7 +128,7 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
     assert robot.told == ["run"]
     step.handle(c.SetMode(type="rehearsal.mode", mode="inspect", target_id=second.id))
     assert step.drive is not None
-    assert step.drive.target_id == second.id
+    assert step.read().target_id == second.id
     _act(step, "reset")
     assert not robot.alive
     assert step.drive.is_for(plan_key(editor.plan))
@@ -137,7 +137,7 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
 def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tuple[RehearseStep, Plan]) -> None:
     step, plan = rehearsing
     step.enter()
-    assert step.state == "starting"
+    assert step.read().shown_state == "starting"
     _act(step, "start")
     robot = _in_place(step, plan)
     step.tick()
@@ -181,9 +181,10 @@ def test_a_process_that_hangs_is_ended_by_hand(rehearsing: tuple[RehearseStep, P
     robot = _in_place(step, plan)
     assert step.drive is not None
     step.drive._state = "silent"
+    step.read()
     assert "does not answer" in step.hint()
     _act(step, "end")
-    assert (robot.alive, step.state) == (False, "absent")
+    assert (robot.alive, step.read().shown_state) == (False, "absent")
 
 
 def test_what_is_driven_has_the_names_of_the_cases_structures(

@@ -96,10 +96,10 @@ def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(drive: Share
     """The process has the targets of the plan that it was started for, in their order."""
     drive.lease.take(ONE)
     drive.set_mode(ONE, "inspect", "t-2")
-    assert (_Process.last.told, drive.target_id) == ([("set_mode", "inspect", 1)], "t-2")
+    assert (_Process.last.told, drive.read(ONE).target_id) == ([("set_mode", "inspect", 1)], "t-2")
     with pytest.raises(PlanError, match="not part of this rehearsal"):
         drive.set_mode(ONE, "inspect", "p-1")
-    assert drive.target_id == "t-2"
+    assert drive.read(ONE).target_id == "t-2"
 
 
 def test_a_heartbeat_never_takes_hold(drive: SharedDrive) -> None:
@@ -143,23 +143,23 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
 ) -> None:
     """It is said once, beside the slider, without a word of a start; what was wished meanwhile does not carry it."""
     drive.lease.take(ONE)
-    old = drive.settings
+    old = drive.read(ONE).settings
     drive.change_settings(ONE, {"margin_mm": 1.5})
     drive.change_settings(ONE, {"force_cap_n": 2.0})
-    assert (drive.settings, len(_sent(drive))) == (old, 1)
+    assert (drive.read(ONE).settings, len(_sent(drive))) == (old, 1)
     monkeypatch.setattr(_Process, "snapshot", lambda self: SimpleNamespace(clearance_mm=0.35))
     _answer(drive, monkeypatch, Event("note", "no such target"), Event("note", "would start too near"), _told(old))
-    assert (drive.settings, drive.settings_answered) == (old, 1)
+    assert (drive.read(ONE).settings, drive.read(ONE).answered) == (old, 1)
     assert (
-        drive.settings_refusal
+        drive.read(ONE).refusal
         == "Safety margin stays at 0.3 mm: the tool is 0.35 mm from bone here. Draw it back first."
     )
     assert (_sent(drive)[-1].margin_mm, _sent(drive)[-1].force_cap_n) == (old.margin_mm, 2.0)
     _answer(drive, monkeypatch, _told(_sent(drive)[-1]))
-    assert (drive.settings_refusal, drive.settings.force_cap_n) == ("", 2.0)
-    assert drive.take_words(TWO) == []
-    assert drive.take_words(ONE) == ["no such target"]
-    assert drive.accepted(ONE) == {"force_cap_n": 2.0}
+    assert (drive.read(ONE).refusal, drive.read(ONE).settings.force_cap_n) == ("", 2.0)
+    assert drive.read(TWO, take_words=True).words_for_holder == ()
+    assert drive.read(ONE, take_words=True).words_for_holder == ("no such target",)
+    assert drive.read(ONE).accepted == {"force_cap_n": 2.0}
     with pytest.raises(InputError, match="no setting is called 'self'"):
         drive.change_settings(ONE, {"self": 1.0})
 
@@ -174,11 +174,12 @@ def test_settings_count_once_the_process_has_confirmed_them(
     for number in (1, 2):
         assert len(_sent(drive)) == number
         _answer(drive, monkeypatch, _told(_sent(drive)[-1]))
-    assert (drive.settings.margin_mm, drive.settings.force_cap_n, drive.settings_answered) == (0.5, 2.0, 2)
-    assert drive.accepted(TWO) == {}
-    assert drive.accepted(ONE) == {"margin_mm": 0.5, "force_cap_n": 2.0}
+    now = drive.read(ONE)
+    assert (now.settings.margin_mm, now.settings.force_cap_n, now.answered) == (0.5, 2.0, 2)
+    assert drive.read(TWO).accepted == {}
+    assert drive.read(ONE).accepted == {"margin_mm": 0.5, "force_cap_n": 2.0}
     drive.kept({"margin_mm": 0.4, "force_cap_n": 2.0})
-    assert drive.accepted(ONE) == {"margin_mm": 0.5}, "changed again while it was being kept"
+    assert drive.read(ONE).accepted == {"margin_mm": 0.5}, "changed again while it was being kept"
 
 
 def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(drive: SharedDrive) -> None:
@@ -200,7 +201,7 @@ def test_a_change_that_could_not_be_sent_is_not_waited_for(drive: SharedDrive, m
     monkeypatch.undo()
     drive.change_settings(ONE, {"force_cap_n": 2.0})
     (sent,) = _sent(drive)
-    assert (sent.margin_mm, sent.force_cap_n) == (drive.settings.margin_mm, 2.0)
+    assert (sent.margin_mm, sent.force_cap_n) == (drive.read(ONE).settings.margin_mm, 2.0)
 
 
 def test_a_process_that_hangs_is_told_and_can_be_ended(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -209,14 +210,14 @@ def test_a_process_that_hangs_is_told_and_can_be_ended(drive: SharedDrive, monke
         monkeypatch.setattr(_Process, "silence_s", silence)
         drive.check()
         assert drive.state == state
-        assert (f"has not answered for {silence:.0f} s" in drive.words) == (state == "silent")
+        assert (f"has not answered for {silence:.0f} s" in drive.read(ONE).words) == (state == "silent")
     drive.close()
     assert (drive.state, _Process.last.alive) == ("absent", False)
 
 
 def test_a_process_that_ends_with_a_word_passes_it_on(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     _answer(drive, monkeypatch, Event("failed", "out of memory"))
-    assert (drive.state, drive.words) == ("failed", "out of memory")
+    assert (drive.state, drive.read(ONE).words) == ("failed", "out of memory")
 
 
 def test_a_hand_is_forgotten_with_the_process_it_held(drive: SharedDrive) -> None:
@@ -280,6 +281,19 @@ def test_a_window_that_enters_while_the_last_one_leaves_keeps_its_robot(
     assert drives.enter("plan", THREE) is entered[0]
 
 
+def test_the_holder_is_told_that_a_drive_is_not_recorded_any_more(
+    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is no answer to a setting that is on its way, and the drive goes on."""
+    drive.lease.take(ONE)
+    drive.change_settings(ONE, {"margin_mm": 1.5})
+    _answer(drive, monkeypatch, Event("unrecorded", "the run cannot be written: No space left on device"))
+    (words,) = drive.read(ONE, take_words=True).words_for_holder
+    assert "not recorded any more" in words
+    assert "No space left" in words
+    assert (drive.state, drive.read(ONE).refusal) == ("ready", "")
+
+
 def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
     drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -304,7 +318,7 @@ def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
     """The note is heard by one thread and the answer it belongs to by the next, in this order."""
     drive.lease.take(ONE)
     drive.change_settings(ONE, {"margin_mm": 1.5})
-    said = [[Event("note", "the tube is narrow")], [_told(drive.settings)]]
+    said = [[Event("note", "the tube is narrow")], [_told(drive.read(ONE).settings)]]
     other = Beside(lambda: drive.check())
 
     def events(process: _Process) -> list[Event]:
@@ -317,8 +331,8 @@ def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
     monkeypatch.setattr(_Process, "events", events)
     drive.check()
     other.thread.join(20)
-    assert drive.settings_refusal == "Safety margin stays at 0.3 mm: the tube is narrow"
-    assert drive.take_words(ONE) == []
+    assert drive.read(ONE).refusal == "Safety margin stays at 0.3 mm: the tube is narrow"
+    assert drive.read(ONE, take_words=True).words_for_holder == ()
 
 
 def test_a_page_that_leaves_lets_go(drive: SharedDrive) -> None:
@@ -344,7 +358,7 @@ def test_a_drive_says_why_it_could_not_start(monkeypatch: pytest.MonkeyPatch) ->
     drive = SharedDrive()
     drive.open("plan", _prepared, Now())
     assert drive.state == "failed"
-    assert "does not fit" in drive.words
+    assert "does not fit" in drive.read(ONE).words
     assert not _Process.last.alive
 
 
@@ -370,7 +384,7 @@ def test_a_control_process_that_ends_is_noticed(drive: SharedDrive) -> None:
     _Process.last.alive = False
     drive.check()
     assert drive.state == "failed"
-    assert "ended" in drive.words
+    assert "ended" in drive.read(ONE).words
 
 
 def test_a_role_says_what_a_client_may_do(drive: SharedDrive) -> None:

@@ -17,14 +17,12 @@ from vfix_engine.fixtures import (
     Constraint,
     Objective,
     boundary,
-    centre_target,
-    free_motion,
-    hold_target,
     joint_bounds,
     joint_regularisation,
-    path_following,
-    view_jacobian,
 )
+from vfix_engine.fixtures.motion import point_jacobian
+from vfix_engine.fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
+from vfix_engine.fixtures.rows import with_progress
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree, reduce_pairs
 from vfix_engine.robots import RobotModel, Tool
@@ -104,16 +102,19 @@ def test_several_fixtures_at_once_have_the_minimum_that_the_papers_route_finds(r
     pairs = reduce_pairs(cave(random).pairs_within(tool.segments(tip.rotation, tip.position), 2.0))
     assert len(pairs) > 3
     desired = SCALE * random.normal(size=3)
-    objectives = [joint_regularisation(robot), path_following(tip, desired)]
+    objectives = [joint_regularisation(robot), with_progress(tip.jacobian[:3], desired, 0.1)]
     wall = boundary(pairs, tip, float(pairs.distance.min()) - 0.2 * SCALE)
     constraints = [wall]
     if seed % 3 == 1:
         turn = 1e-3 * random.normal(size=3)
-        objectives.append(Objective(*_of(free_motion(tip, desired, turn, 15.0)), weight=0.3))
+        matrix = np.vstack([tip.jacobian[:3], 15.0 * tip.jacobian[3:]])
+        objectives.append(Objective(_without_progress(matrix), np.append(desired, 15.0 * turn), weight=0.3))
     if seed % 3 == 2:
-        view, offset = view_jacobian(tip, 15.0, tool.direction(tip.rotation)), 0.3 * SCALE * random.normal(size=3)
-        objectives.append(centre_target(view, offset))
-        constraints.append(hold_target(view, offset, SCALE))
+        view = point_jacobian(tip, tip.position + 15.0 * tool.direction(tip.rotation))
+        offset = 0.3 * SCALE * random.normal(size=3)
+        objectives.append(Objective(_without_progress(view), -offset))
+        room = SCALE * ball_inner() - BALL_DIRECTIONS @ offset
+        constraints.append(Constraint("target", _without_progress(BALL_DIRECTIONS @ view), room, np.arange(32)))
     if seed % 2:
         soft = random.normal(size=(5, len(q) + 1))
         bound = -0.1 * SCALE * random.random(5)
@@ -131,8 +132,8 @@ def test_several_fixtures_at_once_have_the_minimum_that_the_papers_route_finds(r
     assert (solution.step <= high + 1e-9).all()
 
 
-def _of(objective: Objective) -> tuple[Array, Array]:
-    return objective.matrix, objective.target
+def _without_progress(rows: Array) -> Array:
+    return np.hstack([rows, np.zeros((len(rows), 1))])
 
 
 @pytest.mark.parametrize("seed", range(30))

@@ -26,7 +26,7 @@ from vfix_engine.control import (
     solve_step,
 )
 from vfix_engine.control.relaxations import RELAXATIONS, take_step
-from vfix_engine.fixtures import Constraint, Objective, Rows, Situation
+from vfix_engine.fixtures import Constraint, Objective, Rows, Situation, ToolState
 from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.simulation.scene import Scene
 
@@ -144,8 +144,12 @@ def test_anatomy_zones_and_joints_are_fixtures_with_the_rows_of_the_problem() ->
         own = np.flatnonzero(body == fixture.body)  # type: ignore[attr-defined]
         np.testing.assert_allclose(program.rows[own], constraint.matrix, atol=1e-13)
         np.testing.assert_allclose(program.bound[own] * program.scale, constraint.bound, atol=1e-15)
-    (limits,) = context.fixtures[-1].rows(now).constraints
-    np.testing.assert_allclose(np.concatenate([-state.box[0], state.box[1]]), limits.bound, atol=1e-15)
+    limits = context.fixtures[-1].rows(now).constraints
+    assert [limit.unit for limit in limits] == ["mm", "rad"]
+    for limit in limits:
+        low, high = -state.box[0][limit.index], state.box[1][limit.index]
+        half = len(limit.index) // 2
+        np.testing.assert_allclose(np.append(low[:half], high[half:]), limit.bound, atol=1e-15)
     assert len(body) > 0
     names = [row.name for row in problem.rows]
     assert names[0].startswith(("bone, ", "nerve, "))
@@ -178,7 +182,7 @@ def test_a_users_task_needs_objectives_alone_and_is_certified(control: Controlle
 
 
 class Lid:
-    """A user's own fixture, with the verdict's name of earlier versions."""
+    """A user's own fixture."""
 
     def __init__(self, height: float):
         self.height = height
@@ -188,7 +192,7 @@ class Lid:
         bound = now.stop_before(self.height - now.state.tip.position[2])
         return Rows((), (Constraint("lid", matrix, bound, np.arange(1), ("the lid",)),))
 
-    def keeps(self, before: StepState, after: StepState) -> bool:
+    def is_admissible(self, before: StepState, after: StepState) -> bool:
         return bool(after.tip.position[2] <= max(self.height, before.tip.position[2]) + 1e-9)
 
 
@@ -206,6 +210,75 @@ def test_a_users_fixture_is_asked_for_its_verdict(control: Controller) -> None:
     assert into.by == "certificate"
 
 
+@dataclass(frozen=True)
+class Nonsense:
+    """A user's own task with a mistake: what it asks for is no number."""
+
+    target: float
+    scale: float | None = None
+
+    def request(self, state: StepState, command: Any) -> StepRequest:
+        rows = np.append(state.tip.jacobian[:1], 0.0)[None, :]
+        return StepRequest((Objective(rows, np.array([self.target])),), (), self.scale)
+
+
+@pytest.mark.parametrize("task", [Nonsense(np.nan), Nonsense(np.inf), Nonsense(np.nan, 1.0)])
+def test_a_task_that_asks_for_no_number_is_named(control: Controller, task: Nonsense) -> None:
+    """HAZ-03: the tool is held, and the blocker says whose numbers those are."""
+    for given in (task, (Climb(3.0), task), Nonsense(0.1, np.nan)):
+        report = control.step(far(control), given)
+        assert report.held
+        assert "Nonsense asks for numbers that are not finite" in report.blockers[0].text
+
+
+@pytest.mark.parametrize(
+    ("joints", "words"),
+    [
+        (np.zeros(6), "7 finite joint values"),
+        (np.full(7, np.nan), "7 finite joint values"),
+        ("home", "no array of real numbers"),
+        (np.array([0.0, 0, 0, 0, 0, 0, 1e4]), "joint 7 .* outside"),
+    ],
+)
+def test_a_context_refuses_what_is_no_start(control: Controller, joints: Any, words: str) -> None:
+    with pytest.raises(errors.StartRefused, match=words):
+        control.context.start(joints)
+    if "joint 7" not in words:
+        with pytest.raises(errors.InputError, match=words):
+            control.context.measure(joints)
+        with pytest.raises(errors.InputError):
+            control.certify(far(control), joints if len(joints) != 7 else np.zeros((7, 1)))
+
+
+def test_a_context_refuses_a_start_in_a_margin() -> None:
+    """HAZ-04: bone and zones, each by name."""
+    near = controller_of(straight_scene(wall(1.15))).context
+    with pytest.raises(errors.StartRefused, match="mm from bone, less than the margin"):
+        near.start(np.zeros(7))
+    zone = zones.Zone("nerve", Sphere([0.0, 2.0, 0.0], 1.0), 0.8)
+    among = controller_of(straight_scene(wall(90.0)), zones=(zone,)).context
+    with pytest.raises(errors.StartRefused, match="nerve"):
+        among.start(np.zeros(7))
+    assert (controller_of(straight_scene(wall(90.0))).context.start([0.0] * 7).q == 0.0).all()
+
+
+@pytest.mark.parametrize("rows", [np.zeros(8), np.zeros((2, 8)), [[0.0] * 8] * 2, np.zeros((1, 9))])
+def test_rows_of_wrong_shapes_are_refused(control: Controller, rows: Any) -> None:
+    fine = Objective(np.ones((1, 8)), np.ones(1))
+    with pytest.raises(errors.InputError, match="an objective has a matrix"):
+        solve_step(build_step(far(control), StepRequest((fine, Objective(rows, np.ones(1))))))
+
+
+def test_rows_may_be_lists(control: Controller) -> None:
+    """What is given as lists asks for the same step as arrays do."""
+    state = far(control)
+    rows = np.append(state.tip.jacobian[:1], [[0.0]], axis=1)
+    arrays = control.step(state, StepRequest((Objective(rows, np.array([0.01])),)))
+    lists: Any = Objective(rows.tolist(), [0.01])
+    np.testing.assert_array_equal(control.step(state, StepRequest((lists,))).state.q, arrays.state.q)
+    assert arrays.outcome == "moved"
+
+
 class NoVerdict:
     def rows(self, now: Situation) -> Rows:
         return Rows()
@@ -215,6 +288,19 @@ def test_a_fixture_without_a_verdict_is_refused(control: Controller) -> None:
     problem = build_step(far(control), FREE, (NoVerdict(),), PUSH)  # type: ignore[arg-type]
     with pytest.raises(errors.InputError, match="NoVerdict has no is_admissible"):
         certify_step(problem, np.zeros(7))
+
+
+class OldNames(NoVerdict):
+    def keeps(self, before: ToolState, after: ToolState) -> bool:
+        return bool(after.q[0] <= before.q[0])
+
+
+def test_a_fixture_with_the_names_of_earlier_versions_refuses(control: Controller) -> None:
+    """``ToolState`` and ``keeps`` stay, for programs that were written with them."""
+    problem = build_step(far(control), FREE, (OldNames(),), PUSH)  # type: ignore[arg-type]
+    step = np.eye(7)[0] * 1e-6
+    assert not isinstance(certify_step(problem, -step), Refused)
+    assert isinstance(certify_step(problem, step), Refused)
 
 
 def test_stop_before_comes_to_rest_where_the_slack_ends(control: Controller) -> None:

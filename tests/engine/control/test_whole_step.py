@@ -18,16 +18,18 @@ import pytest
 
 from benchmarks.stack import Stack
 from tests.engine.scenes import straight_scene, wall
-from vfix_engine.control import Controller, ControlSettings, StepReport, StepRequest, StepState
-from vfix_engine.control.tasks import follow_path, move_freely
+from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepRequest, StepState
+from vfix_engine.control.tasks import FollowPath, MoveFreely, PathPoint
 from vfix_engine.fixtures import Constraint, Rows, Situation, Zone
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation.scene import Scene
 
 SETTINGS = ControlSettings(dt_s=4e-3)
+LINE = SplinePath([[0.0, 0, 0], [0, 100, 0]])  # its length alone counts where the nearest point is given
 Driven = tuple[StepState, StepRequest, StepReport]
 
 
@@ -51,14 +53,15 @@ def controller_of(scene: Scene, settings: ControlSettings = SETTINGS, **more: ob
     return Controller(scene.placed_robot(), scene.tool, scene.tree, settings, **more)  # type: ignore[arg-type]
 
 
-def random_task(state: StepState, random: np.random.Generator, settings: ControlSettings = SETTINGS) -> StepRequest:
+def random_task(state: StepState, random: np.random.Generator) -> StepRequest:
     """What a hand may want: along a path, or freely in all six directions."""
     force = random.normal(size=3) * 4.0
     if random.random() < 0.5:
         tangent = random.normal(size=3)
         tangent /= np.linalg.norm(tangent)
-        return follow_path(state, force, tangent, random.normal(size=3) * 0.02, (50.0, 50.0), settings)
-    return move_freely(state, force, random.normal(size=3) * 60.0, settings)
+        near = PathPoint(50.0, state.tip.position + random.normal(size=3) * 0.02, tangent)
+        return FollowPath(LINE, near).request(state, HandCommand(force))
+    return MoveFreely().request(state, HandCommand(force, random.normal(size=3) * 60.0))
 
 
 def drive(
@@ -152,7 +155,7 @@ def test_zones_are_bodies_with_margins_of_their_own() -> None:
         controller = controller_of(scene, replace(SETTINGS, dt_s=5e-3), zones=(zone,))
         state = controller.start(np.zeros(7))
         for _ in range(200):
-            task = move_freely(state, np.array([0.0, 5.0, 0.0]), np.zeros(3), controller.settings)
+            task = MoveFreely().request(state, HandCommand(np.array([0.0, 5.0, 0.0])))
             report = controller.step(state, task)
             state = report.state
             assert state.distance.shape == (2, 2)
@@ -182,7 +185,7 @@ def test_standing_fixtures_join_the_step_and_its_verdict() -> None:
     controller = controller_of(scene, fixtures=(Ceiling(0.2),))
     state = controller.start(np.zeros(7))
     for _ in range(300):
-        report = controller.step(state, move_freely(state, np.array([0.0, 0.0, 5.0]), np.zeros(3), SETTINGS))
+        report = controller.step(state, MoveFreely(), HandCommand(np.array([0.0, 0.0, 5.0])))
         state = report.state
         assert state.tip.position[2] <= 0.2 + 1e-9
     assert state.tip.position[2] == pytest.approx(0.2, abs=1e-3)
@@ -198,7 +201,7 @@ def test_moved_anatomy_is_measured_anew_and_never_deepened() -> None:
     clearance = moved.measure(state.q).clearance
     assert clearance < SETTINGS.margin_mm
     for _ in range(50):
-        report = moved.step(state, move_freely(state, np.array([1.0, 5.0, 0.5]), np.zeros(3), SETTINGS))
+        report = moved.step(state, MoveFreely(), HandCommand(np.array([1.0, 5.0, 0.5])))
         assert report.state.clearance >= clearance - 1e-12
         state, clearance = report.state, min(report.state.clearance, SETTINGS.margin_mm)
 
@@ -218,7 +221,7 @@ def test_any_robot_is_led_away_from_bone_the_same_way(robot: str) -> None:
     stack = Stack(coal, walls, model.placed(np.eye(4), tool), tool, SETTINGS)
     state, same = controller.start(q), 0
     for _ in range(300):
-        task = move_freely(state, 5.0 * ahead, np.zeros(3), SETTINGS)
+        task = MoveFreely().request(state, HandCommand(5.0 * ahead))
         report = controller.step(state, task)
         assert report.state.clearance >= SETTINGS.margin_mm
         if report.outcome == "moved":
@@ -275,8 +278,6 @@ def unusual_drive() -> None:
     controller = controller_of(scene)
     state = controller.start(np.zeros(7))
     controller.warm_up(state)
-    task = random_task(state, np.random.default_rng(1))  # the tasks' own code is not the controller's to warm up
-    controller.step(state, task)
     before, random = kernels(), np.random.default_rng(17)
     for state, _, report in drive(controller, random, 100):
         controller.step(report.state, replace(random_task(state, random), scale=0.0))

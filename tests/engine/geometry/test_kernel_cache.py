@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -77,9 +78,39 @@ def test_a_full_disk_costs_only_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
     kernel = numba.njit(triple)
     kernel._cache = kernel_cache.KernelCache(triple)
     monkeypatch.setattr(kernel._cache._cache_file, "save", full)
-    monkeypatch.setattr(kernel_cache.KernelCache, "all_kept", True)
+    monkeypatch.setattr(kernel_cache.KernelCache, "all_saved", True)
     assert kernel(2.0) == 6.0
-    assert not kernel_cache.KernelCache.all_kept
+    assert not kernel_cache.KernelCache.all_saved
+
+
+def test_two_processes_may_compile_a_kernel_for_different_types_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither reads and changes what the other writes: there is a file for each types, and nothing besides."""
+    import numba
+
+    monkeypatch.setattr(kernel_cache, "cache_folder", lambda: tmp_path)
+
+    def half(x: float) -> float:
+        return x / 2
+
+    def another_process() -> Any:
+        kernel = numba.njit(half)
+        kernel._cache = kernel_cache.KernelCache(half)
+        return kernel
+
+    assert another_process()(3.0) == 1.5
+    (first,) = tmp_path.iterdir()
+    kept = first.read_bytes()
+    first.unlink()  # the other one has not seen it
+    assert another_process()(3) == 1.5
+    first.write_bytes(kept)
+    later = another_process()
+    assert (later(3.0), later(3)) == (1.5, 1.5)
+    assert sum(later.stats.cache_hits.values()) == 2
+    assert len(list(tmp_path.iterdir())) == 2
+    later._cache.flush()
+    assert not list(tmp_path.iterdir())
 
 
 def test_any_change_of_a_source_makes_a_new_folder(tmp_path: Path) -> None:

@@ -77,16 +77,6 @@ def test_a_window_keeps_the_branch() -> None:
     assert path.closest(target, near_s=5.0, window=0.0)[0] == pytest.approx(5.0)
 
 
-def test_resampling_is_even() -> None:
-    """Both ends included, equal arcs of at most the spacing."""
-    path = SplinePath(POINTS)
-    points = path.resample(0.5)
-    assert points[[0, -1]] == pytest.approx(POINTS[[0, -1]])
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    assert steps.max() <= 0.5 + 1e-9
-    assert len(points) == int(np.ceil(path.length / 0.5)) + 1
-
-
 @pytest.mark.parametrize(
     ("points", "words"),
     [

@@ -11,7 +11,7 @@ import trimesh
 from geometry_meshes import bent_tools
 
 from vfix_engine.geometry.capsules import Segments
-from vfix_engine.geometry.fit import nearest_place
+from vfix_engine.geometry.fit import nearest_free_point
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
 
@@ -76,7 +76,7 @@ def test_candidates_and_pairs_agree_with_the_tree(tree: ProximityTree) -> None:
 def test_a_point_in_bone_moves_to_where_the_tool_fits(tree: ProximityTree) -> None:
     """HAZ-04: the place has the asked room and no nearer place of a dense sample has it."""
     point = tree.mesh.vertices[1000]
-    place = nearest_place(tree, point, 1.8, inside_bone=None)
+    place = nearest_free_point(tree, point, 1.8, inside_bone=None)
     assert tree.point_distance(place[None])[0][0] >= 1.8
     random = np.random.default_rng(13)
     moved = float(np.linalg.norm(place - point))

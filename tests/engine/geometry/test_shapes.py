@@ -8,7 +8,7 @@ from geometry_meshes import ball
 
 from vfix_engine.errors import InputError, MeshError, PlanError
 from vfix_engine.geometry.capsules import Segments
-from vfix_engine.geometry.fit import nearest_place
+from vfix_engine.geometry.fit import nearest_free_point
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
 
@@ -64,11 +64,11 @@ def test_the_nearest_place_of_a_ball() -> None:
     def inside(points: np.ndarray) -> np.ndarray:
         return np.linalg.norm(points, axis=1) < 10.0
 
-    place = nearest_place(tree, [0.0, 0.0, 8.0], 1.5, inside_bone=inside)
+    place = nearest_free_point(tree, [0.0, 0.0, 8.0], 1.5, inside_bone=inside)
     assert np.linalg.norm(place) >= 11.4
     assert np.linalg.norm(place - [0, 0, 8]) == pytest.approx(3.5, abs=0.3)
-    assert nearest_place(tree, [0.0, 0.0, 0.0], 1.5, inside_bone=None).tolist() == [0, 0, 0]
-    with pytest.raises(PlanError, match="no room of"):
-        nearest_place(tree, [0.0, 0.0, 0.0], 1.5, inside_bone=inside, max_move=5.0)
+    assert nearest_free_point(tree, [0.0, 0.0, 0.0], 1.5, inside_bone=None).tolist() == [0, 0, 0]
+    with pytest.raises(PlanError, match="no point within"):
+        nearest_free_point(tree, [0.0, 0.0, 0.0], 1.5, inside_bone=inside, max_move=5.0)
     with pytest.raises(PlanError, match="finite"):
-        nearest_place(tree, [np.nan, 0.0, 0.0], 1.5, inside_bone=None)
+        nearest_free_point(tree, [np.nan, 0.0, 0.0], 1.5, inside_bone=None)

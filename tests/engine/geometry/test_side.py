@@ -10,7 +10,7 @@ import trimesh
 from geometry_meshes import ball, coinciding, slivers
 
 from vfix_engine.errors import InputError
-from vfix_engine.geometry.fit import nearest_place
+from vfix_engine.geometry.fit import nearest_free_point
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.side import SurfaceSide
@@ -102,5 +102,5 @@ def test_points_of_a_real_surface_fit_in_air_without_its_ct(trial_data: Path) ->
     tree, volume = ProximityTree(mesh), read_volume(folder / "cthead_hu_lps.nrrd")[0]
     side = SurfaceSide(tree)
     chosen = mesh.vertices[np.linspace(0, len(mesh.vertices) - 1, 120).astype(int)]
-    places = np.array([nearest_place(tree, p, 1.8, inside_bone=lambda at: ~side.outside(at)) for p in chosen])
+    places = np.array([nearest_free_point(tree, p, 1.8, inside_bone=lambda at: ~side.outside(at)) for p in chosen])
     assert (volume.sample(places) >= BONE_HU).sum() == 0

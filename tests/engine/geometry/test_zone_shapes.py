@@ -68,9 +68,9 @@ def oracle(shape: Shape, p: Array, d: Array, rng: np.random.Generator) -> float:
         near = centre[:, None] + step * rng.normal(size=(8, 25, 3))
         near /= np.linalg.norm(near, axis=2, keepdims=True)
         value = separation(shape, near.reshape(-1, 3), p, d).reshape(8, 25)
-        pick = value.argmax(axis=1)
-        better = value[np.arange(8), pick] > best
-        centre[better] = near[better, pick[better]]
+        gather = value.argmax(axis=1)
+        better = value[np.arange(8), gather] > best
+        centre[better] = near[better, gather[better]]
         best = np.maximum(best, value.max(axis=1))
     return float(best.max())
 

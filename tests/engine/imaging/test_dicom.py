@@ -337,6 +337,27 @@ def save_nrrd(file: Path) -> Path:
     return file
 
 
+@pytest.mark.parametrize(
+    ("width", "centre", "window"),
+    [
+        ("3000", "500", (3000.0, 500.0)),
+        (["400", "2000"], ["40", "500"], (400.0, 40.0)),  # the first of several
+        ("0", "40", None),
+        ("400", "1e9", None),
+        (None, "40", None),
+    ],
+)
+def test_the_window_that_the_scanner_suggests(
+    tmp_path: Path, width: object, centre: object, window: tuple[float, float] | None
+) -> None:
+    slices = dicom_slices(asymmetric_volume())
+    for one in slices:
+        if width is not None:
+            one.WindowWidth = width
+        one.WindowCenter = centre
+    assert read_volume(save_dicom(slices, tmp_path / "windowed"))[0].window == window
+
+
 def test_thickness_of_the_slices_is_kept(tmp_path: Path) -> None:
     """The scanner's figure, which may be more than the distance between slices; nonsense is no figure."""
     slices = dicom_slices(asymmetric_volume())

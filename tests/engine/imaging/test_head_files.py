@@ -130,3 +130,17 @@ def test_thick_slices_are_noted(tmp_path: Path, spacing: float, thickness: float
     coarse = [note for note in notes if "The CT is coarse" in note]
     assert len(coarse) == said
     assert all(f"1 x 1 x {spacing:g} mm, its slices 5 mm thick" in note for note in coarse)
+
+
+@pytest.mark.parametrize("inwards", [False, True])
+@pytest.mark.parametrize("open_at_the_top", [False, True])
+def test_triangles_that_face_inwards_are_noted(tmp_path: Path, inwards: bool, open_at_the_top: bool) -> None:
+    """Without a CT the normals decide whether a path point lies in bone."""
+    mesh = ball(60.0)
+    if open_at_the_top:
+        mesh.update_faces(mesh.triangles_center[:, 2] < 40.0)
+    if inwards:
+        mesh.invert()
+    mesh.export(tmp_path / "head.stl")
+    notes = read_surface_of_head(tmp_path / "head.stl", "LPS", "mm")[2]
+    assert [("face inwards" in note, "Flip the normals" in note) for note in notes] == [(True, True)] * inwards

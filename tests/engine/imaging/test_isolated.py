@@ -174,7 +174,7 @@ def test_worker_that_is_late_is_stopped() -> None:
     start = time.monotonic()
     with pytest.raises(InputError, match="longer than 1 s"):
         run_isolated(never_end, seconds=1.0)
-    assert time.monotonic() - start < 5.0
+    assert time.monotonic() - start < 20.0
 
 
 def test_worker_can_be_ended_from_another_thread() -> None:
@@ -185,7 +185,7 @@ def test_worker_can_be_ended_from_another_thread() -> None:
     for _ in range(2):  # the second is not even started
         with pytest.raises(InputError, match="was stopped"):
             run_isolated(never_end, cancellation=cancellation)
-    assert time.monotonic() - start < 5.0
+    assert time.monotonic() - start < 20.0
     timer.join()
 
 

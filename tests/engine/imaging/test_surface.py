@@ -10,10 +10,11 @@ from scipy.spatial import cKDTree
 from vfix_engine.errors import ImageError, MeshError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.bone import slices_may_hide_mm
+from vfix_engine.imaging.bone import slice_uncertainty_mm
 from vfix_engine.imaging.phantom import load_nose_ct
 from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.surface import Dropped, clean, extract_surface, thin
+from vfix_engine.imaging.surface import Dropped, clean, extract_surface
+from vfix_engine.imaging.thinning import thin
 from vfix_engine.imaging.volume import Volume
 
 DIRECTIONS = pytest.mark.parametrize(
@@ -118,9 +119,9 @@ def test_thick_slices_hide_what_the_figure_says(slices: int) -> None:
     bone = extract_surface(fine).vertices
     bone = bone[((bone > coarse.bounds[0] + 4.0) & (bone < coarse.bounds[1] - 4.0)).all(axis=1)]
     off = ProximityTree(extract_surface(coarse)).point_distance(bone)[0]
-    told = slices_may_hide_mm(float(thick[2]))
+    told = slice_uncertainty_mm(float(thick[2]))
     assert np.percentile(off, 95) <= told < off.max()
-    assert slices_may_hide_mm(1.0) == 0.0
+    assert slice_uncertainty_mm(1.0) == 0.0
 
 
 def test_real_head(trial_data: Path) -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from vfix_engine.lumen.bending.bending import DIRECTIONS, Direction, bend_angles, tip_displacement
 from vfix_engine.lumen.pathway.cavity import body_cavity
 from vfix_engine.lumen.pathway.pathway import Pathway
+from vfix_engine.robots.snake import SnakeModel
 
 
 def straight(length: float = 300.0, radius: float = 12.0, contours: int = 31, angles: int = 1, **more) -> Pathway:
@@ -74,3 +76,10 @@ SHAPES = {
     "cavity": body_cavity(),
     "interpolated": helix(contours=50, count=197, tangent=None),
 }
+
+
+def small_bend(direction: Direction) -> np.ndarray:
+    """d^{e±} or d^{o±} (3,) in mm: of five links bent with m = 0 and ± 5° (13), named after where the tip goes."""
+    quarter = DIRECTIONS[direction]
+    epsilon = np.radians(5.0) * (1.0 if quarter in (0, 3) else -1.0)
+    return tip_displacement(SnakeModel(5), bend_angles(0.0, epsilon, 5, quarter % 2 == 1))

@@ -11,23 +11,19 @@ import numpy as np
 import pytest
 
 from benchmarks import lumen_bends, lumen_figure_7c
-from tests.engine.lumen.lumen_shapes import arc, straight
+from tests.engine.lumen.lumen_shapes import arc, small_bend, straight
 from vfix_engine.errors import InputError
 from vfix_engine.lumen.bending.bending import (
     DIRECTIONS,
     BendProblem,
     bend_angles,
-    primary_displacement,
     tip_displacement,
 )
 from vfix_engine.lumen.bending.optimise import (
     Bend,
     control_bends,
-    cost_map,
-    optimise_between,
     optimise_primary,
     search_globally,
-    with_gap,
 )
 from vfix_engine.lumen.pathway.cavity import body_cavity
 from vfix_engine.lumen.query.query import Query, deviation_of_points
@@ -95,7 +91,7 @@ def test_eight_bends_are_within_the_bounds_and_take_a_hundred_evaluations(name: 
         assert bend.cost < 1.0
         assert not bend.delta.flags.writeable
     for direction, bend in zip(DIRECTIONS, bends[::2], strict=True):
-        assert tip_displacement(SNAKE, bend.delta) @ primary_displacement(SNAKE, direction) > 0.0  # (17)
+        assert tip_displacement(SNAKE, bend.delta) @ small_bend(direction) > 0.0  # (17)
         planar = bend_angles(*bend.parameters, 5, odd=direction[0] == "o")
         np.testing.assert_allclose(SNAKE.clamp(case.q_rest + planar), case.q_rest + bend.delta, atol=1e-12)
 
@@ -110,7 +106,6 @@ def test_eight_bends_have_the_four_among_them(eight: dict) -> None:
         assert min(alpha, beta) > 0.0
         scaled = ((beta - alpha) * share + alpha) * 0.5 * (one.delta + two.delta)  # (18)-(19)
         np.testing.assert_allclose(SNAKE.clamp(case.q_rest + scaled), case.q_rest + bend.delta, atol=1e-12)
-        np.testing.assert_array_equal(optimise_between(case, one, two).delta, bend.delta)
 
 
 def test_bends_can_be_grown_into(eight: dict) -> None:
@@ -129,9 +124,8 @@ def test_bends_can_be_grown_into(eight: dict) -> None:
     ids=["tube 12", "tube 16", "tube 20", "tube 30", "bend on", "bend back"],
 )
 def test_the_gap_to_a_search_everywhere_is_small(case: BendProblem, way: str) -> None:
-    bend = with_gap(case, optimise_primary(case, way), way, grid=61)
-    assert bend.gap is not None
-    assert bend.gap <= 0.02
+    best = search_globally(case, way, grid=61).reachable
+    assert optimise_primary(case, way).cost <= best.cost + 0.02
 
 
 @pytest.mark.parametrize(("k", "grown", "any_"), [(2, 0.02, 0.25), (3, 0.02, 0.05)], ids=["90°", "135°"])
@@ -178,28 +172,6 @@ def test_one_link_and_polar_contours() -> None:
         assert 0.0 < bend.cost < 0.99
         assert (case.deviations(bend.delta) <= 1.0).all()
         assert bend.parameters[0] == 0.0
-
-
-def test_the_map_of_costs_is_what_is_searched() -> None:
-    """Figure 7(c): cost and polytope over (m, q_c), each cell asked on its own; the bend found is on its edge."""
-    case, m, q_c = tube(30.0), np.linspace(-0.3, 0.3, 13), np.linspace(-2.0, 2.0, 21)
-    found = cost_map(case, "o+", m, q_c)
-    sides = 0
-    for i, j in np.ndindex(13, 21):
-        delta = SNAKE.clamp(case.q_rest + bend_angles(m[i], q_c[j], 5, odd=True)) - case.q_rest
-        towards = tip_displacement(SNAKE, delta)[1] > 1e-9
-        assert np.isfinite(found.cost[i, j]) == towards
-        if towards:
-            assert found.cost[i, j] == pytest.approx(case.cost(delta), abs=1e-12)
-            assert found.within[i, j] == (case.deviations(delta) <= case.bound).all()
-        sides += found.within[i, j] == towards
-    assert found.within.any()
-    assert sides < found.within.size
-    survey = search_globally(case, "o+", grid=41)
-    assert survey.exits.shape == (41, 2)
-    assert found.cost[found.within].min() >= survey.anywhere.cost - 0.01
-    bend = optimise_primary(case, "o+")
-    assert bend.cost <= survey.reachable.cost + 0.02
 
 
 def test_the_map_has_the_bend_in_what_it_can_grow_into() -> None:

@@ -8,13 +8,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from tests.engine.lumen.lumen_shapes import straight
+from tests.engine.lumen.lumen_shapes import small_bend, straight
 from vfix_engine.errors import InputError
 from vfix_engine.lumen.bending.bending import (
     DIRECTIONS,
     BendProblem,
     bend_angles,
-    primary_displacement,
     tip_displacement,
 )
 from vfix_engine.robots import SnakeModel
@@ -64,7 +63,7 @@ def test_displacement_is_that_of_pinocchio() -> None:
 
 def test_the_four_directions_are_named_after_where_the_tip_goes() -> None:
     """(13), ε = 5°: +x, +y, −x, −y for e+, o+, e−, o−; two planes at a right angle."""
-    ways = [primary_displacement(SNAKE, direction) for direction in DIRECTIONS]
+    ways = [small_bend(direction) for direction in DIRECTIONS]
     for quarter, d in enumerate(ways):
         towards = np.array([math.cos(quarter * math.pi / 2), math.sin(quarter * math.pi / 2)])
         assert d[:2] @ towards > 30.0

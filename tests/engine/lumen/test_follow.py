@@ -43,8 +43,14 @@ def test_a_gentle_lumen_is_kept():
     line = Curve.through(np.column_stack([100.0 * (1.0 - np.cos(angle)), 0.0 * angle, 100.0 * np.sin(angle)]))
     found = followable((line, np.full(len(line.points), 15.0)), SNAKE)
     assert away(found.points, line).max() < 1.5
-    np.testing.assert_allclose(found.points[0], line.points[0], atol=1e-3)
-    assert np.linalg.norm(found.points[-1] - line.points[-1]) < 8.0
+
+
+@pytest.mark.parametrize("radius", [8.0, 16.0])
+def test_both_ends_stay(radius: float):
+    """With room and without it, at an end that wiggles too: what is followed begins and ends at the clicks."""
+    line = zigzag()
+    found = followable((line, np.full(len(line.points), radius)), SNAKE)
+    np.testing.assert_allclose(found.points[[0, -1]], line.points[[0, -1]], atol=1e-3)
 
 
 def test_wiggles_are_rounded_within_the_room():

@@ -114,7 +114,7 @@ def test_a_program_without_an_answer_costs_motion_only() -> None:
     context = drive.distal_context()
     control.prepare(context, context.rest)
     np.testing.assert_array_equal(control.wanted(context.rest, np.zeros(2), 0.01), context.rest)
-    assert camera_jacobian(context.snake, context.rest, context.base).shape == (2, 10)
+    assert camera_jacobian(context.snake, context.rest).shape == (2, 10)
     step = control.wanted(context.rest, np.array([1e6, 0.0]), 0.01) - context.rest
     assert np.abs(step).max() <= 0.01 + 1e-12
 

@@ -12,7 +12,7 @@ from vfix_engine.lumen.pathway.packed import PackedPathway
 from vfix_engine.lumen.pathway.pathway import Pathway
 from vfix_engine.lumen.query import query_blocks
 from vfix_engine.lumen.query.query import Deviations, Query, deviation_of_points
-from vfix_engine.lumen.query.query_blocks import CHILD, NORMAL, RADIUS, THICKNESS, vertex_blocks
+from vfix_engine.lumen.query.query_blocks import CHILD, RADIUS, vertex_blocks
 from vfix_engine.lumen.query.query_fast import largest_excess, link_deviations
 from vfix_engine.lumen.query.query_lanes import WORK
 from vfix_engine.robots.snake import SnakeModel
@@ -220,7 +220,7 @@ def test_the_tree_holds_every_vertex_once() -> None:
 
 
 def walk(nodes: np.ndarray, node: int, lanes: np.ndarray, points: np.ndarray, index: np.ndarray) -> list[int]:
-    """Blocks below a node; every plate holds all that is below it."""
+    """Blocks below a node; every ball holds all that is below it."""
     found: list[int] = []
     for lane in range(16):
         if nodes[node, RADIUS + lane] < 0.0:
@@ -228,9 +228,7 @@ def walk(nodes: np.ndarray, node: int, lanes: np.ndarray, points: np.ndarray, in
         child = int(nodes[node, CHILD + lane])
         below = walk(nodes, child, lanes, points, index) if child >= 0 else [-1 - child]
         away = points[index[below]].reshape(-1, 3) - nodes[node, [lane, 16 + lane, 32 + lane]]
-        normal = nodes[node, [NORMAL + lane, NORMAL + 16 + lane, NORMAL + 32 + lane]]
         assert np.linalg.norm(away, axis=1).max() <= nodes[node, RADIUS + lane]
-        assert np.abs(away @ normal).max() <= nodes[node, THICKNESS + lane]
         found += below
     return found
 

@@ -250,6 +250,7 @@ def test_a_snapshot_says_what_holds(still: SnakeSystem) -> None:
 def test_at_rest_only_where_nothing_would_change(still: SnakeSystem, moving: SnakeSystem) -> None:
     state = last(run(still, still.start(), [hand(0.5)] * 200))
     assert not still.at_rest(state, running=True)
+    assert still.at_rest(state, running=False), "paused, it rests in the middle of a motion"
     rested = last(run(still, state, [hand()] * 600))
     assert still.at_rest(rested, running=True)
     a, b = rows(still, [rested, last(run(still, rested, [hand()] * 50))])

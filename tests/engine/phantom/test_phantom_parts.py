@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vfix_engine.imaging.phantom.blending import receded, union, without
-from vfix_engine.imaging.phantom.noise import SmoothNoise
-from vfix_engine.imaging.phantom.parts import cranium, face, jaws, neck, nose, sinuses, soft
-from vfix_engine.imaging.phantom.shapes import Ellipsoid, Part, Plate, Points, Tube, polygon
+from head_phantom.blending import receded, union, without
+from head_phantom.noise import SmoothNoise
+from head_phantom.parts import cranium, face, jaws, neck, nose, sinuses, soft
+from head_phantom.shapes import Ellipsoid, Part, Plate, Points, Tube, polygon
 
 PARTS: list[Part] = [
     part

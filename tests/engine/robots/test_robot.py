@@ -134,7 +134,7 @@ def changed(tmp_path: Path, change: Any) -> Path:
         (lambda d: d["home"].update(yaw="much"), "much"),
         (lambda d: d["home"].update(yaw=10**400), "usable"),
         (lambda d: d.update(tool_frame="spoon"), "spoon"),
-        (lambda d: d.update(base_frame="tool_holder", tool_frame="base"), "does not hang"),
+        (lambda d: d.update(base_frame="tool_holder", tool_frame="base"), "is not below"),
         (lambda d: d.update(base_frame="tool_holder"), "no joint"),
         (lambda d: d["tool_mount"].update(hold="wish"), "wish"),
         (lambda d: d["tool_mount"].update(xyz=[1, 2]), "usable"),

@@ -23,7 +23,7 @@ def test_the_robot_of_the_page_is_one(tmp_path: Path) -> None:
     (tmp_path / "gantry.urdf").write_text(blocks("xml")[0])
     (tmp_path / "gantry.json").write_text(blocks("json")[0])
     robot = RobotModel.load(tmp_path / "gantry.json")
-    assert robot.stands
+    assert robot.upright
     assert robot.home.tolist() == [0.0, -50.0, 0.0, 0.0]
     assert robot.joints[3].name == "roll of the flange"
     assert robot.upper.tolist() == [100.0, 200.0, 100.0, 3.0]
@@ -61,7 +61,7 @@ def test_the_snake_of_the_page_is_one(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_every_argument_of_a_snake_is_told_with_its_default() -> None:
-    words = {"links": "", "q_max": "45°", "sphere_radius_mm": "as the cylinder"}
+    words = {"links": "", "q_max": "45°", "sphere_radius_mm": "that of the cylinder"}
     for argument in dataclasses.fields(SnakeModel):
         default = words.get(argument.name) if argument.name in words else f"{argument.default:g}"
         assert f"| `{argument.name}` | {default}".rstrip() in PAGE

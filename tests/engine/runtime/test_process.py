@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from tests.engine.runtime.tiny import Jump, TinySettings, TinySnapshot, TinySpec
+from vfix_engine.errors import ControlError
 from vfix_engine.runtime import SetSettings, Straighten
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
-from vfix_engine.runtime.run import Run
+from vfix_engine.runtime.run import Run, RunWriter
 
 Process = ControlProcess[TinySnapshot]
 
@@ -29,7 +30,7 @@ def process(tmp_path: Path) -> Iterator[Process]:
 
 
 def until(process: Process, wanted: Callable[[TinySnapshot], bool], sign: Callable[[], None]) -> TinySnapshot:
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + 60.0
     while time.monotonic() < deadline:
         sign()
         snapshot = process.snapshot()
@@ -39,6 +40,18 @@ def until(process: Process, wanted: Callable[[TinySnapshot], bool], sign: Callab
     raise AssertionError(f"it did not come to that; the last was {process.snapshot()}")
 
 
+def at_rest(process: Process) -> TinySnapshot:
+    """The snapshot from which on no step is made."""
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline:
+        before = process.snapshot()
+        time.sleep(0.3)
+        after = process.snapshot()
+        if before is not None and after is not None and before.steps == after.steps:
+            return after
+    raise AssertionError(f"it does not come to rest; the last was {process.snapshot()}")
+
+
 def test_a_drive_with_its_worker_is_recorded_and_driven_again(process: Process, tmp_path: Path) -> None:
     until(process, lambda s: s.half > 0.0, lambda: process.drive(1))
     process.apply(Jump(3.0))
@@ -46,14 +59,12 @@ def test_a_drive_with_its_worker_is_recorded_and_driven_again(process: Process, 
     process.apply(SetSettings(TinySettings(2.0, 0.001)))
     until(process, lambda s: s.half > 1.0, lambda: process.axes(0.0, 0.0, 1.0))
     process.release()
-    time.sleep(0.3)
-    last = process.snapshot()
+    last = at_rest(process)
     assert any(event.kind == "note" and "Straighten" in event.text for event in process.events())
     process.close()
     run = Run.read(tmp_path / "drive.run")
     assert run.whole
     assert run.lost == 0
-    assert last is not None
     assert len(run.ticks) == last.steps
     assert run.column("x")[-1] == last.q[0]
     kinds = [event.kind for event in run.events]
@@ -63,16 +74,25 @@ def test_a_drive_with_its_worker_is_recorded_and_driven_again(process: Process, 
     assert replay(run, TinySpec()).same
 
 
+def test_a_disk_that_is_full_is_told_once_and_stops_no_tick(process: Process, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-13: a drive that leaves no run says so while it goes on."""
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(RunWriter, "ticks", full)
+    first = until(process, lambda s: s.steps > 20, lambda: process.drive(1))
+    assert process._recorder is not None
+    process._recorder._thread.join(20.0)
+    told = [event.text for event in [*process.events(), *process.events()] if event.kind == "unrecorded"]
+    assert told == ["the run cannot be written: No space left on device"]
+    until(process, lambda s: s.steps > first.steps + 20, lambda: process.drive(1))
+
+
 def test_axes_fade_when_nobody_is_heard_of(process: Process) -> None:
     """HAZ-11: the dead man's switch is the loop's, whatever the world."""
     until(process, lambda s: s.progress_mm > 1e-3, lambda: process.axes(0.0, 0.0, 0.5))
-    time.sleep(0.3)
-    one = process.snapshot()
-    time.sleep(0.2)
-    two = process.snapshot()
-    assert one is not None
-    assert two is not None
-    assert one.steps == two.steps
+    two = at_rest(process)
     assert process.hand_lost
     process.axes(np.nan, 0.0, 0.0)
     time.sleep(0.1)
@@ -96,3 +116,45 @@ def test_a_worker_that_dies_stops_no_tick(process: Process) -> None:
         notes.extend(event.text for event in process.events() if event.kind == "note")
 
     until(process, lambda _: any("worker process ended" in text for text in notes), listen)
+
+
+def test_every_step_is_read_at_control_rate() -> None:
+    """1 kHz for two seconds, read at 100 Hz by two readers: no step is missing, and nobody records."""
+    process: Process = ControlProcess(TinySpec(), real_time=False)
+    try:
+        with pytest.raises(ControlError, match="wait until"):
+            process.rows()
+        process.start()
+        process.wait_ready(60.0)
+        process.apply(SetSettings(TinySettings(1.0, 0.001)))
+        process.run()
+        reader, batches, other = process.rows(), [], []
+        late = process.rows()
+        end = time.monotonic() + 2.0
+        while time.monotonic() < end:
+            process.axes(0.0, 0.0, 1.0)
+            time.sleep(0.01)
+            batches.append(reader.read())
+            if len(batches) % 20 == 0:
+                other.append(late.read())
+        process.release()
+        until(process, lambda s: s.outcome == "idle", lambda: None)
+        time.sleep(0.1)
+        rows = np.concatenate([*batches, reader.read()])
+        assert np.array_equal(np.concatenate([*other, late.read()]), rows)
+        names = [column.name for column in reader.columns]
+        assert names[-4:] == ["t", "x", "half", "half_age"]
+        steps = np.round(rows[:, names.index("t")] / 0.001).astype(int)
+        assert (np.diff(steps) == 1).all()
+        assert len(steps) > 500  # a busy machine drives more slowly, and leaves no step out
+        assert rows[:, names.index("insert")].max() == 1.0
+        last = process.snapshot()
+        assert last is not None
+        assert (last.steps, last.q[0]) == (steps[-1], rows[-1, names.index("x")])
+        assert reader.lost == late.lost == 0
+        assert not reader.ended
+    finally:
+        process.close()
+    assert reader.ended
+    with pytest.raises(ControlError, match="closed"):
+        process.rows()

@@ -23,6 +23,7 @@ from vfix_engine.fixtures import StepState
 PHANTOM, REAL_HEAD = "phantom", "real head"
 STEPS, HEAD_STEPS = 290, 400  # of each scene
 SEED = 20261121
+HEAD_SEED = 2  # of the real head: a run that leans on bone, in a space that is wide for most seeds
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def test_no_accepted_motion_breaks_what_is_promised(attacked: list[dict[str, Any
 
 
 def test_no_accepted_motion_in_the_real_head_breaks_what_is_promised(trial_data: object) -> None:
-    total = summary([Campaign(REAL_HEAD, SEED, HEAD_STEPS, coal).run()], 0.0)
+    total = summary([Campaign(REAL_HEAD, HEAD_SEED, HEAD_STEPS, coal).run()], 0.0)
     assert_promises_kept(total)
     assert (total["steps"], total["scenes"]) == (HEAD_STEPS, 1)
     assert total["moved"] > 200

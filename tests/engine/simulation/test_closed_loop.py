@@ -67,7 +67,7 @@ def test_the_real_corridor_is_completed_on_the_path_and_clear_of_bone(real_head:
     assert judged(real_head, kept, every=25) >= SETTINGS.margin_mm - 1e-6
     assert real_head.path is not None
     # The error is told honestly: measured again on a dense polyline of the path.
-    dense = real_head.path.resample(0.002)
+    dense = real_head.path.position(np.linspace(0.0, real_head.path.length, int(real_head.path.length / 0.002) + 2))
     for snapshot in kept[::200]:
         independent = np.linalg.norm(dense - snapshot.tip, axis=1).min()
         assert snapshot.tip_error_mm == pytest.approx(independent, abs=1e-3)
@@ -157,7 +157,7 @@ def test_a_wall_across_the_path_holds_the_tool_and_is_named() -> None:
         if snapshot.held:
             held.append(snapshot)
     assert len(held) > 100
-    assert held[-1].reason == "bone on the tip, 0.3 mm"
+    assert held[-1].reason == "bone on the tip, 0.3 mm away"
     assert held[-1].blocking_point is not None
     assert held[-1].blocking_point[1] == pytest.approx(20.0)
     assert snapshot.clearance_mm == pytest.approx(SETTINGS.margin_mm, abs=0.02)
@@ -173,7 +173,7 @@ def test_a_structure_is_told_by_the_scenes_name_of_it_and_kept_by_its_id() -> No
     for _ in range(500):
         state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
     assert snapshot.held
-    assert (snapshot.reason, snapshot.active[0]) == ("skull base on the tip, 0.3 mm",) * 2
+    assert (snapshot.reason, snapshot.active[0]) == ("skull base on the tip, 0.3 mm away",) * 2
     assert (snapshot.blockers[0].kind, snapshot.blockers[0].structure) == ("bone", "bone")
     assert snapshot.blockers[0].words == snapshot.reason
     values, arrays = spec.to_parts()
@@ -190,7 +190,7 @@ def test_what_holds_the_tool_is_bone_at_the_margin_whatever_the_margin(margin: f
     for _ in range(800):
         state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
     assert snapshot.held
-    assert snapshot.reason == f"bone on the tip, {snapshot.clearance_mm:.1f} mm"
+    assert snapshot.reason == f"bone on the tip, {snapshot.clearance_mm:.1f} mm away"
     assert margin <= snapshot.clearance_mm <= margin + 0.02
 
 

@@ -77,7 +77,7 @@ def test_a_clearance_that_is_no_number_starts_nothing(monkeypatch: pytest.Monkey
     honest = control.measure(scene.q_start)
     unknown = replace(honest, distance=np.full_like(honest.distance, np.nan))
     assert np.isnan(unknown.clearance)
-    monkeypatch.setattr(control, "measure", lambda q: unknown)
+    monkeypatch.setattr(control.context, "measure", lambda q: unknown)
     with pytest.raises(StartRefused, match="nan mm from bone"):
         control.start(scene.q_start)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.engine.scenes import CoalJudge, curved_tube, placed_scene, straight_scene, wall
-from vfix_engine.control import Controller, ControlSettings, StepState
-from vfix_engine.control.tasks import move_freely
+from vfix_engine.control import Controller, ControlSettings, HandCommand, StepState
+from vfix_engine.control.tasks import MoveFreely
 from vfix_engine.fixtures import Zone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
@@ -62,7 +62,7 @@ def test_from_a_thousand_starts_inside_a_margin_nothing_ever_gets_nearer() -> No
             if step % 3 == 0:
                 push = hand(random)
             torque = random.normal(size=3) * 100
-            report = control.step(state, move_freely(state, push, torque, FAST))
+            report = control.step(state, MoveFreely(), HandCommand(push, torque))
             worst = min(worst, float((poor(report.state, margin) - poor(state, margin)).min()))
             held += report.held
             steps += 1
@@ -80,7 +80,7 @@ def test_the_tool_comes_out_of_the_margin_whatever_the_hand_wants(push: list[flo
     assert state.clearance == pytest.approx(0.05)
     retreat = FAST.approach_deceleration_mm_per_s2 * FAST.dt_s**2
     for _ in range(200):
-        report = control.step(state, move_freely(state, np.array(push), np.zeros(3), FAST))
+        report = control.step(state, MoveFreely(), HandCommand(np.array(push)))
         if push[1] >= 0.0:  # a hand that pulls back goes as fast as it pulls
             assert report.state.clearance - state.clearance <= retreat + 0.02
         if state.clearance < FAST.margin_mm - retreat:
@@ -103,7 +103,7 @@ def test_between_two_walls_the_tool_takes_what_room_there_is() -> None:
     state = control.measure(np.zeros(7))
     assert state.distance[1:].min(axis=1) == pytest.approx([0.9, 1.06])
     for _ in range(100):
-        state = control.step(state, move_freely(state, np.array([3.0, 0, 0]), np.zeros(3), settings)).state
+        state = control.step(state, MoveFreely(), HandCommand(np.array([3.0, 0, 0]))).state
     one, other = state.distance[1:].min(axis=1)
     assert one > 0.93
     assert other >= 1.0
@@ -119,7 +119,7 @@ def test_a_long_step_out_of_a_margin_is_cut_until_it_can_be_proven() -> None:
     start = float(state.distance[1].min())
     assert start < 1.0
     for _ in range(300):
-        state = control.step(state, move_freely(state, np.array([5.0, 0, 0]), np.array([0, 0, 600.0]), settings)).state
+        state = control.step(state, MoveFreely(), HandCommand(np.array([5.0, 0, 0]), np.array([0, 0, 600.0]))).state
     assert state.distance[1].min() > min(start + 0.2, 0.999)
 
 
@@ -210,7 +210,7 @@ def test_out_of_a_solid_shape_from_any_depth() -> None:
     depth = float(state.distance[1].min())
     assert depth < -2.0
     for _ in range(900):
-        report = control.step(state, move_freely(state, np.array([0.0, 1.0, 0.0]), np.zeros(3), FAST))
+        report = control.step(state, MoveFreely(), HandCommand(np.array([0.0, 1.0, 0.0])))
         deepest = float(report.state.distance[1].min())
         assert deepest >= min(float(state.distance[1].min()), 0.5)
         state = report.state

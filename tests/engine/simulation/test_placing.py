@@ -14,13 +14,13 @@ from tests.engine.scenes import CoalJudge, curved_tube
 from vfix_engine import Simulation
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import StartRefused
-from vfix_engine.fixtures import Rows, Situation, ToolState, Zone
+from vfix_engine.fixtures import Rows, Situation, StepState, Zone
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.robots.inverse import joints_for
+from vfix_engine.robots.inverse import inverse_kinematics
 from vfix_engine.simulation.base_placement import BasePlacement, tip_freedom
 from vfix_engine.simulation.headless import HeadlessRun
 from vfix_engine.simulation.placing import Placing, place_robot
@@ -69,7 +69,7 @@ def test_the_tip_has_the_pose_that_was_asked_for(name: str) -> None:
         np.testing.assert_allclose(tip.rotation, wanted, atol=1e-7)
         np.testing.assert_allclose(tip.position, [10.0, -60.0, 20.0], atol=1e-5)
         assert ((q >= robot.lower) & (q <= robot.upper)).all()
-        if robot.stands:
+        if robot.upright:
             np.testing.assert_allclose(base[:3, 2], [0.0, 0.0, 1.0], atol=1e-9)
 
 
@@ -142,7 +142,7 @@ class Standing:
         Standing.asked += 1
         return Rows()
 
-    def keeps(self, before: ToolState, after: ToolState) -> bool:
+    def is_admissible(self, before: StepState, after: StepState) -> bool:
         return True
 
 
@@ -156,13 +156,14 @@ def test_inverse_kinematics_finds_what_forward_kinematics_made(name: str) -> Non
         start = robot.home + random.uniform(-0.2, 0.2, len(robot.joints)) * np.where(robot.revolute, 1.0, 50.0)
         goal = start + random.uniform(-0.15, 0.15, len(robot.joints)) * np.where(robot.revolute, 1.0, 50.0)
         rotation, position = placed.tip_pose(np.clip(goal, robot.lower, robot.upper))
-        q = joints_for(placed, rotation, position, start)
-        assert q is not None
+        reached = inverse_kinematics(placed, rotation, position, start)
+        assert reached.found
+        q = reached.q
         found = placed.tip_pose(q)
         np.testing.assert_allclose(found[0], rotation, atol=1e-7)
         np.testing.assert_allclose(found[1], position, atol=2e-6)
         assert ((q >= robot.lower) & (q <= robot.upper)).all()
-    assert joints_for(placed, rotation, position + 5000.0, robot.home) is None
+    assert not inverse_kinematics(placed, rotation, position + 5000.0, robot.home).found
 
 
 def test_a_scene_in_another_process_may_name_files() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.engine.scenes import head_corridor, head_mesh, placed_scene, straight_scene, wall
 from vfix_engine.control import ControlSettings
-from vfix_engine.fixtures import CartesianLimits, Fixture, OrientationCone, RemoteCentre, ToolState, weighted
+from vfix_engine.fixtures import CartesianLimits, Fixture, OrientationCone, RemoteCentre, StepState, weighted
 from vfix_engine.simulation.rehearsal import Command, Rehearsal
 from vfix_engine.simulation.scene import Scene
 from vfix_engine.simulation.snapshot import Snapshot
@@ -24,22 +24,22 @@ def open_field() -> Scene:
     return straight_scene(wall(90.0))
 
 
-def first_state(scene: Scene) -> ToolState:
+def first_state(scene: Scene) -> StepState:
     return Rehearsal(scene, FAST).start("free").tool
 
 
-def shaft(state: ToolState) -> np.ndarray:
+def shaft(state: StepState) -> np.ndarray:
     along = state.segments.end[-1] - state.segments.start[-1]
     return along / np.linalg.norm(along)
 
 
-def behind(state: ToolState, distance: float) -> np.ndarray:
+def behind(state: StepState, distance: float) -> np.ndarray:
     """A point on the shaft's axis."""
     return state.segments.end[-1] - distance * shaft(state)
 
 
 def roam(
-    scene: Scene, fixtures: tuple[Fixture, ...], steps: int, measure: Callable[[ToolState], float], seed: int = 3
+    scene: Scene, fixtures: tuple[Fixture, ...], steps: int, measure: Callable[[StepState], float], seed: int = 3
 ) -> tuple[np.ndarray, list[Snapshot]]:
     """A hand that pushes, turns and rests at random at full force; what is measured after every step."""
     random = np.random.default_rng(seed)

@@ -5,11 +5,11 @@ still stop where the task ends, and from which the tool can stop in sight of ana
 Their settings are those of the state's ``ControlContext``.
 """
 
-from .approach_path import ApproachPath, approach_path
+from .approach_path import ApproachPath
 from .damping import DampingTask
-from .follow_path import FollowPath, PathPoint, follow_path
-from .inspect_target import ApproachTarget, InspectTarget, approach_target, inspect_target, view_point
-from .move_freely import MoveFreely, move_freely
+from .follow_path import FollowPath, PathPoint
+from .inspect_target import ApproachTarget, InspectTarget, view_point
+from .move_freely import MoveFreely
 from .posture import PostureTask
 from .weighted_tasks import WeightedTasks
 
@@ -23,10 +23,5 @@ __all__ = [
     "PathPoint",
     "PostureTask",
     "WeightedTasks",
-    "approach_path",
-    "approach_target",
-    "follow_path",
-    "inspect_target",
-    "move_freely",
     "view_point",
 ]

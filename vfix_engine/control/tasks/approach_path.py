@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...fixtures import StepState
 from ...geometry.path import SplinePath
-from ..settings import ControlSettings
+from ...geometry.shaft_directions import ShaftDirections
+from ...geometry.triples import triple
+from ..request_kernel import approach_request
 from ..step_request import HandCommand, StepRequest
 from .follow_path import PathPoint
-from .wanted_motion import context_of, guided, tip_request
-
-Array = NDArray[np.float64]
+from .hand_request import context_for, request_with, shaft_objective
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,22 +21,24 @@ class ApproachPath:
     """The tip moves straight to the path at the hand's speed: the hand's force sets the speed, not the direction.
 
     Args:
-        path, nearest: see ``FollowPath``.
+        path, nearest, shaft: see ``FollowPath``.
     """
 
     path: SplinePath
     nearest: PathPoint | None = None
+    shaft: ShaftDirections | None = None
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Four objective rows with a progress variable; ``command.torque`` is not used."""
+        """Four objective rows in mm with a progress variable, and three of the shaft; no use of ``command.torque``."""
+        context = context_for(self, state, command)
         near = self.nearest or PathPoint(*self.path.closest(state.tip.position))
-        towards = near.position - state.tip.position
-        return approach_path(state, command.force, towards, context_of(state).settings, command.reach)
-
-
-def approach_path(
-    state: StepState, force: Array, towards: Array, settings: ControlSettings, reach: float = np.inf
-) -> StepRequest:
-    """The request of an approach; ``towards`` (3,) in mm leads from the tip to the path."""
-    desired, ramp, wish = guided(state.tip.jacobian[:3] @ state.velocity, force, towards, settings, reach)
-    return tip_request(state, desired, ramp, wish, settings)
+        dof = context.layout.dof
+        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        asked = approach_request(
+            *context.guide, state.numbers, triple(command.force), triple(near.position), False, command.reach,
+            matrix, target, along,
+        )  # fmt: skip
+        if self.shaft is None:
+            return request_with(matrix, target, along, asked)
+        turning = shaft_objective(context, state, self.shaft, float(near.s), 0.0, asked[0])
+        return request_with(matrix, target, along, asked, more=turning)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...fixtures import Objective, StepState, joint_regularisation
+from ..context import context_of
 from ..step_request import StepRequest
-from .wanted_motion import context_of
 
 
 @dataclass(frozen=True)

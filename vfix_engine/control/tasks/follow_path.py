@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from ...fixtures import StepState
 from ...geometry.path import SplinePath
-from ..admittance import path_velocity, saturate, slew_limited
-from ..settings import ControlSettings
+from ...geometry.shaft_directions import ShaftDirections
+from ...geometry.triples import triple
+from ..request_kernel import path_request
 from ..step_request import HandCommand, StepRequest
-from .wanted_motion import context_of, stoppable_speed, tip_request, velocity_change
+from .hand_request import context_for, request_with, shaft_objective
 
 Array = NDArray[np.float64]
 
@@ -34,47 +35,26 @@ class FollowPath:
         path: in the patient frame, mm.
         nearest: the path's point closest to the tip, as its caller tracks it along one branch from step to step;
             None: the closest of the whole path.
+        shaft: the planned orientation of the shaft along the path, which it keeps as far as bone lets it; None: the
+            shaft turns only where something asks it to.
     """
 
     path: SplinePath
     nearest: PathPoint | None = None
+    shaft: ShaftDirections | None = None
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Four objective rows with a progress variable; ``command.torque`` is not used."""
+        """Four objective rows in mm with a progress variable, and three of the shaft; no use of ``command.torque``."""
+        context = context_for(self, state, command)
         near = self.nearest or PathPoint(*self.path.closest(state.tip.position))
-        offset, remaining = near.position - state.tip.position, (near.s, self.path.length - near.s)
-        settings = context_of(state).settings
-        return follow_path(state, command.force, near.tangent, offset, remaining, settings, command.reach)
-
-
-def follow_path(
-    state: StepState,
-    force: Array,
-    tangent: Array,
-    offset: Array,
-    remaining: tuple[float, float],
-    settings: ControlSettings,
-    reach: float = np.inf,
-) -> StepRequest:
-    """The request of path following from what is known about the path at the tip.
-
-    Args:
-        force: (3,) in N, already capped; tangent, offset: of the path at the point closest to the tip.
-        remaining: arc length behind and ahead of the tip in mm, so that no step leaves the path at its ends.
-        reach: longest motion in mm.
-    """
-    wanted = path_velocity(
-        force,
-        tangent,
-        offset,
-        gain=settings.gain_mm_per_s_per_n,
-        k_d=settings.k_d,
-        k_tau=settings.k_tau,
-        capture=settings.capture_mm,
-    )
-    wanted = saturate(wanted, min(settings.sight_speed_mm_per_s, stoppable_speed(reach, settings)))
-    velocity, ramp = slew_limited(state.tip.jacobian[:3] @ state.velocity, wanted, velocity_change(settings))
-    along = float(velocity @ tangent)
-    kept = min(max(along, -stoppable_speed(remaining[0], settings)), stoppable_speed(remaining[1], settings))
-    desired = (velocity + tangent * (kept - along)) * settings.dt_s  # eq. 12
-    return tip_request(state, desired, ramp, wanted * settings.dt_s, settings)
+        dof, behind = context.layout.dof, float(near.s)
+        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        asked = path_request(
+            *context.guide, state.numbers, triple(command.force), triple(near.position), triple(near.tangent),
+            behind, self.path.length - behind, command.reach, matrix, target, along,
+        )  # fmt: skip
+        if self.shaft is None:
+            return request_with(matrix, target, along, asked)
+        step = -float(matrix[:3, dof] @ near.tangent)  # column of the progress variable: minus the wanted motion
+        turning = shaft_objective(context, state, self.shaft, behind, step, asked[0])
+        return request_with(matrix, target, along, asked, more=turning)

@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...fixtures import ReachTarget, StepState, TargetInspection, view_jacobian
-from ...fixtures.rows import progress_weight
-from ...fixtures.target_inspection import PROGRESS_REWARD as VIEW_REWARD
+from ...fixtures import Constraint, StepState
+from ...fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
+from ...geometry.triples import Triple, triple
 from ...given import point
 from ...robots import Tool
-from ..admittance import saturate, slew_limited
-from ..settings import ControlSettings
+from ..context import ControlContext
+from ..request_kernel import approach_request, inspect_request, stays_in_view
 from ..step_request import HandCommand, StepRequest
-from .wanted_motion import (
-    context_of,
-    guided,
-    progress_compliance,
-    ramp_fraction,
-    share_along,
-    sight_turn,
-    step_length,
-    stoppable_turn,
-    turn_change,
-)
+from .hand_request import context_for, request_with
 
 Array = NDArray[np.float64]
 
-_IDENTITY = np.eye(3)
-_IDENTITY.setflags(write=False)
+_PLANES = np.arange(len(BALL_DIRECTIONS))
+_PLANES.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +38,15 @@ class ApproachTarget:
         object.__setattr__(self, "target", point("the target", self.target))
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Four objective rows with a progress variable; ``command.torque`` is not used."""
-        context, target = context_of(state), np.asarray(self.target)
-        return approach_target(state, context.tool, command.force, target, context.settings, command.reach)
+        """Four objective rows in mm with a progress variable; ``command.torque`` is not used."""
+        context = context_for(self, state, command)
+        dof = context.layout.dof
+        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        asked = approach_request(
+            *context.guide, state.numbers, triple(command.force), triple(np.asarray(self.target)), True, command.reach,
+            matrix, target, along,
+        )  # fmt: skip
+        return request_with(matrix, target, along, asked)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,56 +63,28 @@ class InspectTarget:
         object.__setattr__(self, "target", point("the target", self.target))
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Seven objective rows, 32 planes and their verdict; ``command.force`` is not used, ``reach`` is in rad."""
-        context, target = context_of(state), np.asarray(self.target)
-        return inspect_target(state, context.tool, command.torque, target, context.settings, command.reach)
+        """Seven objective rows and 32 planes in mm, and their verdict.
+
+        ``command.force`` is not used, ``reach`` is in rad.
+        """
+        context, goal = context_for(self, state, command), triple(np.asarray(self.target))
+        dof, count = context.layout.dof, len(_PLANES)
+        matrix, target, along = np.empty((7, dof + 1)), np.empty(7), np.empty(dof)
+        planes, bound = np.empty((count, dof + 1)), np.empty(count)
+        asked = inspect_request(
+            *context.guide, state.numbers, triple(command.torque), goal, ball_inner(), command.reach,
+            matrix, target, along, planes, bound,
+        )  # fmt: skip
+        constraints = (Constraint("target", planes, bound, _PLANES),)
+        return request_with(matrix, target, along, asked, constraints, partial(_is_admissible, context, state, goal))
+
+
+def _is_admissible(context: ControlContext, before: StepState, goal: Triple, after: StepState) -> bool:
+    """The virtual point ends within the tolerance, or no further out than it was."""
+    return stays_in_view(*context.guide, before.numbers, after.numbers, goal)
 
 
 def view_point(state: StepState, tool: Tool, distance: float) -> Array:
     """P_v (3,): the point ``distance`` mm ahead of the tip on the optical axis."""
     point: Array = state.tip.position + distance * tool.direction(state.tip.rotation)
     return point
-
-
-def approach_target(
-    state: StepState, tool: Tool, force: Array, target: Array, settings: ControlSettings, reach: float = np.inf
-) -> StepRequest:
-    """The request that guides P_v onto the target (3,) at the hand's speed."""
-    jacobian = view_jacobian(state.tip, settings.view_distance_mm, tool.direction(state.tip.rotation))
-    towards = target - view_point(state, tool, settings.view_distance_mm)
-    desired, ramp, wish = guided(jacobian @ state.velocity, force, towards, settings, reach)
-    rows = ReachTarget(desired, settings.view_distance_mm, tool.direction(_IDENTITY)).at(state)
-    along, length = share_along(jacobian, desired), step_length(state, desired, wish)
-    compliance = progress_compliance(settings, ramp, VIEW_REWARD)
-    return StepRequest(rows.objectives, (), length, along, None, compliance, ramp_fraction(desired, wish))
-
-
-def inspect_target(
-    state: StepState, tool: Tool, torque: Array, target: Array, settings: ControlSettings, reach: float = np.inf
-) -> StepRequest:
-    """The request of an inspection: the torque (3,) in N·mm swings the tool while P_v stays on the target.
-
-    ``reach`` is the largest turn in rad.
-    """
-    wanted = settings.rotation_gain_rad_per_s_per_nmm * torque
-    wanted = saturate(wanted, min(sight_turn(state, settings), stoppable_turn(reach, settings)))
-    spin, ramp = slew_limited(state.tip.jacobian[3:] @ state.velocity, wanted, turn_change(settings))
-    turn, lever = spin * settings.dt_s, settings.view_distance_mm
-    fixture = TargetInspection(
-        target,
-        turn,
-        settings.target_tolerance_mm,
-        lever,
-        tool.direction(_IDENTITY),
-        settings.approach_deceleration_mm_per_s2,
-    )
-    rows = fixture.at(state, settings.dt_s)
-    return StepRequest(
-        rows.objectives,
-        rows.constraints,
-        lever * step_length(state, turn, wanted * settings.dt_s),
-        share_along(state.tip.jacobian[3:], turn),
-        lambda after: fixture.is_admissible(state, after),
-        lever**2 * settings.rotation_gain_rad_per_s_per_nmm * settings.dt_s * ramp * progress_weight(VIEW_REWARD),
-        ramp_fraction(turn, wanted * settings.dt_s),
-    )

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from ...errors import InputError
 from ...fixtures import Objective, StepState, joint_regularisation
 from ...given import real_array
+from ..context import context_of
 from ..step_request import StepRequest
-from .wanted_motion import context_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class PostureTask:
         context = context_of(state)
         posture = real_array("the posture", self.posture)
         if posture.shape != state.q.shape or not np.isfinite(posture).all():
-            raise InputError(f"the posture has the shape {posture.shape}; it is {len(state.q)} finite joint values")
+            raise InputError(f"the posture is {posture.tolist()!r:.80}; it is {len(state.q)} finite joint values")
         share = min(1.0, context.settings.dt_s / self.time_s)
         matrix = joint_regularisation(context.robot.robot).matrix
         target = matrix[:, :-1] @ (share * (posture - state.q))

@@ -27,7 +27,10 @@ class WeightedTasks:
     def __post_init__(self) -> None:
         if not self.parts:
             raise InputError("a weighted sum needs at least one task")
-        for _, weight in self.parts:
+        for part in self.parts:
+            if not isinstance(part, (tuple, list)) or len(part) != 2:
+                raise InputError(f"a weighted sum is made of pairs (task, weight), not of a {type(part).__name__}")
+            weight = part[1]
             if not 0.0 < weight < float("inf"):
                 raise InputError(f"a task's weight is {weight!r}; it must be a finite number above 0")
         object.__setattr__(self, "parts", tuple(self.parts))

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 @compiled
-def _slope(t: float, p: Array, d: Array, box: Array) -> float:
+def _half_derivative(t: float, p: Array, d: Array, box: Array) -> float:
     """Half the derivative of the squared distance from p + t·d to the box."""
     total = 0.0
     for i in range(3):
@@ -28,7 +28,7 @@ def segment_box(p: Array, d: Array, box: Array) -> tuple[float, float]:
     of the box: bisection over these leaves one piece, whose minimum is exact.
     """
     low, high = 0.0, 1.0
-    at_low, at_high = _slope(0.0, p, d, box), _slope(1.0, p, d, box)
+    at_low, at_high = _half_derivative(0.0, p, d, box), _half_derivative(1.0, p, d, box)
     if at_low >= 0.0:
         t = 0.0
     elif at_high <= 0.0:
@@ -39,7 +39,7 @@ def segment_box(p: Array, d: Array, box: Array) -> tuple[float, float]:
                 for side in range(2):
                     cut = (box[side, i] - p[i]) / d[i]
                     if low < cut < high:
-                        slope = _slope(cut, p, d, box)
+                        slope = _half_derivative(cut, p, d, box)
                         if slope <= 0.0:
                             low, at_low = cut, slope
                         else:

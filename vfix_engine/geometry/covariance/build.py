@@ -1,4 +1,4 @@
-"""Building the covariance tree (Li 2007, section III.D, eq. 6-7)."""
+"""Construction of the covariance tree (Li 2007, section III.D, eq. (6)-(7))."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..compiled import compiled
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-STACK = 160  # entries of a traversal: no branch is deeper than _DEEPEST plus the halvings below it
+STACK = 160  # entries of a traversal stack: a branch has at most _DEEPEST levels and the halvings below them
 _DEEPEST = 96
 
 
@@ -36,9 +36,9 @@ class Nodes(NamedTuple):
 
 @compiled
 def principal_axes(m: Array, axes: Array) -> None:
-    """Eigenvectors of the symmetric (3, 3) matrix m into the rows of ``axes``, largest eigenvalue first; m is spent.
+    """Write the eigenvectors of the symmetric matrix m (3, 3) into the rows of ``axes``, largest eigenvalue first.
 
-    Jacobi's rotations: always orthonormal, also for repeated or zero eigenvalues.
+    Jacobi rotations: the result is orthonormal also for repeated or zero eigenvalues. Overwrites m.
     """
     for i in range(3):
         for j in range(3):
@@ -72,7 +72,7 @@ def principal_axes(m: Array, axes: Array) -> None:
 
 @compiled
 def _place(centres: Array, radii: Array, members: Index, frame: Array, box: Array, along: Array) -> None:
-    """Frame and box of the members; ``along`` gets their first local coordinate."""
+    """Write frame and box of the members; ``along`` gets their first local coordinate."""
     count = len(members)
     frame[3, :] = 0.0
     for i in range(count):
@@ -80,7 +80,7 @@ def _place(centres: Array, radii: Array, members: Index, frame: Array, box: Arra
             frame[3, k] += centres[members[i], k]
     frame[3, :] /= count
     moments = np.zeros((3, 3))
-    for i in range(count):  # eq. 6
+    for i in range(count):  # (6)
         x = centres[members[i], 0] - frame[3, 0]
         y = centres[members[i], 1] - frame[3, 1]
         z = centres[members[i], 2] - frame[3, 2]
@@ -105,17 +105,17 @@ def _place(centres: Array, radii: Array, members: Index, frame: Array, box: Arra
                 along[i] = local
         r_max = max(r_max, radii[members[i]])
         far = max(far, abs(centres[members[i], 0]), abs(centres[members[i], 1]), abs(centres[members[i], 2]))
-    # Rounding of the coordinates and of the frame must leave no triangle outside its box.
+    # Enlarged by the rounding of coordinates and frame, so that no triangle lies outside its box.
     r_max += 1e-12 * (far + r_max)
-    box[0, :] -= r_max  # eq. 7
+    box[0, :] -= r_max  # (7)
     box[1, :] += r_max
 
 
 @compiled
 def _split(members: Index, along: Array, spare: Index, halve: bool) -> int:
-    """Order the members by the side of x = 0 of the centroid's frame; returns how many lie on the first side.
+    """Partition the members at x = 0 of the centroid's frame; return the size of the first part.
 
-    Coinciding centres cannot be separated: these are halved by their order, so that the tree always ends.
+    Members with equal centres are halved by their order, so that the recursion ends.
     """
     count = len(members)
     low, high = 0, 0

@@ -1,4 +1,4 @@
-"""Searching the covariance tree (Li 2007, section III.D, eq. 8), compiled."""
+"""Queries of the covariance tree (Li 2007, section III.D, eq. (8)), compiled."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Index = NDArray[np.int32]
 
 @compiled
 def node_gap(frame: Array, box: Array, p: Array, d: Array, lp: Array, ld: Array) -> tuple[float, float]:
-    """Squared distance from the segment to the node's box and where on the segment; lp, ld get it in local terms."""
-    for k in range(3):  # eq. 8
+    """Squared distance from the segment to the node's box and its t; lp, ld get the segment in the node's frame."""
+    for k in range(3):  # (8)
         lp[k] = (
             frame[k, 0] * (p[0] - frame[3, 0]) + frame[k, 1] * (p[1] - frame[3, 1]) + frame[k, 2] * (p[2] - frame[3, 2])
         )
@@ -54,7 +54,7 @@ def tree_pairs(
 ) -> tuple[Array, Index]:  # fmt: skip
     """All pairs with distance − radius ≤ threshold as rows (see ``pairs_from_rows``).
 
-    Nodes that are no thicker than ``flat`` and farther than ``exact_within`` yield one pair on their box instead.
+    Nodes no thicker than ``flat`` and farther than ``exact_within``, in mm, give one pair on their box instead.
     """
     rows, labels = np.empty((256, 10)), np.empty((256, 2), np.int32)
     found = 0
@@ -119,7 +119,7 @@ def tree_nearest(
             gap, _ = node_gap(frame[one], box[one], p, d, lp, ld)
             other_gap, _ = node_gap(frame[one + 1], box[one + 1], p, d, lp, ld)
             nearer = gap <= other_gap
-            # The nearer child is on top and searched first, so that the bound shrinks early.
+            # The nearer child is searched first, so that the bound shrinks early.
             stack[top], gaps[top] = (one + 1, other_gap) if nearer else (one, gap)
             stack[top + 1], gaps[top + 1] = (one, gap) if nearer else (one + 1, other_gap)
             top += 2

@@ -1,4 +1,4 @@
-"""Spheres about triangles."""
+"""Bounding spheres of triangles."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ Array = NDArray[np.float64]
 def enclosing_spheres(triangles: Array) -> tuple[Array, Array]:
     """Smallest sphere around each triangle: centres (F, 3) and radii (F,), each containing its whole triangle.
 
-    Li 2007 takes circumspheres.
-    About an obtuse triangle the sphere over its longest edge already contains the third corner and is smaller, and it
-    stays finite when the triangle degenerates to a line or a point; for acute triangles the two are the same.
+    Li 2007 uses circumspheres. For an obtuse triangle the sphere over its longest edge also contains the third corner,
+    is smaller, and stays finite for degenerate triangles. For acute triangles the two are the same.
     """
     edges = np.roll(triangles, -1, axis=1) - triangles  # corner i to i + 1
     size = np.einsum("fij,fij->fi", edges, edges)
@@ -28,6 +27,6 @@ def enclosing_spheres(triangles: Array) -> tuple[Array, Array]:
     with np.errstate(divide="ignore", invalid="ignore"):
         circum = triangles[acute, 0] + (uu * np.cross(v, normal) + vv * np.cross(normal, u)) / twice
     centres[acute] = np.where(np.isfinite(circum), circum, centres[acute])
-    # Measured from the centre as it is stored, so that rounding leaves no corner outside.
+    # Measured from the rounded centre, so that no corner lies outside.
     radii: Array = np.sqrt(((triangles - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) * (1.0 + 1e-12)
     return centres, radii

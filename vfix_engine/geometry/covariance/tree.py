@@ -1,7 +1,7 @@
-"""The covariance tree of Li 2007, section III.D: the papers' structure, kept as they describe it.
+"""The covariance tree of Li 2007, section III.D, as the reference for ``ProximityTree``.
 
-Distances are from the surface of the tool's capsules to the triangles, in mm; they are exact.
-Only grouped pairs lie on the inflated boxes of flat nodes: nearer than the bone, they may add rows but never decide.
+Distances are from the surface of the tool's capsules to the triangles, in mm, and exact. Grouped pairs are not: they
+lie on the enlarged boxes of flat nodes, no farther than any triangle of the node.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from ...errors import InputError
 from ..candidate_kernels import pack
 from ..candidates import CandidateList
 from ..capsules import Segments
+from ..checks import checked_points
 from ..mesh import TriangleMesh
 from ..pairs import Pair, Pairs, pair_from_row, pairs_from_rows
-from ..points import checked_points
 from ..rows_kernel import write_row
 from .build import Nodes, build
 from .query import tree_nearest, tree_pairs, tree_points
@@ -29,8 +29,11 @@ class CovarianceTree:
     """Covariance tree over the triangles of one mesh.
 
     Args:
-        mesh: the anatomy; triangles without area are allowed and count as the segment or point that they are.
-        leaf_size: triangles at most in a leaf.
+        mesh: the anatomy; triangles without area count as segments or points.
+        leaf_size: largest number of triangles in a leaf.
+
+    Raises:
+        InputError: a leaf size below 1.
     """
 
     def __init__(self, mesh: TriangleMesh, leaf_size: int = 8):
@@ -50,8 +53,8 @@ class CovarianceTree:
     ) -> Pairs:
         """All pairs of a segment and a triangle whose distance is at most ``threshold`` mm.
 
-        With ``group_flat``, a node whose box is no thicker than that (mm), is not entered by the segment and lies
-        farther than ``exact_within`` (mm) gives one pair on its box instead of one per triangle.
+        With ``group_flat``, a node gives one pair on its box instead of one per triangle if the box is no thicker than
+        ``group_flat`` mm, the segment does not enter it, and it is farther than ``exact_within`` mm.
         """
         flat = -1.0 if group_flat is None else group_flat
         rows, labels = tree_pairs(
@@ -63,7 +66,7 @@ class CovarianceTree:
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """Smallest distance from the whole tool's surface to the mesh, or ``upper`` when nothing is nearer than that.
 
-        Where an axis touches the mesh this is minus that segment's radius, however deep the tool is.
+        Where an axis intersects the mesh this is minus the segment's radius, whatever the depth.
         """
         return self._nearest(segments, upper)[0]
 

@@ -39,12 +39,6 @@ class Centreline:
     curve: Curve
     radius: Array
 
-    def radius_at(self, s: ArrayLike) -> Array:
-        """Radius in mm at arc lengths ``s`` in mm; beyond an end that of the end."""
-        at = np.arange(len(self.radius)) * self.curve.step_mm
-        radius: Array = np.interp(np.asarray(s, dtype=np.float64), at, self.radius)
-        return radius
-
 
 def centreline_between(
     mesh: TriangleMesh,
@@ -154,15 +148,16 @@ def _smoothed(path: Array, smooth_mm: float) -> Array:
     if smooth_mm == 0.0 or len(points) < 3:
         return points
     step = along[-1] / (len(points) - 1)
-    # Mirrored through the ends, a straight path stays straight and the ends stay where they are.
-    smooth: Array = gaussian_filter1d(_mirrored(points, 4 * smooth_mm / step), smooth_mm / step, axis=0, mode="nearest")
-    beyond = (len(smooth) - len(points)) // 2
-    return smooth[beyond : beyond + len(points)]
+    return smoothed_between_ends(points, smooth_mm / step)
 
 
-def _mirrored(points: Array, beyond: float) -> Array:
-    """The points (m, 3) with as much of them turned about each end as is asked for, or as there is."""
-    more = min(math.ceil(beyond), len(points) - 1)
+def smoothed_between_ends(points: Array, deviation: float) -> Array:
+    """Points (m, 3) under a Gaussian of that many points; the ends stay where they are, and a straight row straight.
+
+    That is by turning as much of the row about each end as the Gaussian reaches, or as there is.
+    """
+    more = min(math.ceil(4.0 * deviation), len(points) - 1)
     before = 2.0 * points[0] - points[more:0:-1]
     after = 2.0 * points[-1] - points[-2 : -2 - more : -1]
-    return np.concatenate([before, points, after])
+    smooth: Array = gaussian_filter1d(np.concatenate([before, points, after]), deviation, axis=0, mode="nearest")
+    return smooth[more : more + len(points)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...given import place_words
+from ...given import point_text
 from .curve import Curve
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ class PathEnds:
     def warnings(self) -> list[str]:
         """In words, which end is not where it was asked for."""
         return [
-            f"the path {verb} at {place_words(place)}, {moved:.1f} mm from the {name} that was asked for: "
+            f"the path {verb} at {point_text(place)}, {moved:.1f} mm from the {name} that was asked for: "
             "it is a smooth curve through the widest places near by"
             for name, verb, place, moved in (
                 ("start", "begins", self.start, self.start_moved_mm),

@@ -33,11 +33,6 @@ class VoxelLumen:
     origin: Array
     voxel_mm: float
 
-    @property
-    def volume_mm3(self) -> float:
-        """Volume of the inside."""
-        return float(np.count_nonzero(self.inside)) * self.voxel_mm**3
-
     def place(self, voxels: ArrayLike) -> Array:
         """Centres (n, 3) in mm of voxels (n, 3)."""
         centres: Array = self.origin + self.voxel_mm * np.asarray(voxels, dtype=np.float64)

@@ -26,7 +26,6 @@ Direction = Literal["e+", "o+", "e-", "o-"]
 
 # Where the tip goes to, as ϑ / (π/2): +x, +y, −x, −y of {l}. Even joints turn about y and odd ones about x.
 DIRECTIONS: dict[Direction, int] = {"e+": 0, "o+": 1, "e-": 2, "o-": 3}
-SMALL = math.radians(5.0)  # ε of (13), Kwok 2013, fig. 4(d)
 
 
 def bend_angles(m: float, q_c: float, links: int, odd: bool) -> Array:
@@ -53,16 +52,6 @@ def tip_displacement(snake: SnakeModel, delta: ArrayLike) -> Array:
     tip = snake.tip(delta, np.eye(4))[:3, 3]
     d: Array = tip - np.array([0.0, 0.0, snake.reach_mm()])
     return d
-
-
-def primary_displacement(snake: SnakeModel, direction: Direction) -> Array:
-    """d^{e±} or d^{o±} (3,) in mm: of a bend with m = 0 and a small ±ε (13), named after where it goes.
-
-    o+ is the one towards +y, which with these axes is the one with q_c = −ε.
-    """
-    quarter = DIRECTIONS[direction]
-    sign = 1.0 if quarter in (0, 3) else -1.0
-    return tip_displacement(snake, bend_angles(0.0, sign * SMALL, snake.links, quarter % 2 == 1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Bends of the distal links with two parameters, judged against the pathway, compiled: Kwok 2013, eq. 10-20.
+"""Bends of the distal links with two parameters, measured against the pathway, compiled: Kwok 2013, eq. 10-20.
 
 Both families of bends, (10) and (19), are Δq = a · one + b · two with two given vectors: a ``plane`` (2, 2L'). What the
 robot does is clamp(q̃ + Δq), so the Δq that counts is clamp(q̃ + Δq) − q̃; cost and deviations are of that one.
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing, compiled
+from ...geometry.compiled import compiled, no_refcount
 from ...robots.snake_kernel import snake_frames
 from ..pathway.packed import PackedPathway
 from ..query.query_blocks import VertexBlocks
@@ -63,7 +63,7 @@ class Scratch(NamedTuple):
     work: Array
 
 
-@borrowing
+@no_refcount
 def bend(rest: Array, plane: Array, a: float, b: float, q_max: float, delta: Array, q: Array) -> None:
     """Δq (2L',) with joints at their limits, and clamp(q̃ + Δq) (2L',) with the very bits that a caller gets for it."""
     for k in range(len(rest)):
@@ -71,7 +71,7 @@ def bend(rest: Array, plane: Array, a: float, b: float, q_max: float, delta: Arr
         q[k] = min(max(rest[k] + delta[k], -q_max), q_max)
 
 
-@borrowing
+@no_refcount
 def tip_of(delta: Array, length: float) -> tuple[float, float, float]:
     """x_eff of (11): where the last frame's origin is in {l} when the joints are at Δq, mm."""
     x, y, z = 0.0, 0.0, 0.0
@@ -87,7 +87,7 @@ def tip_of(delta: Array, length: float) -> tuple[float, float, float]:
     return x, y, z
 
 
-@borrowing
+@no_refcount
 def cost_of(lumen: Lumen, family: Family, a: float, b: float, scratch: Scratch) -> float:
     """z_eff/z_max of (14) and (20); infinite where the tip does not go in the wanted direction, d · d^e > 0 of (17)."""
     bend(lumen.rest, family.plane, a, b, lumen.q_max, scratch.delta, scratch.q)

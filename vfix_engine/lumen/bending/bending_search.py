@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing, compiled
+from ...geometry.compiled import compiled, no_refcount
 from .bending_kernel import Family, Lumen, Scratch, cost_of, excess_of
 
 Array = NDArray[np.float64]
@@ -39,10 +39,10 @@ _DIRECTION = 6  # evaluations at most to find that a direction betters the recor
 _CHECKS = 7  # places on the path to the bend that is given, asked in the end
 _REPAIR = 4  # more, where one of them is beyond the bounds
 _COARSE, _FINE = 1e-2, 2e-4  # a record is to be bettered by so much of z_max, and is known as well
-_CLOSER, _CLOSEST = 1.0 / 16.0, 1.0 / 128.0  # of t: then the path is checked, and what is not told apart any more
+_CLOSER, _CLOSEST = 1.0 / 16.0, 1.0 / 128.0  # of t: then the path is checked, and what is not distinguished any more
 
 
-@borrowing
+@no_refcount
 def direction(family: Family, t: float) -> float:
     """The angle of a ray in the plane of (a, b): the middle at t = 0, and half as far from the edge with each 1 of t.
 
@@ -55,7 +55,7 @@ def direction(family: Family, t: float) -> float:
     return middle + away if t > 0.0 else middle - away
 
 
-@borrowing
+@no_refcount
 def along(lumen: Lumen, family: Family, phi: float, target: float, scratch: Scratch) -> tuple[float, float]:
     """Where a ray's cost first falls to ``target``, and where from there on it is least; negative if it does not."""
     u, v = math.cos(phi), math.sin(phi)
@@ -78,7 +78,7 @@ def along(lumen: Lumen, family: Family, phi: float, target: float, scratch: Scra
     return first, least
 
 
-@borrowing
+@no_refcount
 def exit_distance(
     lumen: Lumen,
     family: Family,
@@ -118,7 +118,7 @@ def exit_distance(
     return low, made
 
 
-@borrowing
+@no_refcount
 def check_path(
     lumen: Lumen,
     family: Family,
@@ -154,7 +154,7 @@ def check_path(
     return r, weak if most > least else -1.0, places
 
 
-@borrowing
+@no_refcount
 def try_direction(
     lumen: Lumen,
     family: Family,
@@ -197,7 +197,7 @@ def try_direction(
     return True
 
 
-@borrowing
+@no_refcount
 def check_record(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -> bool:
     """Check the path to the record: whether all of it is within the bounds.
 
@@ -227,7 +227,7 @@ def check_record(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -
     return whole
 
 
-@borrowing
+@no_refcount
 def refine(
     lumen: Lumen,
     family: Family,

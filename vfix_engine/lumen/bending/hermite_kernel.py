@@ -11,14 +11,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing
+from ...geometry.compiled import no_refcount
 
 Array = NDArray[np.float64]
 
 VALUE, BY_R, BY_THETA, BY_RR, BY_R_THETA, BY_THETA_THETA = range(6)  # rows of what ``hermite_polar`` fills
 
 
-@borrowing
+@no_refcount
 def interval(knots: Array, theta: float) -> tuple[int, float]:
     """The interval i of (21) that an angle lies in, the last one reaching round to the first, and ϑ − ϑ_i."""
     x = (theta - knots[0]) % (2.0 * math.pi)
@@ -28,7 +28,7 @@ def interval(knots: Array, theta: float) -> tuple[int, float]:
     return i, x - (knots[i] - knots[0])
 
 
-@borrowing
+@no_refcount
 def hermite_polar(knots: Array, coefficients: Array, rest: Array, r: float, theta: float, out: Array) -> None:
     """Q(r, ϑ), its first and its second partial derivatives.
 
@@ -64,7 +64,7 @@ def hermite_polar(knots: Array, coefficients: Array, rest: Array, r: float, thet
         out[5, k] = w1 * here_2 + w2 * there_2
 
 
-@borrowing
+@no_refcount
 def hermite_cartesian(knots: Array, coefficients: Array, rest: Array, u: float, v: float, out: Array) -> None:
     """Q at (u, v) = r (cos ϑ, sin ϑ), ∂Q/∂u and ∂Q/∂v into ``out`` (3, n), finite everywhere; the rest as above.
 
@@ -101,7 +101,7 @@ def hermite_cartesian(knots: Array, coefficients: Array, rest: Array, u: float, 
         out[2, k] = n * outwards + c * across
 
 
-@borrowing
+@no_refcount
 def cubic(coefficients: Array, i: int, k: int, t: float) -> float:
     """Θ_k in the interval i, t rad after its beginning."""
     value: float = coefficients[i, 0, k] + t * (

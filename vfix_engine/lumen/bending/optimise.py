@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...errors import InputError
 from .bending import DIRECTIONS, BendProblem, Direction
-from .bending_kernel import Family, Lumen, cost_of, excess_of
+from .bending_kernel import Family, Lumen
 from .bending_search import UTMOST, direction, search, survey
 
 Array = NDArray[np.float64]
@@ -29,8 +29,7 @@ class Bend:
 
     delta: (2L',) Δq in rad with joints at their limits, read-only. parameters: (m, q_c) in rad of (10), or (α, β) of
     (19). cost: z_eff/z_max of (14) and (20). angle: ϑ in rad. evaluations: of the query. feasible: whether the links'
-    rest was within the bounds; where it was not, no link is deeper than it was at rest. gap: cost above that of a
-    search everywhere, where one was made.
+    rest was within the bounds; where it was not, no link is deeper than it was at rest.
     """
 
     delta: Array
@@ -39,7 +38,6 @@ class Bend:
     angle: float
     evaluations: int
     feasible: bool
-    gap: float | None = None
 
 
 class Survey(NamedTuple):
@@ -48,13 +46,6 @@ class Survey(NamedTuple):
     reachable: Bend
     anywhere: Bend
     exits: Array
-
-
-class CostMap(NamedTuple):
-    """Cost of (14) over m and q_c, (a, b), infinite where the tip goes the other way; and what is within the bounds."""
-
-    cost: Array
-    within: NDArray[np.bool_]
 
 
 class _Side(NamedTuple):
@@ -72,11 +63,6 @@ def optimise_primary(problem: BendProblem, direction: Direction, evaluations: in
         InputError: another direction, or fewer than 40 evaluations.
     """
     return _optimised(problem, _planar(problem, direction), evaluations, *_within(problem))
-
-
-def optimise_between(problem: BendProblem, one: Bend, two: Bend, evaluations: int = EVALUATIONS) -> Bend:
-    """The bend half-way between two neighbours, one after the other in ϑ, scaled by the best (α, β) (18)-(20)."""
-    return _optimised(problem, _between(problem, one, two), evaluations, *_within(problem))
 
 
 def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int = EVALUATIONS) -> tuple[Bend, ...]:
@@ -129,27 +115,6 @@ def search_globally(problem: BendProblem, heading: Direction | tuple[Bend, Bend]
     phi = np.array([direction(side.family, t) for t in first])
     rays = exits[:, None] * np.column_stack([np.cos(phi), np.sin(phi)])
     return Survey(reachable, anywhere, rays @ side.to_parameters.T)
-
-
-def with_gap(problem: BendProblem, bend: Bend, heading: Direction | tuple[Bend, Bend], grid: int = 201) -> Bend:
-    """The bend with its cost above that of a search everywhere."""
-    return replace(bend, gap=bend.cost - search_globally(problem, heading, grid).reachable.cost)
-
-
-def cost_map(problem: BendProblem, heading: Direction, m: ArrayLike, q_c: ArrayLike) -> CostMap:
-    """Kwok 2013, fig. 7(c): the objective (14) and the constraint (17) over m (a,), rad a joint, and q_c (b,), rad."""
-    side = _planar(problem, heading)
-    lumen, _ = _within(problem)
-    scratch, to_plane = problem.scratch(), np.linalg.inv(side.to_parameters)
-    slopes, last = np.array(m, dtype=np.float64), np.array(q_c, dtype=np.float64)
-    cost, within = np.empty((len(slopes), len(last))), np.zeros((len(slopes), len(last)), dtype=np.bool_)
-    for i, slope in enumerate(slopes):
-        for j, value in enumerate(last):
-            a, b = to_plane @ (slope, value)
-            cost[i, j] = cost_of(lumen, side.family, a, b, scratch)
-            excess = excess_of(lumen, side.family, a, b, True, scratch)
-            within[i, j] = excess <= 0.0 and np.isfinite(cost[i, j])
-    return CostMap(cost, within)
 
 
 def _within(problem: BendProblem) -> tuple[Lumen, bool]:

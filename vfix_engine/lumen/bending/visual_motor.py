@@ -16,7 +16,6 @@ from .visual_motor_kernel import camera_rows, steer
 
 Array = NDArray[np.float64]
 
-R_LEAST = 1e-3  # ε⁺ of (29)
 _FAR = 1e6  # [mm] a camera that is wanted farther away is wanted there: squares of more overflow
 
 
@@ -40,7 +39,7 @@ class Steering(NamedTuple):
 class VisualMotor:
     """Steers the camera of the distal links along the axes of its own picture: x to the right, y down, mm.
 
-    Joints beyond their limits stand at them, and what Q changes about them then moves nothing.
+    Joints beyond their limits stay at them, and what Q changes about them then moves nothing.
 
     Args:
         snake: the distal links alone; hermite: their surface of bends; base_of_l: (4, 4) transform of the frame {l}
@@ -94,23 +93,6 @@ class VisualMotor:
             hermite.r_max, float(state[0]), float(state[1]), right, down,
         )  # fmt: skip
         return Steering(u, v)
-
-    def step_polar(self, r: float, theta: float, wanted: ArrayLike) -> tuple[float, float]:
-        """The same as printed: (δr, δϑ) by J⁻¹ (28), r by (29), ϑ in [0, 2π); kept for comparison.
-
-        Raises:
-            InputError: as ``step``; ArithmeticError: J is singular, to the last bit.
-        """
-        (a, b), (c, d) = self.jacobian(r, theta).tolist()
-        right, down = self._wanted(wanted)
-        size = a * d - b * c
-        if size == 0.0:
-            raise ArithmeticError(f"the camera's Jacobian is singular at r = {r:g}, ϑ = {theta:g}")
-        r_next = r + (d * right - b * down) / size
-        theta_next = theta + (a * down - c * right) / size
-        if r_next < 0.0:
-            theta_next += math.pi
-        return max(R_LEAST, r_next), theta_next % (2.0 * math.pi)
 
     def _in_picture(self, q: Array, partials: Array) -> Array:
         """Rows of the camera (2, 2L') times partial derivatives (2L', 2) of q."""

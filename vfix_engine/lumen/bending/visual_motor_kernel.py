@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing, compiled
+from ...geometry.compiled import compiled, no_refcount
 from ...robots.snake_kernel import snake_frames, snake_jacobian
 from .hermite_kernel import hermite_cartesian
 
@@ -54,7 +54,7 @@ class Work(NamedTuple):
     start: Array
 
 
-@borrowing
+@no_refcount
 def look(q: Array, length: float, ahead: float, base: Array, frames: Array, jacobian: Array) -> None:
     """The links' frames (L, 3, 4) in {l} and ∂x_C/∂q (3, 2L) in {l}, mm/rad, of the camera (24)-(25)."""
     snake_frames(q, base, length, frames)
@@ -76,6 +76,21 @@ def camera_rows(q: Array, length: float, ahead: float) -> Array:
         for row in range(2):
             rows[row, k] = tip[0, row] * jacobian[0, k] + tip[1, row] * jacobian[1, k] + tip[2, row] * jacobian[2, k]
     return rows
+
+
+@compiled
+def camera_moved(before: Array, after: Array, length: float, ahead: float) -> Array:
+    """Displacement of the camera (2,) mm from joints to others (2L,), in the picture that it had before."""
+    base, frames = np.eye(4), np.empty((len(before) // 2, 3, 4))
+    last, seen, moved = len(frames) - 1, np.empty((3, 4)), np.zeros(2)
+    snake_frames(before, base, length, frames)
+    seen[:] = frames[last]
+    snake_frames(after, base, length, frames)
+    for k in range(3):
+        shift = frames[last, k, 3] + ahead * frames[last, k, 2] - (seen[k, 3] + ahead * seen[k, 2])
+        moved[0] += seen[k, 0] * shift
+        moved[1] += seen[k, 1] * shift
+    return moved
 
 
 @compiled
@@ -117,7 +132,7 @@ def steer(
     return best_u, best_v
 
 
-@borrowing
+@no_refcount
 def newton(
     surface: Surface, work: Work, right: float, down: float, u: float, v: float, missing: float
 ) -> tuple[float, float, float]:
@@ -153,7 +168,7 @@ def newton(
     return u, v, missing
 
 
-@borrowing
+@no_refcount
 def by_rays(
     surface: Surface, work: Work, right: float, down: float, u: float, v: float, missing: float
 ) -> tuple[float, float, float]:
@@ -181,7 +196,7 @@ def by_rays(
     return best_u, best_v, missing
 
 
-@borrowing
+@no_refcount
 def pose(surface: Surface, work: Work, u: float, v: float) -> None:
     """Q and its slopes at (u, v), the joints within their limits, and the links' frames."""
     hermite_cartesian(surface.knots, surface.coefficients, surface.rest, u, v, work.slopes)
@@ -190,7 +205,7 @@ def pose(surface: Surface, work: Work, u: float, v: float) -> None:
     snake_frames(work.q, work.base, surface.length, work.frames)
 
 
-@borrowing
+@no_refcount
 def left_over(surface: Surface, work: Work, right: float, down: float) -> tuple[float, float]:
     """What the camera has left to go in mm of (right, down), in the picture that it had at the start."""
     tip, x, y = work.frames[len(work.frames) - 1], right, down
@@ -200,7 +215,7 @@ def left_over(surface: Surface, work: Work, right: float, down: float) -> tuple[
     return x, y
 
 
-@borrowing
+@no_refcount
 def tried(
     surface: Surface, work: Work, right: float, down: float, u: float, v: float
 ) -> tuple[float, float, float, float]:
@@ -213,7 +228,7 @@ def tried(
     return u, v, x, y
 
 
-@borrowing
+@no_refcount
 def damped(a: float, b: float, c: float, d: float, x: float, y: float) -> tuple[float, float]:
     """(JᵀJ + λ²)⁻¹ Jᵀ (x, y) of J = [[a, b], [c, d]]; λ is 0 unless its least singular value is below _WEAK.
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing
+from ...geometry.compiled import no_refcount
 from ...robots.snake_kernel import snake_frames
 from .joint_places import frame_on_curve, on_curve
 
@@ -24,7 +24,7 @@ CENTRE, SLACK, MIDDLE, GUIDE, TIP, STAY, STEEP = range(7)
 _GUIDED = 10.0  # [mm] before the curve's start over which the guide takes hold
 
 
-@borrowing
+@no_refcount
 def nearest_on_curve(points: Array, tangents: Array, step: float, near: float, joint: Array) -> float:
     """Arc length of the place of the curve nearest to ``joint`` (3,), walked to from ``near``."""
     last = len(points) - 1
@@ -54,7 +54,7 @@ def nearest_on_curve(points: Array, tangents: Array, step: float, near: float, j
     return min(beyond, 0.0) if share < 0.0 else last * step + max(beyond, 0.0)
 
 
-@borrowing
+@no_refcount
 def _pull(off: Array, ahead: Array, free: float, centre: float, weights: Array, force: Array, stiff: Array) -> float:
     """Cost of a point that is ``off`` (3,) the curve of tangent ``ahead`` (3,); its gradient and second derivative.
 
@@ -76,7 +76,7 @@ def _pull(off: Array, ahead: Array, free: float, centre: float, weights: Array, 
     return cost
 
 
-@borrowing
+@no_refcount
 def _gather(x: float, y: float, z: float, force: Array, stiff: Array, wrench: Array, stiffness: Array) -> None:
     """Add a point's force and stiffness to the wrench (6,) and the matrix (6, 6) of twists about the origin.
 
@@ -136,7 +136,7 @@ class Body(NamedTuple):
     work: Array
 
 
-@borrowing
+@no_refcount
 def shape_cost(line: Line, task: Task, state: Array, places: Array, body: Body) -> float:
     """Cost of a state (2L + 1,), angles and feed, with each link's own wrench and stiffness in ``body``.
 
@@ -191,7 +191,7 @@ def shape_cost(line: Line, task: Task, state: Array, places: Array, body: Body) 
     return cost
 
 
-@borrowing
+@no_refcount
 def _feed_twist(line: Line, base: Array, feed: float, twist: Array) -> None:
     """How the whole chain moves as its base goes on along the curve, turning with the tangent and not about it."""
     last = len(line.points) - 1
@@ -208,7 +208,7 @@ def _feed_twist(line: Line, base: Array, feed: float, twist: Array) -> None:
     twist[3], twist[4], twist[5] = tx + y * az - z * ay, ty + z * ax - x * az, tz + x * ay - y * ax
 
 
-@borrowing
+@no_refcount
 def normal_matrix(
     line: Line, task: Task, body: Body, state: Array, twists: Array, moved: Array, gradient: Array, hessian: Array
 ) -> None:

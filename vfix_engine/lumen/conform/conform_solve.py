@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing, compiled
+from ...geometry.compiled import compiled, no_refcount
 from .conform_kernel import Body, Line, Task, normal_matrix, shape_cost
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ _NOTHING = 1e-18  # [mm²] a lower cost counts as zero
 _FLOOR, _STIFFEST = 1e-6, 1e6  # of the damping
 
 
-@borrowing
+@no_refcount
 def _newton(hessian: Array, slope: Array, free: Index, count: int, factor: Array, step: Array) -> None:
     """Newton's step for the ``count`` unknowns of ``free``, 0 for the others; the matrix is positive definite."""
     for a in range(count):
@@ -48,7 +48,7 @@ def _newton(hessian: Array, slope: Array, free: Index, count: int, factor: Array
         step[free[a]] = total / factor[a, a]
 
 
-@borrowing
+@no_refcount
 def _value(hessian: Array, gradient: Array, x: Array, slope: Array) -> float:
     """½ xᵀH x + gᵀx, and its slope H x + g."""
     total = 0.0
@@ -61,7 +61,7 @@ def _value(hessian: Array, gradient: Array, x: Array, slope: Array) -> float:
     return total
 
 
-@borrowing
+@no_refcount
 def _free_step(
     hessian: Array, slope: Array, x: Array, lower: Array, upper: Array, factor: Array, free: Index, step: Array
 ) -> None:
@@ -87,7 +87,7 @@ def _free_step(
         step[i] = 0.0
 
 
-@borrowing
+@no_refcount
 def box_step(
     hessian: Array, gradient: Array, lower: Array, upper: Array, factor: Array, vectors: Array, free: Index, x: Array
 ) -> None:
@@ -129,20 +129,20 @@ def box_step(
             x[i] = trial[i]
 
 
-@borrowing
+@no_refcount
 def _bounds(state: Array, low: Array, high: Array, lower: Array, upper: Array) -> None:
     """How far every unknown may still go."""
     for i in range(len(state)):
         lower[i], upper[i] = min(low[i] - state[i], 0.0), max(high[i] - state[i], 0.0)
 
 
-@borrowing
+@no_refcount
 def _copied(source: Array, out: Array) -> None:
     for i in range(len(source)):
         out[i] = source[i]
 
 
-@borrowing
+@no_refcount
 def _damped(hessian: Array, damping: float, out: Array) -> None:
     for i in range(len(hessian)):
         for k in range(len(hessian)):

@@ -44,7 +44,7 @@ class ShapeSolution:
 
     base: (4, 4) transform_base_to_patient. q: (2L,) rad. joint_s: (L + 1,) arc length in mm of base joint … tip, of the
     nearest place of the curve where they are off it; negative before its start. offset_mm: (L + 1,) distance of each
-    joint centre to the curve. at_limit: (2L,) which angles stand at ± q_max. exact: every joint centre is on the curve.
+    joint centre to the curve. at_limit: (2L,) which angles are at ± q_max. exact: every joint centre is on the curve.
     tip_s: where the tip was to be, mm; where the limits bind it may lag behind. roll: rad, of the base about
     the curve. curve: what it lies along.
     """

@@ -1,9 +1,8 @@
-"""What a driven snake conforms to, and the shapes on the way from one that conforms to another."""
+"""What a driven snake conforms to, and the shapes between two that conform."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ def driven_curve(pathway: Pathway, curve: Curve | None) -> Curve:
 
 
 def blended(one: ShapeSolution, two: ShapeSolution, share: float) -> ShapeSolution:
-    """On the way from one conforming shape to another; the second, bit by bit, at 1."""
+    """Between one conforming shape and another; the second, bit by bit, at 1."""
     if share >= 1.0:
         return two
     base = np.empty((4, 4))
@@ -31,12 +30,12 @@ def blended(one: ShapeSolution, two: ShapeSolution, share: float) -> ShapeSoluti
     joint_s = one.joint_s + share * (two.joint_s - one.joint_s)
     offset_mm = one.offset_mm + share * (two.offset_mm - one.offset_mm)
     tip_s = min(one.tip_s + share * (two.tip_s - one.tip_s), two.curve.length)
-    return replace(two, base=base, q=q, joint_s=joint_s, offset_mm=offset_mm, tip_s=tip_s, exact=False)
+    return ShapeSolution(base, q, joint_s, offset_mm, two.at_limit, False, tip_s, two.roll, two.curve)
 
 
 @compiled
 def _blend_base(base: Array, end: Array, share: float, out: Array) -> None:
-    """A base (4, 4) on its way: its origin in a straight line, its axes by one turn about a fixed axis (Rodrigues).
+    """A base (4, 4) between two: its origin in a straight line, its axes by one turn about a fixed axis (Rodrigues).
 
     Bases that are half a turn apart have no such axis; conforming shapes never are.
     """

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import PathwayError
 from ...robots.snake import SnakeModel
-from ..anatomy.centreline import Centreline
+from ..anatomy.centreline import Centreline, smoothed_between_ends
 from ..anatomy.curve import Curve
 from .follow_kernel import BAND, BEND, CURVE, SPACE, TETHER, TURN, banded_step, followable_squares
 
@@ -39,7 +39,7 @@ def followable(
     """A curve near the centreline, from its start to its end, that the snake's joints can follow as far as one exists.
 
     Where the centreline turns by less than ``turn`` over a link, in the slack that the snake has, it is kept but for
-    its fastest wiggles.
+    its fastest wiggles; its two ends stay where they are.
 
     Args:
         centreline: the lumen's, or a curve with its radii (N,) in mm.
@@ -64,8 +64,7 @@ def followable(
     centre = line.position(at)
     slack = np.interp(at, np.arange(len(radius)) * line.step_mm, radius) - snake.radius_mm
     slack = np.maximum(_smoothed(slack[:, None], 2.0)[:, 0], _LEAST_SLACK)
-    begin = _smoothed(centre, _SMOOTH / _SAMPLE)
-    begin[0] = centre[0]
+    begin = smoothed_between_ends(centre, _SMOOTH / _SAMPLE)
     points = Curve.through(begin, chord / _LINKS).points.copy()
     return Curve.through(_settled(points, centre, slack, chord, turn))
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing
+from ...geometry.compiled import no_refcount
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -19,11 +19,11 @@ Index = NDArray[np.int64]
 TURN, BEND, CURVE, SPACE, TETHER = range(5)  # columns of the weights, mm per unit of what each multiplies
 FARTHEST = 11  # points between the two ends of a chord
 BAND = 6 * FARTHEST + 3  # diagonals on and below the main one
-_FIXED = 1e3  # holds the first point
+_FIXED = 1e3  # holds the first and the last point
 _SLIDE = 3  # samples of the centreline that a point's place may move in one turn
 
 
-@borrowing
+@no_refcount
 def _add(band: Array, gradient: Array, columns: Index, values: Array, count: int, residual: float) -> float:
     """Add the residual with its derivatives to band (BAND, 3n), whose row b holds the entries (j + b, j)."""
     for a in range(count):
@@ -35,7 +35,7 @@ def _add(band: Array, gradient: Array, columns: Index, values: Array, count: int
     return 0.5 * residual * residual
 
 
-@borrowing
+@no_refcount
 def _chord_end(points: Array, start: int, direction: int, chord: float) -> tuple[int, float]:
     """Where a chord from ``start`` ends: the point before its end along ``direction``, and the share; or −1."""
     before, at = 0.0, start
@@ -53,7 +53,7 @@ def _chord_end(points: Array, start: int, direction: int, chord: float) -> tuple
     return at - direction, 1.0
 
 
-@borrowing
+@no_refcount
 def _turns(
     points: Array,
     chord: float,
@@ -94,7 +94,7 @@ def _turns(
     return cost
 
 
-@borrowing
+@no_refcount
 def _shape(
     points: Array,
     step: float,
@@ -137,7 +137,7 @@ def _shape(
     return cost
 
 
-@borrowing
+@no_refcount
 def followable_squares(
     points: Array, centre: Array, slack: Array, places: Index, chord: float, limit: float, step: float, sharpest: float,
     weights: Array, band: Array, gradient: Array, columns: Index, values: Array,
@@ -174,13 +174,16 @@ def followable_squares(
             for k in range(3):
                 values[k] = (points[i, k] - centre[place, k]) / size
             cost += _add(band, gradient, columns, values, 3, size - slack[place])
+    last = len(points) - 1
     for k in range(3):
         columns[0], values[0] = k, _FIXED
         cost += _add(band, gradient, columns, values, 1, _FIXED * (points[0, k] - centre[0, k]))
+        columns[0] = 3 * last + k
+        cost += _add(band, gradient, columns, values, 1, _FIXED * (points[last, k] - centre[len(centre) - 1, k]))
     return cost
 
 
-@borrowing
+@no_refcount
 def banded_step(band: Array, gradient: Array, damping: float, factor: Array, move: Array) -> None:
     """Solve (A + damping) move = −gradient for the positive definite A of ``band``, by Cholesky within the band.
 

@@ -10,13 +10,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing, compiled
+from ...geometry.compiled import compiled, no_refcount
 from ...robots.snake_kernel import aim
 
 Array = NDArray[np.float64]
 
 
-@borrowing
+@no_refcount
 def on_curve(points: Array, tangents: Array, step: float, s: float, out: Array) -> None:
     """The point (3,) at arc length s."""
     last = len(points) - 1
@@ -31,7 +31,7 @@ def on_curve(points: Array, tangents: Array, step: float, s: float, out: Array) 
         out[k] = (1.0 - share) * points[before, k] + share * points[before + 1, k]
 
 
-@borrowing
+@no_refcount
 def chord_behind(points: Array, tangents: Array, step: float, s: float, chord: float, joint: Array) -> float:
     """The largest s' < s whose point lies ``chord`` mm from ``joint`` (3,), the point at s.
 
@@ -58,7 +58,7 @@ def chord_behind(points: Array, tangents: Array, step: float, s: float, chord: f
     return -(linear + math.sqrt(max(linear * linear - rest, 0.0)))
 
 
-@borrowing
+@no_refcount
 def joint_places(
     points: Array, tangents: Array, step: float, tip: float, chord: float, places: Array, joints: Array
 ) -> None:
@@ -72,7 +72,7 @@ def joint_places(
         on_curve(points, tangents, step, places[link], joints[link])
 
 
-@borrowing
+@no_refcount
 def frame_on_curve(
     points: Array, tangents: Array, across: Array, step: float, s: float, roll: float, out: Array
 ) -> None:

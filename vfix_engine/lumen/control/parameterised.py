@@ -78,10 +78,10 @@ class ParameterisedControl:
     def ends(self, first: int) -> str:
         """Links that the control bends bring to their bounds, looked at once for each set of them."""
         if self._ends is None:
-            context, told = self._context, set[str]()
+            context, found = self._context, set[str]()
             for bend in self.bends:
-                told.update(at_bounds(context, context.snake.clamp(context.rest + bend.delta), first))
-            self._ends = ", ".join(sorted(told))
+                found.update(at_bounds(context, context.snake.clamp(context.rest + bend.delta), first))
+            self._ends = ", ".join(sorted(found))
         return self._ends
 
     def accept(self, share: float) -> None:

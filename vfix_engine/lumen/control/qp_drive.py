@@ -51,7 +51,7 @@ class QpControl:
         if length == 0.0:
             return q
         jacobian, desired = np.zeros((3, n)), np.zeros(3)
-        jacobian[:2], desired[:2] = camera_jacobian(snake, q, context.base), camera_mm
+        jacobian[:2], desired[:2] = camera_jacobian(snake, q), camera_mm
         objectives = [
             with_progress(jacobian, desired, REWARD),
             joint_regularisation(context, REGULARISATION),
@@ -87,7 +87,7 @@ class QpControl:
 
     def outwards(self, q: Array) -> Array:
         """Where the camera goes as the bend grows in proportion."""
-        return outwards(self._context.snake, q, self._context.base, self._context.rest)
+        return outwards(self._context.snake, q, self._context.rest)
 
     def _kept(self, q: Array) -> bool:
         """Whether every link is within its bound."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...robots.snake import SnakeModel
+from ..bending.visual_motor_kernel import camera_rows
 from ..pathway.packed import PackedPathway
 from ..query.query import Query
 
@@ -70,9 +71,9 @@ class TipControl(Protocol):
         """(2,) where the camera goes in its plane as the links bend more, mm; 0 where they are straight."""
 
 
-def outwards(snake: SnakeModel, q: Array, base: Array, rest: Array) -> Array:
+def outwards(snake: SnakeModel, q: Array, rest: Array) -> Array:
     """(2,) where the camera goes in its plane as joints q (2L',) leave ``rest`` in proportion, mm."""
-    found: Array = camera_jacobian(snake, q, base) @ (q - rest)
+    found: Array = camera_jacobian(snake, q) @ (q - rest)
     return found
 
 
@@ -91,9 +92,6 @@ def stops(context: DistalContext, q: Array, first: int) -> list[str]:
     return [*words, f"{limits} of {context.snake.dof} joints at their limit"] if limits else words
 
 
-def camera_jacobian(snake: SnakeModel, q: Array, base: Array) -> Array:
+def camera_jacobian(snake: SnakeModel, q: Array) -> Array:
     """Motion of the camera in its own plane, (2, 2L') mm/rad: rows of eq. 26."""
-    camera = snake.camera(q, base)
-    ahead = np.array([0.0, 0.0, snake.camera_offset_mm])
-    inside: Array = camera[:3, :2].T @ snake.point_jacobian(q, base, snake.links - 1, ahead)
-    return inside
+    return camera_rows(q, snake.length_mm, snake.camera_offset_mm)

@@ -42,7 +42,7 @@ class WallProgram:
     def wall(self, step: Array, near_mm: float, margin_mm: float, least_mm: float = 0.0) -> Constraint:
         """Rows g · J Δq ≤ b_i − margin − clearance of vertices near their link's bound, linearised after ``step``.
 
-        Linearised rows hold for small steps: those of several places of a hollow wall may stand side by side.
+        Linearised rows hold for small steps: those of several places of a hollow wall may be used together.
 
         Args:
             near_mm: vertices get rows that are so near to their bound or nearer.

@@ -17,7 +17,7 @@ from .snake_drive import SnakeDrive
 
 Array = NDArray[np.float64]
 
-_TIP_S = 200.0  # [mm] where the comparison stands
+_TIP_S = 200.0  # [mm] of the comparison
 _LINKS = 7
 _BEND_MM, _RADIUS_MM = 130.0, 14.0  # of the pathway that it is made in
 _SPACING_MM = 1.0  # [mm] between places of the camera's path that its curvature is taken of
@@ -37,7 +37,7 @@ def compare_controls(
 
     Args:
         pathway: None: a bend of 130 mm radius in a lumen of 28 mm.
-        tip_s: mm, where the tip stands; attack_steps, seed: of the adversary; settings: but for the control.
+        tip_s: mm, where the tip is; attack_steps, seed: of the adversary; settings: but for the control.
 
     Returns:
         JSON's types: operator → control → deviation_mm {mean, max}, beyond_mm (most beyond a bound, negative: within),

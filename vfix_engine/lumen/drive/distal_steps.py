@@ -14,7 +14,7 @@ from ..limits.backtracking import largest_share
 from ..limits.limits import Configuration, HardLimits
 from ..pathway.packed import PackedPathway
 from ..query.query import Deviations, Query
-from .drive_state import Command, DriveSettings, Outcome
+from .drive_state import Command, DriveSettings, Observer, Outcome
 from .refusal import Refusal
 from .trail import Trail
 
@@ -42,6 +42,7 @@ class DistalSteps:
     _trail: Trail
     _settled: bool
     _by_joints: bool
+    observer: Observer | None
 
     @property
     def straight(self) -> bool:
@@ -56,6 +57,11 @@ class DistalSteps:
 
     def ready_to_look(self) -> None:
         """Let the control of the distal links get ready here, if it is not; a camera command does it by itself."""
+        if self.observer is not None:
+            self.observer.made_ready()
+        self._get_ready()
+
+    def _get_ready(self) -> None:
         if not self._settled:
             self.control.prepare(self.distal_context(), self.q[2 * self._first :].copy())
             self._settled = True
@@ -74,7 +80,7 @@ class DistalSteps:
         most = self.settings.speed_max * left
         by_joints = self._by_joints or (command.bend is not None and not command.straighten)
         if not by_joints:
-            self.ready_to_look()
+            self._get_ready()
         if command.straighten:
             return self._straighten(q, rest, most, by_joints)
         if command.bend is not None:
@@ -148,10 +154,10 @@ class DistalSteps:
         here = ", ".join(stops(self.distal_context(), q, self._first))
         known = self.control.ends(self._first)
         ends = [words for words in (here, f"the bends known here end with {known}" if known else "") if words]
-        return "no bend moves the camera farther that way" + (f": {'; '.join(ends)}" if ends else "")
+        return "no bend moves the camera farther in that direction" + (f": {'; '.join(ends)}" if ends else "")
 
     def _outwards(self, q: Array) -> Array:
         """(2,) where the camera goes in its plane as the distal links bend more, mm."""
         if self._settled and not self._by_joints:
             return self.control.outwards(q)
-        return outwards(self.distal, q, np.eye(4), self._conformed.q[2 * self._first :])
+        return outwards(self.distal, q, self._conformed.q[2 * self._first :])

@@ -22,7 +22,7 @@ from ..pathway.pathway import TissueMotion
 from .compare import compare_controls
 from .drive_report import DriveReport, Visit
 from .drive_run import DriveRun
-from .drive_state import Command, DriveSettings, DriveState
+from .drive_state import Command, DriveSettings, DriveState, Observer
 from .lumen import Lumen, lumen_between
 from .narrow import WallDepth, narrowest
 from .operators import OPERATORS, Order, Stop, adversarial, scripted
@@ -84,6 +84,7 @@ def drive_lumen(
     tissue: TissueMotion | None = None,
     seed: int = 0,
     progress: Callable[[str], None] | None = None,
+    observe: Callable[[SnakeDrive, Lumen], Observer | None] | None = None,
 ) -> DriveReport:
     """Insert a snake from ``start`` towards ``end`` as far as it reaches, and look round at each landmark on the way.
 
@@ -96,6 +97,7 @@ def drive_lumen(
         snake: the robot that ``links`` is taken of; None: the paper's.
         tissue: how the pathway moves; None: it is still.
         seed: of the adversarial operator; progress: called with what is being done.
+        observe: makes who hears of all that is done with the drive, such as what records it; called once, None: nobody.
 
     Raises:
         PathwayError: clicks or a surface that no path can be made of.
@@ -122,6 +124,8 @@ def drive_lumen(
     for words in warnings:
         say(f"warning: {words}")
     drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.slack)
+    if observe is not None:
+        drive.observer = observe(drive, lumen)
     run = DriveRun(drive, visits, WallDepth(mesh, lumen.pathway, curve) if tissue is None else None, say)
     for order in _orders(drive, operator, visits, target, seed):
         visit = run.carry_out(order)

@@ -1,4 +1,4 @@
-"""What a drive through a lumen came to: summed up step by step, told in plain numbers."""
+"""What a drive through a lumen came to: summed up step by step."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ..anatomy.path_ends import PathEnds
 from ..pathway.pathway import Pathway
 from .drive_state import DriveState
 from .look_round import Retry, SideSeen
-from .narrow import Narrowest, told
+from .narrow import Narrowest, narrowest_values
 
 Array = NDArray[np.float64]
 
 _STEERED = 0.05  # r below which ϑ means nothing
 _TURNED = math.sin(math.radians(2.0))  # and of a view
-_REASONS = 8  # most frequent reasons that are told
+_REASONS = 8  # most frequent reasons that are reported
 
 
 @dataclass
@@ -63,9 +63,9 @@ class Visit:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON's types only."""
-        told = {key: value for key, value in vars(self).items() if not key.startswith("_")}
-        told["sides"] = [asdict(side) for side in self.sides]
-        return told
+        values = {key: value for key, value in vars(self).items() if not key.startswith("_")}
+        values["sides"] = [asdict(side) for side in self.sides]
+        return values
 
 
 @dataclass
@@ -204,7 +204,7 @@ class DriveReport:
             "operator": self.operator,
             "robot_assumed": list(self.robot_assumed),
             "warnings": list(self.warnings),
-            "narrowest": told(self.narrowest),
+            "narrowest": narrowest_values(self.narrowest),
             "behind_wall": self.behind_wall,
             "notice": NOTICE,
         }

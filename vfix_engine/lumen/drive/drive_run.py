@@ -45,7 +45,7 @@ class DriveRun:
     @property
     def behind_wall(self) -> dict[str, Any] | None:
         """Of the vertices measured against the surface the one deepest behind it."""
-        return None if self._behind is None else self._behind.told()
+        return None if self._behind is None else self._behind.to_dict()
 
     def carry_out(self, order: Order) -> Visit | None:
         """One step of the drive; the landmark that its event is about, if there is an event."""

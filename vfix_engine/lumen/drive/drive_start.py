@@ -14,7 +14,7 @@ from ..anatomy.curve import Curve
 from ..control.parameterised import ParameterisedControl
 from ..control.qp_drive import QpControl
 from ..control.tip_control import TipControl
-from ..limits.limits import told_beyond
+from ..limits.limits import beyond_text
 from .drive_state import DriveSettings
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ def refuse_beyond(depth: Array, bound: Array) -> None:
     """
     link = int((depth - bound).argmax())
     if not depth[link] <= bound[link]:
-        start = f"link {link + 1} would start {told_beyond(depth[link], bound[link])} mm outside of the pathway"
+        start = f"link {link + 1} would start {beyond_text(depth[link], bound[link])} mm outside of the pathway"
         raise InputError(f"{start}; its bound is {bound[link]:g} mm: start less deep, or allow it")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,7 +134,7 @@ class Command:
     insert_mm_per_s: forwards, negative backwards.
     camera_mm_per_s: of the camera in its picture's plane, x to the right, y down.
     straighten: bring the manipulated links back to the shape that conforms.
-    bend: (2L',) rad by which the manipulated joints are to stand off the conforming shape, as far as a step goes; it
+    bend: (2L',) rad by which the manipulated joints are to differ from the conforming shape, as far as a step goes; it
         comes before a camera command. None: no such command.
 
     Raises:
@@ -168,7 +168,7 @@ class Command:
 
     @property
     def cleaned(self) -> Command:
-        """Without what is not finite: the insertion, the whole camera command or the whole bend; the rest stands."""
+        """Without what is not finite: the insertion, the whole camera command or the whole bend; the rest stays."""
         camera = self.camera_mm_per_s if all(map(math.isfinite, self.camera_mm_per_s)) else (0.0, 0.0)
         bend = self.bend if self.bend is not None and all(map(math.isfinite, self.bend)) else None
         insert = self.insert_mm_per_s if math.isfinite(self.insert_mm_per_s) else 0.0
@@ -194,6 +194,19 @@ def _real(name: str, value: Any) -> float:
         except OverflowError:
             return math.inf
     raise InputError(f"{name} takes real numbers, not {value!r}")
+
+
+class Observer(Protocol):
+    """Hears of everything that is done with a drive, in the order in which it is done again to repeat it."""
+
+    def stepped(self, command: Command, dt: float) -> None:
+        """The drive has made a step of ``dt`` s; the command as it was given."""
+
+    def planned_anew(self, waypoint_mm: float) -> None:
+        """What was planned ahead is forgotten; shapes are ``waypoint_mm`` apart from now on."""
+
+    def made_ready(self) -> None:
+        """The control of the distal links gets ready."""
 
 
 @dataclass(frozen=True, eq=False)

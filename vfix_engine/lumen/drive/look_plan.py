@@ -97,6 +97,23 @@ class LookPlanner:
         before = np.empty((0, self.context.snake.dof)) if after is None else after
         return self._continued(side, [self.context.rest + bend for bend in before], certified=True)
 
+    def ahead(self, q: Array, side: int, count: int) -> tuple[list[Array], str]:
+        """The next ``count`` joints (2L',) on from q towards a side, and in words what ends there; '' where it goes on.
+
+        For whoever plans a path a piece at a time: it ends where the aim is reached or the view hardly turns farther.
+        """
+        found: list[Array] = []
+        before = self._score(q, side)
+        for _ in range(count):
+            if self._score(q, side) >= self.aim:
+                return found, "the aim"
+            after = self._step(q, side, True)
+            if after is None or float(np.abs(after - q).max()) < _STILL:
+                return found, self._stops(q)
+            q = after
+            found.append(q)
+        return found, "" if self._score(q, side) - before >= _GAIN * count / _STALLED else self._stops(q)
+
     def anywhere(self, side: int, starts: int, seed: int = 0) -> float:
         """The most, rad, that any pose within the bounds was found to turn the view to a side, reachable or not.
 

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...given import place_words
+from ...given import point_text
 from ..control.parameterised import ParameterisedControl
 from .drive_state import Command
 from .look_plan import SIDES, LookPlanner, SidePath, view_of
@@ -25,7 +25,7 @@ _TURN_S = 4.0  # [s] once round
 _AHEAD = 0.08  # the operator waits while the camera is farther behind in (u, v)
 _IMPATIENT = 0.25  # pace of a hand that waits, of one that is followed
 _GIVE_UP_S = 30.0  # [s] of a look-round by hand, at the latest
-_BEYOND_MM = 0.1  # less is told as the same place
+_BEYOND_MM = 0.1  # less counts as the same place
 _BETTER = math.radians(1.0)  # so much farther than the hand a planned bend is to look, to be made
 _REACHED = 1e-9  # [rad]
 _STEP_S = 0.005  # [s] at least, of a step along a path that is known; it is certified like any other
@@ -72,7 +72,7 @@ class Retry:
     """One more attempt to get past a place that held the insertion, by drawing back and coming again.
 
     at_mm: of the tip; at_lps: where a link would have left its bound, or else the tip, mm. drawn_back_mm: really, from
-    where the tip stood before, which may be beyond at_mm; back_held_by: what held it on the way back, if anything.
+    where the tip was before, which may be beyond at_mm; back_held_by: what held it on the way back, if anything.
     passed: whether the tip came 5 mm beyond at_mm, or as far as it was to go. ended_mm: where it came to, and
     ended_by what held it there, None where it passed.
     """
@@ -90,7 +90,7 @@ class Retry:
     @property
     def words(self) -> str:
         """What held it and where."""
-        return f"held at {self.at_mm:.0f} mm, near {place_words(self.at_lps)}: {self.held_by}"
+        return f"held at {self.at_mm:.0f} mm, near {point_text(self.at_lps)}: {self.held_by}"
 
     @property
     def beyond_mm(self) -> float:
@@ -123,7 +123,7 @@ class Order(NamedTuple):
 
 
 class _Seen:
-    """How far the camera has really looked to each side, whatever it was told."""
+    """How far the camera has really looked to each side, whatever was commanded."""
 
     def __init__(self, drive: SnakeDrive) -> None:
         self._drive = drive
@@ -174,11 +174,11 @@ def look_round(drive: SnakeDrive, stop: Stop, with_plan: bool = True) -> Iterato
 def _missing(looked: Looked, least: float) -> str:
     """In words, which sides are missing and what held them."""
     missing = [side for side in looked.sides if side.turned_deg < least]
-    told = "; ".join(
+    words = "; ".join(
         f"{side.turned_deg:.0f}° towards {side.toward_deg:.0f}°, held by {side.held_by or 'nothing that is known'}"
         for side in missing
     )
-    return f"the view turned to {looked.count(least)} of {SIDES} sides by {least:g}°: {told}"
+    return f"the view turned to {looked.count(least)} of {SIDES} sides by {least:g}°: {words}"
 
 
 def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> Iterator[Order]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry.mesh import TriangleMesh
-from ...given import place_words
+from ...given import point_text
 from ..anatomy.curve import Curve
 from ..anatomy.wall import Wall, outward_side
 from ..pathway.pathway import Pathway
@@ -36,16 +36,16 @@ class Narrowest:
 
     def warnings(self, robot_mm: float, bound_mm: float) -> list[str]:
         """In words, where the lumen is too narrow, and what may be done."""
-        told = f"the pathway's radius is {self.radius_mm:.1f} mm at {self.at_mm:.0f} mm, {place_words(self.at_lps)}"
+        where = f"the pathway's radius is {self.radius_mm:.1f} mm at {self.at_mm:.0f} mm, {point_text(self.at_lps)}"
         found = []
         if self.below_robot_mm > 0.0:
             found.append(
-                f"the robot is wider than the pathway: {told}, the robot's is {robot_mm:g} mm, and it has less than "
+                f"the robot is wider than the pathway: {where}, the robot's is {robot_mm:g} mm, and it has less than "
                 f"that along {self.below_robot_mm:.0f} mm; take a thinner robot, or a farther start or nearer end"
             )
         if self.below_bound_mm > 0.0:
             found.append(
-                f"a bound of {bound_mm:g} mm says little where the pathway is narrower: {told}, and it has less than "
+                f"a bound of {bound_mm:g} mm says little where the pathway is narrower: {where}, and it has less than "
                 f"the bound along {self.below_bound_mm:.0f} mm; take a smaller bound"
             )
         return found
@@ -63,7 +63,7 @@ def narrowest(pathway: Pathway, robot_mm: float, bound_mm: float, to_mm: float) 
 
 
 class WallDepth:
-    """How far vertices of the links past the path's start were behind the triangles of a lumen that stands still.
+    """How far vertices of the links past the path's start were behind the triangles of a lumen that does not move.
 
     deepest: {mm, link, at_lps, tip_mm} of the deepest vertex that was measured, 0 mm where none was behind the wall.
     """
@@ -112,14 +112,14 @@ class WallDepth:
             return "no part of the robot was measured behind the lumen's wall"
         return (
             f"deepest behind the lumen's wall: {self.deepest['mm']:.1f} mm, link {self.deepest['link']} at "
-            f"{place_words(self.deepest['at_lps'])}, with the tip {self.deepest['tip_mm']:.0f} mm in"
+            f"{point_text(self.deepest['at_lps'])}, with the tip {self.deepest['tip_mm']:.0f} mm in"
         )
 
-    def told(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """JSON's types only."""
         return self.deepest | {"words": self.words}
 
 
-def told(found: Narrowest) -> dict[str, Any]:
+def narrowest_values(found: Narrowest) -> dict[str, Any]:
     """JSON's types only."""
     return asdict(found) | {"at_lps": list(found.at_lps)}

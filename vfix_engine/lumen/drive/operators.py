@@ -61,7 +61,7 @@ def _come_again(drive: SnakeDrive, to_s: float) -> Generator[Order, None, bool]:
     passed = False
     for back, share in _COME_AGAIN:
         drive.plan_anew(share * usual)
-        stood, goal = drive.tip_s, max(at - back, 0.0)
+        before, goal = drive.tip_s, max(at - back, 0.0)
         yield from _go(drive, goal)
         began, back_held = drive.tip_s, None if drive.tip_s <= goal + 1e-6 else _held_by(drive)
         drive.plan_anew(share * usual)
@@ -69,7 +69,7 @@ def _come_again(drive: SnakeDrive, to_s: float) -> Generator[Order, None, bool]:
         yield from _go(drive, beyond)
         passed = drive.tip_s >= beyond - 1e-6
         retry = Retry(
-            at, why, max(stood - began, 0.0), share * usual, passed, (x, y, z), back_held,
+            at, why, max(before - began, 0.0), share * usual, passed, (x, y, z), back_held,
             drive.tip_s, None if passed else _held_by(drive),
         )  # fmt: skip
         yield Order(Command(), drive.settings.step_s, retry=retry)

@@ -1,4 +1,4 @@
-"""What the certificate refused last, told when somebody asks."""
+"""What the certificate refused last, in words when somebody asks."""
 
 from __future__ import annotations
 

@@ -8,7 +8,6 @@ but for a pathway that moves, which the robot's shape follows.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import replace
 from time import perf_counter
 from typing import Literal, Self
 
@@ -21,36 +20,31 @@ from ...given import positive
 from ...robots.snake import SnakeModel
 from ..anatomy.curve import Curve
 from ..conform.conformance import ShapeSolution
-from ..conform.conforming import blended, driven_curve
-from ..conform.waypoints import Waypoints, moved_off
-from ..control.projection import projected_to_limits
-from ..control.tip_control import DistalContext
+from ..conform.conforming import driven_curve
+from ..conform.waypoints import Waypoints
 from ..haptics.hand_forces import HandForces
 from ..haptics.haptics import Forces
-from ..limits.backtracking import largest_share
 from ..limits.limits import Configuration, HardLimits
 from ..pathway.live_pathway import LivePathway
 from ..pathway.pathway import Pathway, TissueMotion
 from ..query.query import Deviations, Query
-from .distal_steps import SAME, DistalSteps
 from .drive_start import checked_slack, checked_tip, make_control, refuse_beyond
-from .drive_state import Command, DriveSettings, DriveState, Outcome, both
+from .drive_state import Command, DriveSettings, DriveState, Observer, Outcome, both
 from .link_windows import entrance, link_windows
 from .lumen import lumen_between
 from .refusal import Refusal
+from .shape_steps import ShapeSteps
 from .trail import Trail
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-TISSUE_SHARE = 0.5  # of the joints' speed at most is for following the tissue; the rest is the hand's
 TISSUE_RESERVE_MM = 0.5  # [mm] four times what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
-_LEAST = 0.01  # of a step: with less of its joint travel left nothing more is tried
 _TIMED = 10  # every so many steps one query of all links is timed
 
 
-class SnakeDrive(DistalSteps):
+class SnakeDrive(ShapeSteps):
     """State and one step of a driven snake; see ``DriveState``.
 
     Args:
@@ -106,6 +100,7 @@ class SnakeDrive(DistalSteps):
         self._goal: ShapeSolution | None = None  # the shape that the tissue's motion asks for, while it is not reached
         self._refused: Refusal | None = None
         self._trail = Trail()
+        self.observer: Observer | None = None
         self._packed = pathway.packed(0.0)
         self._entrance = entrance(self._packed, snake)
         still = pathway.motion is None
@@ -186,7 +181,7 @@ class SnakeDrive(DistalSteps):
 
     @property
     def bend(self) -> Array:
-        """(2L',) rad by which the distal joints stand off the conforming shape."""
+        """(2L',) rad by which the distal joints differ from the conforming shape."""
         bend: Array = self.q[2 * self._first :] - self._conformed.q[2 * self._first :]
         return bend
 
@@ -208,6 +203,7 @@ class SnakeDrive(DistalSteps):
             raise InputError(f"{command!r:.60} is no Command: give Command(insert_mm_per_s=…, camera_mm_per_s=…)")
         if command.bend is not None and len(command.bend) != self.distal.dof:
             raise InputError(f"a bend of {len(command.bend)} joints: give {self.distal.dof}")
+        given = command
         if not command.finite:
             command, self.refused_commands = command.cleaned, self.refused_commands + 1
         self.t += dt
@@ -229,187 +225,21 @@ class SnakeDrive(DistalSteps):
             self._trail.note(self.bend, self.control.steering)
         forces = self.hand.step(before, after, dt, self._deviation.depth[self._first :], self._outwards(after))
         self.state = self._state("looking" if looking else "inserting", outcome, forces, perf_counter() - began)
+        if self.observer is not None:
+            self.observer.stepped(given, dt)
         return self.state
 
     def copy(self) -> Self:
-        """A drive that goes on from here by itself: steps of one leave the other as it is.
+        """A drive that goes on from here by itself, unobserved: steps of one leave the other as it is.
 
         What a step replaces and never writes into, which is every array, is shared; and so are the scratch arrays of
         queries, so two copies do not step at the same time.
         """
         other = copy(self)
+        other.observer = None
         other.control, other.hand = copy(self.control), copy(self.hand)
         other._live, other._waypoints, other._trail = copy(self._live), self._waypoints.copy(), self._trail.copy()
         return other
-
-    # What a step may do
-
-    def _left(self, dt: float) -> float:
-        """Time of this step of ``dt`` s for which the fastest joint may still go at full speed, s."""
-        return max(dt - float(np.abs(self.q - self._began).max()) / self.settings.speed_max, 0.0)
-
-    def _command(self, command: Command, dt: float) -> Outcome:
-        """What the operator asks for, with what the tissue has left of the joints' speed."""
-        left = self._left(dt)
-        if left < _LEAST * dt:
-            return Outcome("held", "the joints are as fast as they may be, following the tissue", "speed")
-        if command.insert_mm_per_s == 0.0:
-            return self._bend(command, dt, left)
-        outcome = self._insert(command.insert_mm_per_s * dt, left)
-        if outcome.name == "moved" and command.bends:
-            return Outcome("shrunk", "insertion comes first: the tip was not bent", "insertion")
-        return outcome
-
-    def _insert(self, wanted_mm: float, dt: float) -> Outcome:
-        """Forwards or backwards along the curve."""
-        rest = self._conformed.q[2 * self._first :]
-        if self._by_joints or self.control.bent(self.q[2 * self._first :], rest) > self.settings.reoptimise_below:
-            return Outcome("held", "the tip is bent: straighten it before it is inserted or drawn back", "bent")
-        try:
-            ahead_s, ahead = self._waypoint(1.0 if wanted_mm > 0.0 else -1.0)
-        except LookupError as end:
-            return Outcome("held", str(end), "end")
-        remaining, most = ahead_s - self.tip_s, self.settings.insertion_step_mm
-        ratio = self._fastest(ahead, dt)
-        part = min(abs(wanted_mm), most) / abs(remaining)
-        within = min(1.0, part, 1.0 / ratio if ratio > 0.0 else 1.0)
-        if within > 1.0 - SAME:  # the sum of the steps so far is rounded: no step is spent on the rest
-            within = 1.0
-        done = Outcome("moved")
-        if within < min(1.0, part):
-            done = self._fast()
-        elif abs(wanted_mm) > (1.0 + SAME) * min(most, abs(remaining)) and 0.0 < ahead_s < self.length_mm:
-            done = Outcome("shrunk", f"a step goes {most:g} mm at most, and to the next planned shape", "step")
-
-        def is_admissible(share: float) -> bool:
-            part = share * within
-            advances = self.tip_s + part * remaining != self.tip_s  # else joints would move and the tip would not
-            return advances and self._certified(blended(self._conformed, ahead, part), dt)
-
-        share = largest_share(is_admissible)
-        if share > 0.0:
-            self.tip_s = self._conformed.tip_s
-            if self._goal is not None:  # what the tissue asks for goes in with the robot
-                self._goal = blended(self._goal, ahead, share * within)
-            if share * within >= 1.0:
-                self._waypoints.passed()
-            self._settled = False
-        return done if share == 1.0 else self._backtracked(share)
-
-    def _waypoint(self, sign: float) -> tuple[float, ShapeSolution]:
-        """Where the insertion goes next, moved off the wall where that is needed.
-
-        Raises:
-            LookupError: there is nowhere to go.
-        """
-        place, shape, new = self._waypoints.ahead(self.tip_s, sign)
-        if not new:
-            return place, shape
-        if not _in_order(shape.joint_s):
-            self._waypoints.restart(self._conformed)
-            raise LookupError("no shape conforms to the path there")
-        known = self._windows, self._measured
-        self._set_windows(shape.joint_s)
-        better = moved_off(shape, self.snake, self.query, self._packed, self._windows, self._bounds())
-        self._windows, self._measured = known
-        if better is not None:
-            self._waypoints.correct(better)
-        return place, better or shape
-
-    def plan_anew(self, waypoint_mm: float) -> None:
-        """Forget what was planned ahead; from here on in shapes ``waypoint_mm`` apart."""
-        self._waypoints.spacing_mm = waypoint_mm
-        self._waypoints.restart(self._conformed)
-
-    def _follow_tissue(self, dt: float) -> Outcome:
-        """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
-        self._see(dt)
-        if self.lost is not None:
-            return Outcome("held", self.lost, "tissue")
-        was, outcome = self._conformed, self._to_goal(dt)
-        left = self._left(dt)
-        if left >= _LEAST * dt and (self._deviation.depth > self._retreat_beyond()).any():
-            self._retreat(left)
-        if self._settled and (outcome.name != "rest" or self._conformed is not was):
-            self.control.move_to(self.distal_context())
-        return outcome
-
-    def _see(self, dt: float) -> None:
-        """Look at the tissue, if it is time to: the pathway of now, and the shape that conforms to it as the goal."""
-        now = self._live.look(self.t)
-        if now is not None:
-            self._packed, self._waypoints.curve = now
-            self.tip_s = min(self.tip_s, self._waypoints.curve.length)
-            most = TISSUE_SHARE * self.settings.speed_max * max(self.settings.tissue_s, dt)
-            self._goal = self._waypoints.at(self.tip_s, self._conformed, most)
-            self._waypoints.restart(self._goal)
-            self._measure()
-
-    def _to_goal(self, dt: float) -> Outcome:
-        """Towards the shape that the tissue asks for, so fast that it is there when the tissue is looked at again."""
-        goal = self._goal
-        if goal is None:
-            return Outcome("rest")
-        due = self._live.share(self.t, dt)
-        whole = due == 1.0 and self._fastest(goal, dt) <= 1.0
-        share = largest_share(lambda share: self._certified(blended(self._conformed, goal, share * due), dt))
-        self._goal = None if share == 0.0 or (whole and share == 1.0) else goal
-        if share == 0.0:  # nothing is followed until the tissue has moved on
-            self._waypoints.restart(self._conformed)
-        return self._backtracked(share)
-
-    def _bent(self, conformed: ShapeSolution) -> Array:
-        """Joints (2L,) of a conforming shape with the bend that the distal links have."""
-        bend = self.q - self._conformed.q
-        bend[: 2 * self._first] = 0.0
-        return self.snake.clamp(conformed.q + bend)
-
-    def _fastest(self, wanted: ShapeSolution, dt: float) -> float:
-        """Speed of the fastest joint on the way there, of what joints may do; a bend at a joint's end is no help."""
-        return float(np.abs(wanted.q - self._conformed.q).max()) / (self.settings.speed_max * dt)
-
-    def _certified(self, wanted: ShapeSolution, dt: float) -> bool:
-        """Go to another conforming shape if the hard limits let it, as far as the joints' speed allows."""
-        ratio = self._fastest(wanted, dt)
-        if ratio > 1.0:
-            wanted = blended(self._conformed, wanted, 1.0 / ratio)
-        if not _in_order(wanted.joint_s):
-            self._refused = None
-            return False
-        windows, measured = self._windows, self._measured
-        self._set_windows(wanted.joint_s)
-        start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
-        known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
-        verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
-        if self.projects_within_step and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
-            wanted, end = self._projected(wanted, end, dt)
-            verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
-        if verdict.taken:
-            self._conformed, self.q = wanted, np.array(end.q)
-            self._keep(verdict.deviation)
-        else:
-            self._refused = Refusal(verdict, end, self._bounds(), self.snake, self.query)
-            self._windows, self._measured = windows, measured
-        return verdict.taken
-
-    def _retreat(self, dt: float) -> None:
-        """Back towards the bounds that the tissue's motion has left links beyond, as fast as joints may."""
-        here = Configuration(self._conformed.base, self.q)
-        wanted, end = self._projected(self._conformed, here, dt)
-        verdict = self._limits.certify(self._packed, self._windows, here, end, self._bounds(), self._deviation.depth)
-        if verdict.taken:
-            self._conformed, self.q = wanted, np.array(end.q)
-            self._keep(verdict.deviation)
-
-    def _projected(self, wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
-        """The nearest shape that keeps the bounds, if there is one; the operator's bend stays as it is."""
-        context = DistalContext(self.snake, self.query, end.base, end.q, self._packed, self._windows, self._bounds())
-        q = projected_to_limits(context, self.q, self.settings.speed_max * dt)
-        if q is None:
-            return wanted, end
-        return replace(wanted, q=self.snake.clamp(wanted.q + (q - end.q)), exact=False), Configuration(end.base, q)
-
-    # What is known of the robot
 
     def _set_windows(self, joint_s: Array) -> None:
         """Windows of the links for joints at these arc lengths, and which links are inside."""
@@ -448,8 +278,3 @@ class SnakeDrive(DistalSteps):
             self._conformed.joint_s, self.control.steering, self._packed, self._windows, self._measured,
             self._deviation, forces, *outcome, self._query_s, spent,
         )  # fmt: skip
-
-
-def _in_order(joint_s: Array) -> bool:
-    """Whether joints lie one after the other along the curve: a shape in which they do not has no windows."""
-    return bool((joint_s[1:] >= joint_s[:-1]).all() and np.isfinite(joint_s).all())

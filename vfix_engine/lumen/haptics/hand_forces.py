@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ...robots.snake import SnakeModel
 from ...robots.snake_dynamics import SnakeDynamics
+from ..bending.visual_motor_kernel import camera_moved
 from .haptics import Forces, HapticSettings, net
 
 Array = NDArray[np.float64]
@@ -16,7 +17,6 @@ Array = NDArray[np.float64]
 MEAN_S = 0.03  # [s] time constant of the means that motion and forces are
 # The tissue carries the robot, and its weight is not the hand's haste: what resists the hand comes of motion alone.
 _NO_GRAVITY = (0.0, 0.0, 0.0)
-_FRAME_OF_L = np.eye(4)
 
 
 class HandForces:
@@ -43,8 +43,7 @@ class HandForces:
             outwards: (2,) where the camera goes as the links bend more; any length.
         """
         share = 1.0 - math.exp(-dt / MEAN_S)
-        seen = self._distal.camera(before, _FRAME_OF_L)
-        displacement = seen[:3, :2].T @ (self._distal.camera(after, _FRAME_OF_L)[:3, 3] - seen[:3, 3])
+        displacement = camera_moved(before, after, self._distal.length_mm, self._distal.camera_offset_mm)
         speed_more = share * ((after - before) / dt - self._speed)
         velocity_more = share * (displacement / dt - self._velocity)
         self._speed, self._velocity = self._speed + speed_more, self._velocity + velocity_more

@@ -15,7 +15,7 @@ from ...robots.snake import JOINT_SPEED, JOINT_TORQUE
 Array = NDArray[np.float64]
 
 _STILL = 1e-9  # [mm/s, mm/s²] slower has no direction: (32) is 0/0 at rest
-_NO_WAY = 1e-12  # [mm] of a camera that stands still when r changes: (35) is 0/0
+_STILL_MM = 1e-12  # [mm] of a camera that does not move when r changes: (35) is 0/0
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def resistance(
 ) -> Array:
     """What holds the hand back as joints come near the speed or the torque of their motors (2,), N (31)-(32).
 
-    It opposes the camera's motion (the paper prints it along it), and is 0 where that stands still. The part against
+    It opposes the camera's motion (the paper prints it along it), and is 0 where that is still. The part against
     the acceleration helps a hand that slows down.
 
     Args:
@@ -118,7 +118,7 @@ def guidance(depth: ArrayLike, jacobian: ArrayLike, settings: HapticSettings) ->
     strength = 0.0
     for spring, deep, least in zip(settings.spring, deviation, settings.threshold, strict=True):
         strength += spring * max(0.0, max(deep, 0.0) - least)  # (33)
-    towards = _direction([-x_r, -y_r], _NO_WAY)  # (34): J [−1, 0]ᵀ
+    towards = _direction([-x_r, -y_r], _STILL_MM)  # (34): J [−1, 0]ᵀ
     return min(strength, settings.f_h_max) * np.array(towards)  # (35)
 
 

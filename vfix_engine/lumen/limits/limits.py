@@ -30,7 +30,7 @@ class Configuration:
     """Where a snake is: base (4, 4) transform_base_to_patient, q (2L,) rad; both are copied and read-only.
 
     Raises:
-        InputError: arrays of another shape or not of real numbers. Numbers that are not finite may stand here: no
+        InputError: arrays of another shape or not of real numbers. Numbers that are not finite are taken here: no
             certificate takes them.
     """
 
@@ -183,10 +183,10 @@ class HardLimits:
         if not beyond[link] > 0.0:
             return "the motion is too large to be certified even in parts: ask for a shorter step"
         name, deep, most = self.first + link + 1, found.depth[link], bound[link]
-        return f"link {name} would be {told_beyond(deep, most)} mm outside of the pathway; its bound is {most:g} mm"
+        return f"link {name} would be {beyond_text(deep, most)} mm outside of the pathway; its bound is {most:g} mm"
 
 
-def told_beyond(deep: float, most: float) -> str:
+def beyond_text(deep: float, most: float) -> str:
     """A depth in mm with as many digits as it takes to read that it is more than ``most``, two at least."""
     return next((text for text in (f"{deep:.{digits}f}" for digits in range(2, 9)) if float(text) > most), f"{deep!r}")
 

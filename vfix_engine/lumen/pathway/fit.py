@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...errors import PathwayError
 from ...geometry.mesh import TriangleMesh
-from ...given import place_words, whole, within
+from ...given import point_text, whole, within
 from ..anatomy.curve import Curve
 from ..anatomy.transport import transported
 from ..anatomy.wall import Wall, free_distance, outward_side
@@ -33,6 +33,7 @@ _ROUNDS = 5  # of fitting the spline and finding where on it each place of the c
 _POLAR_CUT = 1.5  # of the median: into the mouth of a haustrum or a branch no further than that
 _BEND_CUT = 0.9  # of the bend's radius on its inner side
 _CLEAR = 2.0  # [mm] from the wall, at which the spline is held
+_END_MM = 30.0  # what a radian between the directions of curve and spline at an end costs, against a mm between them
 _HELD = 9.0  # weight of a place that is held, against 1 of one that only follows the curve
 _BEHIND = 3.0  # [mm] behind the wall, which is soft, from which on a curve has left the lumen
 _STILL_BEHIND = 1.0  # ... and the spline, which is held off the wall
@@ -174,7 +175,8 @@ def _nearest_spline(wall: Wall, outward: int, curve: Curve, at: Array) -> Array:
     """Centres (K, 3) at the knots (K,) of the spline that comes nearest to the curve; the ends are the curve's.
 
     Least squares over even places of the curve, each against the place of the spline that is nearest to it: through
-    points of the curve itself the spline would swing out between them, twice as far. Where the spline comes nearer
+    points of the curve itself the spline would swing out between them, twice as far. It begins and ends in the curve's
+    direction, in which a robot stands before it. Where the spline comes nearer
     to the wall than ``_CLEAR``, or behind it, its places are wanted that much further in.
     """
     places = np.linspace(0.0, curve.length, max(int(np.ceil(curve.length / _STEP)), 8 * len(at)) + 1)
@@ -182,11 +184,13 @@ def _nearest_spline(wall: Wall, outward: int, curve: Curve, at: Array) -> Array:
     control = curve.position(at)
     if len(at) == 2:
         return control
+    slope = _END_MM * spline_maps(at, at[[0, -1]])[1]
+    ends = _END_MM * curve.tangent(at[[0, -1]]) - slope[:, [0, -1]] @ control[[0, -1]]
     for _ in range(_ROUNDS):
         value, rate = spline_maps(at, places)
-        weight = np.where(pushed.any(axis=1), _HELD, 1.0)[:, None]
-        rest = wanted + pushed - value[:, [0, -1]] @ control[[0, -1]]
-        inner = value[:, 1:-1]
+        weight = np.append(np.where(pushed.any(axis=1), _HELD, 1.0), [1.0, 1.0])[:, None]
+        rest = np.concatenate([wanted + pushed - value[:, [0, -1]] @ control[[0, -1]], ends])
+        inner = np.concatenate([value, slope])[:, 1:-1]
         control[1:-1] = np.linalg.solve(inner.T @ (weight * inner), inner.T @ (weight * rest))
         found, speed = value @ control, rate @ control
         ahead = np.einsum("ij,ij->i", wanted - found, speed) / np.einsum("ij,ij->i", speed, speed)
@@ -239,7 +243,7 @@ def _check_inside(wall: Wall, outward: int, centre: Array, places: Array, most: 
     if clear.min() < -most:
         worst = int(clear.argmin())
         raise PathwayError(
-            f"the curve leaves the lumen: at {places[worst]:.0f} mm, {place_words(centre[worst])}, it is "
+            f"the curve leaves the lumen: at {places[worst]:.0f} mm, {point_text(centre[worst])}, it is "
             f"{-clear[worst]:.1f} mm behind the wall, more than {most:g} mm; look whether the surface is whole there, "
             "or fit more contours"
         )

@@ -16,6 +16,7 @@ from ..anatomy.transport import across, double_reflection
 from .checks import MOST_CONTOURS, check_neighbours, checked_control
 from .interpolation import Interpolation, spline_maps
 from .packed import PackedPathway, pack
+from .windows_kernel import put_windows
 
 Array = NDArray[np.float64]
 
@@ -152,7 +153,9 @@ class Pathway:
         Raises:
             PathwayError: an arc length that is not finite, or s_low beyond s_high.
         """
-        first, last = self.windows(np.array([s_low]), np.array([s_high]))[0].tolist()
+        first, last = self.windows(np.array([s_low], dtype=np.float64), np.array([s_high], dtype=np.float64))[
+            0
+        ].tolist()
         return first, last
 
     def windows(self, s_low: Array, s_high: Array) -> NDArray[np.int64]:
@@ -161,15 +164,10 @@ class Pathway:
         Raises:
             PathwayError: as ``window``.
         """
-        bad = np.flatnonzero(~((s_low <= s_high) & np.isfinite(s_low) & np.isfinite(s_high)))
-        if len(bad):
-            raise PathwayError(f"no window from {s_low[bad[0]]} to {s_high[bad[0]]} mm")
-        segments, before = len(self._rest.rows), 0 if self.closed_ends else 1
         found = np.empty((len(s_low), 2), dtype=np.int64)
-        first = np.searchsorted(self.s, s_low, side="right") - 2 + before
-        found[:, 0] = np.minimum(np.maximum(first, 0), segments - 1)
-        last = np.minimum(np.searchsorted(self.s, s_high, side="left") + before + 1, segments)
-        found[:, 1] = np.maximum(last, found[:, 0] + 1)
+        bad = put_windows(self.s, s_low, s_high, 0 if self.closed_ends else 1, len(self._rest.rows), found)
+        if bad >= 0:
+            raise PathwayError(f"no window from {s_low[bad]} to {s_high[bad]} mm")
         return found
 
     def moved(self, motion: TissueMotion | None) -> Pathway:

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing, compiled
+from ...geometry.compiled import compiled, no_refcount
 from .query_tree import span
 from .section import section_distance
 
@@ -43,7 +43,7 @@ def vertex_clearances(
             put_gradient(rows, polar, x, y, z, segment[i], signed[i] > 0.0, gradient, i)
 
 
-@borrowing
+@no_refcount
 def point_clearance(
     rows: Array, polar: Array, x: float, y: float, z: float, near: int, first: int, last: int
 ) -> tuple[float, int, int]:
@@ -70,7 +70,7 @@ def point_clearance(
     return -wall, at_wall, here
 
 
-@borrowing
+@no_refcount
 def put_gradient(
     rows: Array, polar: Array, x: float, y: float, z: float, j: int, outside: bool, gradient: Array, i: int
 ) -> None:

@@ -149,9 +149,9 @@ class GpuQuery:
             buffers.polar_there,
             buffers.found_there,
         )
-        told = buffers.receive(count * links, stream)
-        deepest = told[:, :, 0].argmax(axis=1)  # the first of equals
-        best = told[np.arange(count * links), deepest].reshape(count, links, FOUND)
+        received = buffers.receive(count * links, stream)
+        deepest = received[:, :, 0].argmax(axis=1)  # the first of equals
+        best = received[np.arange(count * links), deepest].reshape(count, links, FOUND)
         return Deviations(best[:, :, 0].copy(), best[:, :, 1].astype(np.int64), best[:, :, 2].astype(np.int64))
 
     def _launch(self, links: int) -> Any:
@@ -195,7 +195,7 @@ class _Workspace:
         self._there.copy_to_device(self._here, stream)
 
     def receive(self, links: int, stream: Any) -> Array:
-        """What the blocks of so many links have told, (links, blocks, 3), when the GPU is done."""
+        """What the blocks of so many links have found, (links, blocks, 3), when the GPU is done."""
         there, here = self.found_there, self._found
         if links < len(here):
             there, here = there[:links], here[:links]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing, inlined, vectorised
+from ...geometry.compiled import inlined, no_refcount, vectorised
 from .query_lanes import RADII
 from .section import AXIS
 
@@ -64,7 +64,7 @@ def put_angles(rows: Array, j: int, count: float, work: Array) -> None:
         work[RADII + k], work[RADII + 16 + k] = start * scale, end * scale
 
 
-@borrowing
+@no_refcount
 def look_up(polar: Array, contour: int, at: float) -> float:
     """The radius at an angle of 0 to A, linear between the given ones."""
     count = polar.shape[1]
@@ -76,7 +76,7 @@ def look_up(polar: Array, contour: int, at: float) -> float:
     return radius
 
 
-@borrowing
+@no_refcount
 def put_radii(rows: Array, polar: Array, j: int, work: Array) -> None:
     """Radii of both contours of segment ``j`` in the sections of the 16 places."""
     put_angles(rows, j, float(polar.shape[1]), work)

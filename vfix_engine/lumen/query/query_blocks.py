@@ -1,7 +1,4 @@
-"""A snake's vertices in compact patches of 16 under a tree of plates, as the compiled query reads them.
-
-A plate holds points in a ball and between two planes through it: a patch of a surface is much thinner than wide.
-"""
+"""A snake's vertices in compact patches of 16 under a tree of balls, as the compiled query reads them."""
 
 from __future__ import annotations
 
@@ -20,10 +17,9 @@ Index = NDArray[np.int64]
 
 LANES = 16
 BLOCK = 52  # numbers in a block: x of its 16 points, y, z; centre and radius of a ball about them
-# Numbers in a node: x of its 16 children's plates, y, z, radius, the normal's x, y, z, half the thickness and which
-# they are; then a ball about them all.
-NODE = 148
-RADIUS, NORMAL, THICKNESS, CHILD, WHOLE = 48, 64, 112, 128, 144
+# Numbers in a node: x of its 16 children's balls, y, z, radius and which they are; then a ball about them all.
+NODE = 84
+RADIUS, CHILD, WHOLE = 48, 64, 80
 
 MOST = LANES**6  # vertices of a link; the query's scratch memory is for five levels of nodes
 _GROWN = 1e-10  # [mm] of every ball: more than all roundings of what is concluded from it
@@ -35,8 +31,8 @@ class VertexBlocks(NamedTuple):
     lanes: Array
     """(B, 52): x of the 16, y, z, then a ball about them. A block that has fewer repeats some of them."""
     ball: Array
-    """(N, 148): nodes of 16 plates; the first L are the links' roots. A child ≥ 0 is a node, any other the block
-    -1 - child. Lanes without a child are plates of no size, radius -inf, which are never entered."""
+    """(N, 84): nodes of 16 balls; the first L are the links' roots. A child ≥ 0 is a node, any other the block
+    -1 - child. Lanes without a child are balls of no size, radius -inf, which are never entered."""
     start: Index
     """(L + 1,): link l has the blocks start[l] … start[l + 1] - 1."""
     index: Index  # type: ignore[assignment]  # tuple has a method of that name, which nobody calls here
@@ -110,10 +106,10 @@ def _tree(points: Array) -> _Tree:
         node, number = np.zeros(NODE), len(nodes)
         nodes.append(node)
         node[WHOLE:] = _ball(points[index])
-        node[RADIUS:NORMAL] = -np.inf
+        node[RADIUS:CHILD] = -np.inf
         for lane, part in enumerate(_sixteen(points, index)):
             ball = _ball(points[part])
-            node[lane:CHILD:LANES] = _plate(points[part], ball[:3])
+            node[lane:CHILD:LANES] = ball
             if len(part) <= LANES:
                 patches.append(part)
                 balls.append(ball)
@@ -164,14 +160,3 @@ def _ball(points: Array) -> Array:
             best, least = centre, float(squared[farthest])
         centre = centre + away[farthest] / (k + 1)
     return np.append(best, np.sqrt(least) + _GROWN)
-
-
-def _plate(points: Array, centre: Array) -> Array:
-    """Centre, radius, normal and half the thickness (8,) of a plate about points that lie about ``centre``."""
-    away = points - centre
-    normal = np.linalg.eigh(away.T @ away - len(points) * np.outer(away.mean(axis=0), away.mean(axis=0)))[1][:, 0]
-    height = away @ normal
-    middle = 0.5 * (height.min() + height.max())
-    radius = np.linalg.norm(away - middle * normal, axis=1).max()
-    thickness = 0.5 * (height.max() - height.min())
-    return np.concatenate([centre + middle * normal, [radius + _GROWN], normal, [thickness + _GROWN]])

@@ -1,7 +1,7 @@
 """Deviation of a snake's links from a pathway, compiled: Kwok 2013, eq. 8-9, for loops that make thousands of queries.
 
 Each vertex is measured as in ``section.py`` or shown to be of no account: d_l of eq. 9 is the largest of
-the smallest, so a plate of vertices that cannot deviate more than one vertex does is left out whole, and a segment
+the smallest, so a ball of vertices that cannot deviate more than one vertex does is left out whole, and a segment
 that is farther than another one has been found is not asked. Nothing here makes an array.
 A vertex whose place is no number deviates infinitely.
 """
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing, compiled
+from ...geometry.compiled import compiled, no_refcount
 from ..pathway.packed import PackedPathway
 from .query_blocks import VertexBlocks
 from .query_lanes import AT, GAP
@@ -35,7 +35,7 @@ class Deviations(NamedTuple):
     """(…, L) the segment that this vertex has its minimum of eq. 8 at."""
 
 
-@borrowing
+@no_refcount
 def pose_deviations(
     packed: PackedPathway, blocks: VertexBlocks, window: Index, frames: Array, row: int, found: Deviations, into: int,
     work: Array,

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import inlined, vectorised
-from .query_blocks import NORMAL, RADIUS, THICKNESS
+from ...geometry.compiled import vectorised
+from .query_blocks import RADIUS
 from .section import AXIS, EDGE
 
 Array = NDArray[np.float64]
@@ -18,25 +18,11 @@ Array = NDArray[np.float64]
 WORK = 512
 GAP = 48  # the least squared deviation so far of the 16
 AT = 64  # and the segment that has it
-TURNED = 48  # in a node: the normals x, y, z of the 16
 FRAME = 96  # [R | p] row by row
 RADII = 112  # both contours' radii in the sections of the 16
 LEVEL = 144  # of each level of the tree: the children's bounds, then what is named here
 STEP = 24
 NODE, HERE, LOW, HIGH = 16, 17, 18, 19  # the node, segments at and about it
-
-
-@inlined
-def farthest_off(ww: float, out: float, radius: float, thickness: float) -> float:
-    """The farthest from an axis that a plate's points can be, whose centre is √ww from it and ``out`` = w·n.
-
-    With d from the centre to a point of it, h² ≤ w² + 2 w·d + d², |d| ≤ radius, and w·d is no more than
-    |w·n| · thickness + |w - (w·n) n| · radius.
-    """
-    aside = ww - out * out
-    support = abs(out) * thickness + np.sqrt(aside if aside > 0.0 else 0.0) * radius
-    farthest: float = np.sqrt(ww + 2.0 * support + radius * radius)
-    return farthest
 
 
 @vectorised
@@ -53,23 +39,10 @@ def put_places(source: Array, row: int, work: Array) -> None:
 
 
 @vectorised
-def put_normals(ball: Array, node: int, work: Array) -> None:
-    """The normals of a node's 16 plates, turned by the link's frame."""
-    a, b, c = work[FRAME], work[FRAME + 1], work[FRAME + 2]
-    d, e, f = work[FRAME + 4], work[FRAME + 5], work[FRAME + 6]
-    g, h, i = work[FRAME + 8], work[FRAME + 9], work[FRAME + 10]
-    for k in range(16):
-        x, y, z = ball[node, NORMAL + k], ball[node, NORMAL + 16 + k], ball[node, NORMAL + 32 + k]
-        work[TURNED + k] = a * x + b * y + c * z
-        work[TURNED + 16 + k] = d * x + e * y + f * z
-        work[TURNED + 32 + k] = g * x + h * y + i * z
-
-
-@vectorised
 def raise_bounds(ball: Array, node: int, rows: Array, j: int, work: Array, at: int) -> None:
-    """Raise the bounds of 16 plates by what they may deviate where they are between the planes of segment ``j``.
+    """Raise the bounds of 16 balls by what they may deviate where they are between the planes of segment ``j``.
 
-    It is measured from the line below the wall (``inner_line.py``): δ_j ≤ factor · (h - ℓ(t)) in all of a plate.
+    It is measured from the line below the wall (``inner_line.py``): δ_j ≤ factor · (h - ℓ(t)) in all of a ball.
     """
     ax, ay, az, bx, by, bz = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 3], rows[j, 4], rows[j, 5]
     mx, my, mz, nx, ny, nz = rows[j, 6], rows[j, 7], rows[j, 8], rows[j, 9], rows[j, 10], rows[j, 11]
@@ -79,12 +52,11 @@ def raise_bounds(ball: Array, node: int, rows: Array, j: int, work: Array, at: i
     at &= WORK - 1  # known not to be negative, so that the loop is turned into lanes
     for k in range(16):
         x, y, z = work[k], work[16 + k], work[32 + k]
-        radius, thickness = ball[node, RADIUS + k], ball[node, THICKNESS + k]
+        radius = ball[node, RADIUS + k]
         px, py, pz = x - ax, y - ay, z - az
         t = px * ex + py * ey + pz * ez
         wx, wy, wz = px - t * ex, py - t * ey, pz - t * ez
-        out = wx * work[TURNED + k] + wy * work[TURNED + 16 + k] + wz * work[TURNED + 32 + k]
-        far = farthest_off(wx * wx + wy * wy + wz * wz, out, radius, thickness)
+        far = np.sqrt(wx * wx + wy * wy + wz * wz) + radius
         above = far - (height + slope * t) + radius * steep
         before = px * mx + py * my + pz * mz + radius
         behind = (bx - x) * nx + (by - y) * ny + (bz - z) * nz + radius

@@ -1,7 +1,7 @@
 """How the compiled query goes down a link's tree: what need not be measured is left out, exactly.
 
 A point is inside of a segment that it is between the planes of and below the wall of (``inner_line.py``), and for
-eq. 9 a plate of vertices that cannot deviate more than one vertex does is of no account. ``work`` is the scratch
+eq. 9 a ball of vertices that cannot deviate more than one vertex does is of no account. ``work`` is the scratch
 memory of ``query_lanes.py``.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing
+from ...geometry.compiled import no_refcount
 from ..pathway.packed import PackedPathway
 from .polar_lanes import put_radii
 from .query_blocks import CHILD, WHOLE, VertexBlocks
@@ -27,7 +27,6 @@ from .query_lanes import (
     lower_gaps,
     most,
     put_circles,
-    put_normals,
     put_places,
     raise_bounds,
     raise_ends,
@@ -39,7 +38,7 @@ Array = NDArray[np.float64]
 FARTHEST = 1e100  # [mm] beyond it squares overflow; such a place is no place
 
 
-@borrowing
+@no_refcount
 def ahead(rows: Array, j: int, end: int, x: float, y: float, z: float) -> float:
     """How far a point in mm lies beyond the plane of the first (0) or last (1) contour of segment ``j``."""
     far: float = (
@@ -50,7 +49,7 @@ def ahead(rows: Array, j: int, end: int, x: float, y: float, z: float) -> float:
     return far
 
 
-@borrowing
+@no_refcount
 def span(
     rows: Array, x: float, y: float, z: float, radius: float, near: int, first: int, last: int
 ) -> tuple[int, int, int]:
@@ -72,7 +71,7 @@ def span(
     return j, low, high
 
 
-@borrowing
+@no_refcount
 def moved(source: Array, row: int, at: int, work: Array) -> tuple[float, float, float]:
     """A point that lies in a row from the column ``at`` on, moved by the link's frame."""
     a, b, c = source[row, at], source[row, at + 1], source[row, at + 2]
@@ -83,7 +82,7 @@ def moved(source: Array, row: int, at: int, work: Array) -> tuple[float, float, 
     )
 
 
-@borrowing
+@no_refcount
 def enter(
     packed: PackedPathway, ball: Array, node: int, near: int, first: int, last: int, work: Array, level: int
 ) -> None:
@@ -92,7 +91,6 @@ def enter(
     x, y, z = moved(ball, node, WHOLE, work)
     j, low, high = span(rows, x, y, z, radius, near, first, last)
     put_places(ball, node, work)
-    put_normals(ball, node, work)
     for k in range(at, at + 16):
         work[k] = 0.0
     for i in range(low, high + 1):
@@ -104,7 +102,7 @@ def enter(
     work[at + NODE], work[at + HERE], work[at + LOW], work[at + HIGH] = float(node), float(j), float(low), float(high)
 
 
-@borrowing
+@no_refcount
 def lower(packed: PackedPathway, j: int, work: Array) -> float:
     """Lower the 16 places' deviations to those from segment ``j``; the largest, in mm."""
     if packed.polar.shape[1] == 1:
@@ -116,7 +114,7 @@ def lower(packed: PackedPathway, j: int, work: Array) -> float:
     return largest
 
 
-@borrowing
+@no_refcount
 def measure(
     packed: PackedPathway, lanes: Array, block: int, near: int, first: int, last: int, least: float, work: Array
 ) -> float:
@@ -149,7 +147,7 @@ def measure(
     return far
 
 
-@borrowing
+@no_refcount
 def may_reach(rows: Array, j: int, x: float, y: float, z: float, far: float) -> bool:
     """Whether the ball about a segment is nearer than ``far`` in mm."""
     u, v, w = rows[j, 14] - x, rows[j, 15] - y, rows[j, 16] - z
@@ -157,7 +155,7 @@ def may_reach(rows: Array, j: int, x: float, y: float, z: float, far: float) -> 
     return bool(u * u + v * v + w * w < reach * reach)
 
 
-@borrowing
+@no_refcount
 def every_of_block(
     packed: PackedPathway, lanes: Array, block: int, near: int, first: int, last: int, work: Array
 ) -> int:
@@ -191,7 +189,7 @@ def every_of_block(
     return j
 
 
-@borrowing
+@no_refcount
 def deepest(
     packed: PackedPathway, blocks: VertexBlocks, link: int, near: int, first: int, last: int, least: float, once: bool,
     work: Array,
@@ -230,7 +228,7 @@ def deepest(
     return least, block, lane, segment
 
 
-@borrowing
+@no_refcount
 def take_frame(frames: Array, row: int, work: Array) -> bool:
     """A frame into ``work``; whether it is of numbers."""
     size = 0.0
@@ -241,7 +239,7 @@ def take_frame(frames: Array, row: int, work: Array) -> bool:
     return size < FARTHEST
 
 
-@borrowing
+@no_refcount
 def containing(packed: PackedPathway, lanes: Array, block: int, near: int, first: int, last: int, work: Array) -> int:
     """A segment that the first vertex of a block is inside of, which is inside of one."""
     put_places(lanes, block, work)

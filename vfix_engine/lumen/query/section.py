@@ -16,7 +16,7 @@ from math import atan2, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.compiled import borrowing
+from ...geometry.compiled import no_refcount
 
 Array = NDArray[np.float64]
 
@@ -104,5 +104,5 @@ def signed_distance(
     return gap, rows[j, 0] + u * ex + v * wx, rows[j, 1] + u * ey + v * wy, rows[j, 2] + u * ez + v * wz
 
 
-section_distance = borrowing(signed_distance)
+section_distance = no_refcount(signed_distance)
 """``signed_distance`` for kernels of the processor."""

@@ -4,14 +4,18 @@
 What takes longer than a tick is computed by a ``Planner`` in the runtime's worker process.
 """
 
-from .requests import FollowTissue
+from .drive_system import DriveRecorder, DriveSpec
+from .requests import FollowTissue, LookRound
 from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
 from .spec import LumenContours, LumenSurface, SnakeSystemSpec
 from .system import SnakeState, SnakeSystem
 
 __all__ = [
+    "DriveRecorder",
+    "DriveSpec",
     "FollowTissue",
+    "LookRound",
     "LumenContours",
     "LumenSurface",
     "SnakeSettings",

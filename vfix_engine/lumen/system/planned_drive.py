@@ -16,24 +16,25 @@ from ..conform.conforming import blended
 from ..control.parameterised import ParameterisedControl
 from ..control.tip_control import DistalContext
 from ..drive.drive_state import Command, DriveSettings, DriveState, Outcome
-from ..drive.snake_drive import TISSUE_SHARE, SnakeDrive
-from ..limits.limits import told_beyond
+from ..drive.shape_steps import TISSUE_SHARE
+from ..drive.snake_drive import SnakeDrive
+from ..limits.limits import beyond_text
 from ..pathway.packed import pack
 from ..pathway.pathway import Pathway
-from .planning import BendsWanted, Plan, PlanInputs, Seen, Shape
+from .planning import BendsWanted, LookWanted, Plan, PlanInputs, Seen, Shape
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 OLDEST_S = 0.06  # [s] a pathway that was seen longer ago moves nothing any more
 RIM_SHARE = 1.25  # of the wall's speed at the last look: how fast it may have become since
-RIM_LEAST_MM_PER_S = 2.0  # where the tissue stood at the last look, as at the end of a breath
+RIM_LEAST_MM_PER_S = 2.0  # where the tissue was at rest at the last look, as at the end of a breath
 SAME_MM = 1e-9  # [mm] of insertion that is none: a shape that near is where the robot is
 BENDS_MM = 1e-6  # [mm] of insertion since bends were asked for: with more they are for another place
 
 
 class AdoptedLook:
-    """Stands in the place of ``LivePathway``: the tissue is looked at elsewhere.
+    """In the place of ``LivePathway``: the tissue is looked at elsewhere.
 
     lost: in words, why there is no pathway; due: time in s at which the next one is expected.
     """
@@ -47,8 +48,8 @@ class AdoptedLook:
         return min(dt / max(self.due - t + dt, dt), 1.0)
 
 
-class PlannedWay:
-    """Stands in the place of ``Waypoints``: shapes ahead are planned elsewhere.
+class PlannedShapes:
+    """In the place of ``Waypoints``: shapes ahead are planned elsewhere.
 
     curve: what they conform to, as it was at the start; length_mm: of what it has become.
     """
@@ -92,7 +93,7 @@ class PlannedWay:
         """Go on from another shape."""
         self._last, self._sign, self._ahead = shape, sign, ahead
 
-    def copy(self) -> PlannedWay:
+    def copy(self) -> PlannedShapes:
         """One that goes on by itself."""
         return copy(self)
 
@@ -126,7 +127,9 @@ class PlannedDrive(SnakeDrive):
             snake, pathway, settings, curve, slack, tip_s, beyond_allowed=beyond_allowed, longer_allowed=longer_allowed
         )
         self._live: AdoptedLook = AdoptedLook()  # type: ignore[assignment]
-        self._waypoints: PlannedWay = PlannedWay(self._conformed, self._waypoints.curve, self.settings.waypoint_mm)  # type: ignore[assignment]
+        self._waypoints: PlannedShapes = PlannedShapes(
+            self._conformed, self._waypoints.curve, self.settings.waypoint_mm
+        )  # type: ignore[assignment]
 
     @property
     def moves(self) -> bool:
@@ -174,7 +177,7 @@ class PlannedDrive(SnakeDrive):
         over = np.where(self._measured, self._deviation.depth - bound, -np.inf)
         link = int(over.argmax())
         if over[link] > 0.0:
-            deep = told_beyond(float(self._deviation.depth[link]), float(bound[link]))
+            deep = beyond_text(float(self._deviation.depth[link]), float(bound[link]))
             raise ControlError(
                 f"link {link + 1} is {deep} mm outside of the pathway, more than the bound of {bound[link]:g} mm: "
                 "straighten or draw back first"
@@ -212,10 +215,10 @@ class PlannedDrive(SnakeDrive):
             return Outcome("held", "the bends of the tip are being found", "planning")
         return super()._bend(command, dt, left)
 
-    def ready_to_look(self) -> None:
+    def _get_ready(self) -> None:
         """Bends are adopted, not found here; a control that needs none gets ready at once."""
         if not self._needs_bends:
-            super().ready_to_look()
+            super()._get_ready()
 
     @property
     def _needs_bends(self) -> bool:
@@ -245,29 +248,36 @@ class PlannedDrive(SnakeDrive):
 
     # What is asked of a planner, and what it answers
 
-    def wanted(self) -> PlanInputs | None:
-        """What a planner is to compute now, or None."""
+    def wanted(self, view: LookWanted | None = None) -> PlanInputs | None:
+        """What a planner is to compute now, or None; ``view``: from where a look-round is to go on."""
         look = self.t if self.moves and self.tissue_age_s >= self.settings.tissue_s - 1e-9 else None
-        sign, near, bends = self._toward, self._conformed, self._bends_wanted()
+        sign, near = self._toward, self._conformed
+        bends = self._bends_wanted() if view is None else None
         if look is not None:
             near = self._goal or self._conformed
         elif self._waypoints.left(sign):
             near = self._waypoints.end
         if look is None and (self._waypoints.left(sign) > 1 or self._waypoints.at_end(near.tip_s, sign)):
             sign = 0
-        if look is None and not sign and bends is None:
+        if look is None and not sign and bends is None and view is None:
             return None
         most = TISSUE_SHARE * self.settings.speed_max * self.settings.tissue_s
         bound = self.bound
         if self.moves:  # until the plan after this one is adopted, as it seems
             bound = np.maximum(bound - self._reserve(self.tissue_age_s + self.settings.tissue_s), 0.0)
         bend = self.q - self._conformed.q
-        return PlanInputs(look, Shape.of(near), near.tip_s, most, sign, self._waypoints.spacing_mm, bend, bound, bends)
+        return PlanInputs(
+            look, Shape.of(near), near.tip_s, most, sign, self._waypoints.spacing_mm, bend, bound, bends, view
+        )
 
     def _bends_wanted(self) -> BendsWanted | None:
         """Where control bends are missing and may soon be needed: all links inside, and no insertion going on."""
         if self._settled or self._by_joints or self._inserting or not (self._needs_bends and self.can_look):
             return None
+        return self.bends_place()
+
+    def bends_place(self) -> BendsWanted:
+        """Where the distal links are, as a planner asks for it."""
         place = self.distal_context()
         return BendsWanted(self.seen_t, place.base, place.rest, place.window, place.bound, self.tip_s)
 
@@ -318,8 +328,8 @@ def _from_here(shapes: list[ShapeSolution], tip_s: float) -> list[ShapeSolution]
     if math.isclose(shapes[0].tip_s, tip_s, rel_tol=0.0, abs_tol=SAME_MM):
         return shapes
     for k in range(len(shapes) - 1):
-        way = shapes[k + 1].tip_s - shapes[k].tip_s
-        share = (tip_s - shapes[k].tip_s) / way
+        apart = shapes[k + 1].tip_s - shapes[k].tip_s
+        share = (tip_s - shapes[k].tip_s) / apart
         if 0.0 <= share < 1.0:
             return [blended(shapes[k], shapes[k + 1], share), *shapes[k + 1 :]]
     return []

@@ -20,6 +20,8 @@ from ..control.projection import projected_to_limits
 from ..control.tip_control import DistalContext
 from ..drive.drive_state import DriveSettings
 from ..drive.link_windows import entrance, link_windows
+from ..drive.look_plan import LookPlanner
+from ..limits.limits import HardLimits
 from ..pathway.packed import (
     END,
     END_RADIUS,
@@ -31,11 +33,12 @@ from ..pathway.packed import (
 )
 from ..pathway.pathway import Pathway
 from ..query.query import Query
-from .planning import BendsWanted, Plan, PlanInputs, Seen, Shape
+from .planning import BendsWanted, LookPart, LookWanted, Plan, PlanInputs, Seen, Shape
 
 Array = NDArray[np.float64]
 
 SHAPES_AHEAD = 3  # of an insertion, so that it goes on while the next ones are planned
+LOOK_AHEAD = 3  # bends on towards a side in one plan: longer ones would keep the tissue's waiting
 RIM_S = 0.005  # [s] before the look, where the wall's speed is measured from
 
 
@@ -88,7 +91,8 @@ class Planner:
         if wanted.sign and lost is None and (seen is not None or self._pathway.motion is None):
             ahead = self._ahead(wanted, near, curve, packed)
         bends = () if wanted.bends is None else self._bends(wanted.bends)
-        return Plan(seen, lost, Shape.of(near), wanted.sign, ahead, bends, wanted.bends)
+        view = None if wanted.view is None else self._view(wanted.view)
+        return Plan(seen, lost, Shape.of(near), wanted.sign, ahead, bends, wanted.bends, view)
 
     def _look(self, wanted: PlanInputs, t: float) -> Seen:
         """The tissue at a time, and the shape that conforms to it, moved off the wall where that is needed.
@@ -142,11 +146,21 @@ class Planner:
 
     def _bends(self, wanted: BendsWanted) -> tuple[Bend, ...]:
         """Control bends in the pathway of the time that is asked for, mostly the one that was looked at last."""
-        packed = self._seen.packed if self._seen.t == wanted.t else self._pathway.packed(wanted.t)
-        place = DistalContext(
-            self._distal, self._distal_query, wanted.base, wanted.rest, packed, wanted.window, wanted.bound
+        return found_bends(self._context(wanted), self._settings.bends)
+
+    def _view(self, wanted: LookWanted) -> LookPart:
+        """A few bends on towards a side."""
+        limits = HardLimits(self._distal_query, self._distal, wanted.at.bound, self._first)
+        look = LookPlanner(self._context(wanted.at), limits, wanted.aim)
+        found, ends = look.ahead(wanted.q, wanted.side, LOOK_AHEAD)
+        bends = tuple(tuple((q - wanted.at.rest).tolist()) for q in found)
+        return LookPart(wanted.side, wanted.q - wanted.at.rest, bends, ends)
+
+    def _context(self, place: BendsWanted) -> DistalContext:
+        packed = self._seen.packed if self._seen.t == place.t else self._pathway.packed(place.t)
+        return DistalContext(
+            self._distal, self._distal_query, place.base, place.rest, packed, place.window, place.bound
         )
-        return found_bends(place, self._settings.bends)
 
 
 def rim_travel(before: PackedPathway, after: PackedPathway) -> Array:

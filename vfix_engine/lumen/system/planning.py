@@ -61,8 +61,34 @@ class BendsWanted:
 
 
 @dataclass(frozen=True, eq=False)
+class LookWanted:
+    """From where the view is to be turned on towards a side.
+
+    at: where the distal links are; q: (2L',) rad, their joints; side: 0 … 7, see ``look_plan``.
+    aim: rad, where a path ends.
+    """
+
+    at: BendsWanted
+    q: Array
+    side: int
+    aim: float
+
+
+class LookPart(NamedTuple):
+    """A piece of a path towards a side, from the bend ``start`` (2L',) rad off the conforming shape.
+
+    bends: on from there; ends: in words, what ends the path behind them, '' where it goes on.
+    """
+
+    side: int
+    start: Array
+    bends: tuple[tuple[float, ...], ...]
+    ends: str
+
+
+@dataclass(frozen=True, eq=False)
 class PlanInputs:
-    """What is wanted of a planner; at least one of three.
+    """What is wanted of a planner; at least one of four.
 
     t: the time in s at which the tissue is to be looked at, None: not now.
     near: the shape that the robot has or is about to have, with its tip at ``tip_s`` mm; ``most``: rad, by which the
@@ -70,7 +96,7 @@ class PlanInputs:
     sign: of the insertion whose next shapes are wanted, 0: none are. spacing_mm: between two of them.
     bend: (2L,) rad by which the hand has bent the robot off that shape. bound: (L,) mm that planned shapes keep where
         the link is inside, the one that follows the tissue with that bend.
-    bends: where control bends are wanted, or None.
+    bends: where control bends are wanted, or None. view: from where the view is to be turned on, or None.
     """
 
     t: float | None
@@ -82,6 +108,7 @@ class PlanInputs:
     bend: Array
     bound: Array
     bends: BendsWanted | None
+    view: LookWanted | None = None
 
 
 class Seen(NamedTuple):
@@ -108,7 +135,7 @@ class Plan:
 
     seen: the tissue; lost: in words, why the tissue leaves no pathway.
     near: the shape that ``ahead`` begins at: tips and shapes of an insertion in the direction ``sign``.
-    bends: control bends at the place where they were ``wanted``.
+    bends: control bends at the place where they were ``wanted``. view: on towards a side.
     """
 
     seen: Seen | None
@@ -118,3 +145,4 @@ class Plan:
     ahead: tuple[Shape, ...]
     bends: tuple[Bend, ...]
     wanted: BendsWanted | None
+    view: LookPart | None = None

@@ -15,3 +15,14 @@ class FollowTissue(Request):
     """
 
     on: bool
+
+
+@dataclass(frozen=True)
+class LookRound(Request):
+    """Turn the view to eight sides one after the other, each as far as the bounds let it, and straighten in between.
+
+    It lasts until it is done or a command comes. aim_deg: the first view on a path that is turned by so much is its
+    last; from 1 to 90.
+    """
+
+    aim_deg: float = 45.0

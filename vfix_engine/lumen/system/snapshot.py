@@ -11,12 +11,14 @@ from ...runtime.snapshot import Array, Snapshot
 class SnakeSnapshot(Snapshot):
     """The snake's own part; ``forces`` are (x, y, 0) in the axes of the camera's picture, x to the right, y down.
 
-    mode: 'inserting' or 'looking', by the last command. doing: 'straighten', 'bend' or '', the request under way.
+    mode: 'inserting' or 'looking', by the last command. doing: 'straighten', 'bend', 'look' or '', as requested.
     bend: r of the distal links, about 1 where they can bend no further; straight: they lie as the shape conforms.
     can_look: all manipulated links are inside, so the camera can be steered.
     deviations, bounds: (L,) in mm, of each link; 0 and infinity of links that are still outside.
     resistance, guidance: (2,) in N, the two parts of the force on the hand (Kwok 2013, eq. 31-35).
     tissue_age_s: since the pathway in use was seen; 0 where nothing moves. following: the shape follows the tissue.
+    looked_deg: (8,) how far the last look-round, or the one under way, turned the view to each side, clockwise from the
+    right of the straight view's picture.
     """
 
     mode: str
@@ -31,3 +33,4 @@ class SnakeSnapshot(Snapshot):
     guidance: Array
     tissue_age_s: float
     following: bool
+    looked_deg: Array

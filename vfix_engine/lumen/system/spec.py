@@ -15,8 +15,8 @@ from ...robots.snake import SnakeModel
 from ...runtime.snapshot import Snapshot
 from ..anatomy.curve import Curve
 from ..conform.conforming import driven_curve
-from ..drive.drive import lumen_between
 from ..drive.drive_state import DriveSettings
+from ..drive.lumen import Lumen, lumen_between
 from ..pathway.pathway import Pathway, TissueMotion
 from ..pathway.tissue_motion import Breathing, Peristalsis, Together
 from .planned_drive import PlannedDrive
@@ -55,6 +55,12 @@ class LumenContours:
     curve_points: Array | None = None
     curve_step_mm: float = 0.0
     slack: Array | None = None
+
+    @classmethod
+    def of(cls, made: Lumen) -> Self:
+        """Of a lumen that is ready to be driven in."""
+        path, curve = made.pathway, made.curve
+        return cls(path.centre, path.radius, path.count, path.knots, curve.points, curve.step_mm, made.slack)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +109,7 @@ class SnakeSystemSpec:
         surface = self.lumen
         mesh = TriangleMesh(surface.vertices, surface.faces)
         made = lumen_between(mesh, surface.start, surface.end, self.snake, self.drive)
-        way, curve = made.pathway, made.curve
-        contours = LumenContours(way.centre, way.radius, way.count, way.knots, curve.points, curve.step_mm, made.slack)
+        contours = LumenContours.of(made)
         return SnakeSystemSpec(contours, self.snake, self.settings, self.drive, self.tissue, self.tip_s)
 
     def build(self) -> SnakeSystem:

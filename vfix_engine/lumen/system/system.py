@@ -10,24 +10,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ControlError, InputError
-from ...robots.snake_kernel import snake_frames
 from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.snapshot import Blocker
 from ...runtime.system import Background, Column, Grip
 from ..drive.drive_state import Command as DriveCommand
+from ..drive.look_plan import SIDES
+from .looking import Looking
 from .planned_drive import PlannedDrive
 from .planner import Planner
 from .planning import Plan
-from .requests import FollowTissue
+from .requests import FollowTissue, LookRound
+from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
+from .warm_up import small_lumens
 
 Array = NDArray[np.float64]
 
 STILL_N = 1e-3  # [N] a force that is less is none; it only fades
 REACHED = 1e-9  # [rad] off the bend that was asked for
-OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
 STRUCTURE = "lumen"  # id of what a link's bound belongs to
 _WARM_STEPS = 40
 
@@ -37,14 +39,17 @@ class SnakeState:
     """All that the next step needs.
 
     steps: control periods since the start. settings: in force. drive: the robot in its lumen at this moment; it is
-    copied before it steps and never written to. doing, goal: the request under way and the bend (2L',) rad it is for.
+    copied before it steps and never written to. doing: the request under way; goal: the bend (2L',) rad that it is for;
+    looking: where a look-round is; looked_deg: how far the last one turned the view to each side.
     """
 
     steps: int
     settings: SnakeSettings
     drive: PlannedDrive
-    doing: Literal["", "straighten", "bend"] = ""
+    doing: Literal["", "straighten", "bend", "look"] = ""
     goal: tuple[float, ...] = ()
+    looking: Looking | None = None
+    looked_deg: tuple[float, ...] = (0.0,) * SIDES
 
 
 class SnakeSystem:
@@ -56,22 +61,33 @@ class SnakeSystem:
 
     def __init__(self, first: PlannedDrive, settings: SnakeSettings, planner: Planner) -> None:
         self._first, self._settings, self.planner = first, settings, planner
-        self._rows = np.empty((first.snake.links, 3, 4))
-        self._layout = _layout(first.snake.dof)
+        self._row = SnakeRow(first.snake)
 
     @property
     def row_layout(self) -> tuple[Column, ...]:
         """Names and units of the numbers that ``row`` writes."""
-        return self._layout
+        return self._row.layout
 
     def prepare(self) -> None:
-        """Steps of every kind, which lead nowhere: their kernels are compiled and loaded, those of the plans too."""
+        """Steps of every kind, here and in small lumens that ask for everything; they lead nowhere.
+
+        Kernels are compiled and loaded, those of the plans too.
+        """
+        self._try_all()
+        for parts in small_lumens():
+            SnakeSystem(*parts)._try_all()
+
+    def _try_all(self) -> None:
         state = self.start()
         for axes in ((0.0, 0.0, 1.0), (1.0, 0.5, 0.0), (0.0, 0.0, -1.0)):
             for _ in range(_WARM_STEPS):
                 state = self._planned(self.step(state, replace(no_command(), axes=axes)))
             state = self._planned(self.step(state, replace(no_command(), buttons=BUTTON_STRAIGHTEN)))
-        self.row(state, np.empty(len(self._layout)))
+        if state.drive.can_look:
+            state = self.apply(state, LookRound())
+            for _ in range(_WARM_STEPS):
+                state = self._planned(self.step(state, no_command()))
+        self.row(state, np.empty(len(self.row_layout)))
         self.snapshot(state)
 
     def _planned(self, state: SnakeState) -> SnakeState:
@@ -87,43 +103,52 @@ class SnakeSystem:
         drive, settings = state.drive.copy(), state.settings
         x, y, insert = (_share(axis) for axis in command.axes)
         straighten = bool(command.buttons & BUTTON_STRAIGHTEN)
-        doing, goal = state.doing, state.goal
-        if x or y or insert or straighten:
-            doing, goal = "", ()
+        asked = x or y or insert or straighten
+        now = _undone(state) if asked else state
+        looking, bend = now.looking, now.goal or None
+        if looking is not None:
+            straighten, bend = looking.back, looking.goal
         speed = settings.camera_mm_per_s
-        drive.step(
-            DriveCommand(
-                insert * settings.insertion_mm_per_s,
-                (x * speed, y * speed),
-                straighten or doing == "straighten",
-                goal if doing == "bend" else None,
-            )
-        )
-        if (doing == "straighten" and drive.straight) or (doing == "bend" and _reached(drive, goal)):
-            doing, goal = "", ()
-        return SnakeState(state.steps + 1, settings, drive, doing, goal)
+        straighten = straighten or now.doing == "straighten"
+        drive.step(DriveCommand(insert * settings.insertion_mm_per_s, (x * speed, y * speed), straighten, bend))
+        now = replace(now, steps=state.steps + 1, drive=drive)
+        if looking is not None:
+            after = looking.stepped(drive)
+            return _undone(now) if after is None else replace(now, looking=after)
+        done = (now.doing == "straighten" and drive.straight) or (now.doing == "bend" and _reached(drive, now.goal))
+        return _undone(now) if done else now
 
     def apply(self, state: SnakeState, request: Request) -> SnakeState:
-        """The state after a request: ``SetSettings``, ``Straighten``, ``Bend`` or ``FollowTissue``.
+        """The state after a request: ``SetSettings``, ``Straighten``, ``Bend``, ``LookRound`` or ``FollowTissue``.
 
         Raises:
-            ControlError: settings that the pose does not keep; a request of another world.
-            InputError: a bend of another number of joints, or settings of another world.
+            ControlError: settings that the pose does not keep; a look-round before all links that bend are inside; a
+                request of another world.
+            InputError: a bend of another number of joints, an aim out of its range, or settings of another world.
         """
         if isinstance(request, SetSettings):
             return self._with_settings(state, request.settings)
         if isinstance(request, Straighten):
-            return replace(state, doing="straighten", goal=())
+            return replace(_undone(state), doing="straighten")
         if isinstance(request, Bend):
             wanted, joints = request.goal, state.drive.distal.dof
             if len(wanted) != joints or not all(map(math.isfinite, wanted)):
                 raise InputError(f"a bend is {joints} finite angles in rad, not {wanted!r:.80}")
-            return replace(state, doing="bend", goal=tuple(float(value) for value in wanted))
+            return replace(_undone(state), doing="bend", goal=tuple(float(value) for value in wanted))
+        if isinstance(request, LookRound):
+            return self._looking(state, request)
         if isinstance(request, FollowTissue):
             drive = state.drive.copy()
             drive.following = bool(request.on)
             return replace(state, drive=drive)
         raise ControlError(f"a snake does not know the request {type(request).__name__}")
+
+    def _looking(self, state: SnakeState, request: LookRound) -> SnakeState:
+        if not (math.isfinite(request.aim_deg) and 1.0 <= request.aim_deg <= 90.0):
+            raise InputError(f"a look-round aims at 1 to 90°, not {request.aim_deg!r:.20}")
+        if not state.drive.can_look:
+            raise ControlError("too near the entrance to look round: insert until all links that bend are inside")
+        return replace(_undone(state), doing="look", looking=Looking(math.radians(request.aim_deg)))
 
     def _with_settings(self, state: SnakeState, settings: Any) -> SnakeState:
         if not isinstance(settings, SnakeSettings):
@@ -161,16 +186,7 @@ class SnakeSystem:
 
     def row(self, state: SnakeState, out: Array) -> None:
         """Write the numbers of ``row_layout`` into ``out``."""
-        drive = state.drive
-        now = drive.state
-        snake_frames(now.q, now.base, drive.snake.length_mm, self._rows)
-        over = now.deviation.depth - drive.bound
-        out[0], out[1], out[2], out[3] = now.t, now.tip_s, *now.steering
-        out[4], out[5] = over[now.measured].max(initial=-np.inf), drive.tissue_age_s
-        out[6:8] = now.forces.total
-        out[8] = _CODES[now.outcome]
-        out[9:12], out[12:24] = self._rows[-1, :, 3], now.base[:3].ravel()
-        out[24:] = now.q
+        self._row.write(state.drive, state.drive.tissue_age_s, out)
 
     def snapshot(self, state: SnakeState) -> SnakeSnapshot:
         """The picture of a state."""
@@ -205,11 +221,12 @@ class SnakeSystem:
             guidance=now.forces.guidance,
             tissue_age_s=drive.tissue_age_s,
             following=drive.following,
+            looked_deg=np.array(state.looked_deg if state.looking is None else state.looking.turned_deg),
         )
 
     def background(self, state: SnakeState) -> Background | None:
         """What the worker is to plan next, or None."""
-        wanted = state.drive.wanted()
+        wanted = state.drive.wanted(None if state.looking is None else state.looking.wanted(state.drive))
         return None if wanted is None else Background(wanted, state.steps)
 
     def adopt(self, state: SnakeState, result: Any, age_s: float) -> SnakeState:
@@ -218,24 +235,22 @@ class SnakeSystem:
             raise InputError(f"{type(result).__name__} is no plan for a snake")
         drive = state.drive.copy()
         drive.adopt(result, age_s)
+        if state.looking is not None and result.view is not None:
+            return replace(state, drive=drive, looking=state.looking.taken(result.view, drive))
         return replace(state, drive=drive)
-
-
-_CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
-
-
-def _layout(dof: int) -> tuple[Column, ...]:
-    """Columns of a row; outcome: 0 idle, 1 moved, 2 shrunk, 3 held."""
-    first = [("t", "s"), ("tip_s", "mm"), ("u", ""), ("v", ""), ("beyond_bound", "mm"), ("tissue_age", "s")]
-    first += [("force_x", "N"), ("force_y", "N"), ("outcome", "")]
-    first += [(f"tip_{axis}", "mm") for axis in "xyz"]
-    first += [(f"base_{row}{column}", "mm" if column == 3 else "") for row in range(3) for column in range(4)]
-    return tuple(Column(*one) for one in [*first, *((f"q{joint}", "rad") for joint in range(dof))])
 
 
 def _share(axis: float) -> float:
     """An axis from −1 to 1; what is no number is 0."""
     return min(max(float(axis), -1.0), 1.0) if math.isfinite(axis) else 0.0
+
+
+def _undone(state: SnakeState) -> SnakeState:
+    """Without the request under way."""
+    if not state.doing:
+        return state
+    looked_deg = state.looked_deg if state.looking is None else state.looking.turned_deg
+    return replace(state, doing="", goal=(), looking=None, looked_deg=looked_deg)
 
 
 def _reached(drive: PlannedDrive, goal: tuple[float, ...]) -> bool:

@@ -1,0 +1,98 @@
+"""Reports on the paths of a plan."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Query
+from pydantic import BaseModel
+
+from app.api.dependencies import Identifier, ServicesDep
+
+router = APIRouter()
+
+
+class TargetReportPublic(BaseModel):
+    """A target, and the full opening angle of the cone of directions from which it can be inspected."""
+
+    target: str
+    label: str
+    cone_deg: float
+
+
+class SoftDepthPublic(BaseModel):
+    """A soft structure to spare, how deep below the border of its layer the tool goes, and where its tip is then."""
+
+    name: str
+    depth_mm: float
+    s_mm: float
+
+
+class PathReportPublic(BaseModel):
+    """The verdict on one path; lengths in mm, null where they are not known, as tissue is without a CT."""
+
+    path: str
+    name: str
+    verdict: Literal["fits", "tight", "blocked", "unknown"]
+    words: str
+    least_clearance_mm: float | None
+    nearest: str | None
+    part: str | None
+    s_mm: float | None
+    tissue_level: Literal["none", "pressed", "deep", "unknown"]
+    tissue_mm: float | None
+    nostril_mm: float | None
+    tissue_depth_mm: float | None
+    tissue_s_mm: float | None
+    soft_structures: list[SoftDepthPublic]
+    side_caution: str
+    completed: bool
+    reached_mm: float
+    length_mm: float | None
+    targets: list[TargetReportPublic]
+
+
+class RegionVolumePublic(BaseModel):
+    """The bone in a region that is to be removed, in mm³ and in words."""
+
+    id: str
+    name: str
+    removed_mm3: float
+    words: str
+
+
+class RemovedVolumesPublic(BaseModel):
+    """The bone in each region to be removed, and in all together, where what regions share is counted once."""
+
+    regions: list[RegionVolumePublic]
+    removed_mm3: float
+    words: str
+
+
+class PlanReportPublic(BaseModel):
+    """The report on the chosen path, or the one asked for, and on all paths, and the bone that is removed first."""
+
+    plan: str
+    name: str
+    case: str
+    chosen: PathReportPublic
+    paths: list[PathReportPublic]
+    removed: RemovedVolumesPublic
+    notice: str
+
+
+@router.get("/plans/{plan_id}/removed-bone/volumes")
+def removed_volumes(plan_id: Identifier, services: ServicesDep) -> RemovedVolumesPublic:
+    """Volume of the bone that a plan removes, region by region."""
+    return RemovedVolumesPublic.model_validate(
+        services.removed_volumes.of_plan(services.plans.get(plan_id)), from_attributes=True
+    )
+
+
+@router.get("/plans/{plan_id}/report")
+def report(
+    plan_id: Identifier, services: ServicesDep, path: Annotated[str | None, Query(max_length=200)] = None
+) -> PlanReportPublic:
+    """Verdict on a plan's paths, or on the named one; takes seconds the first time."""
+    made = services.path_reports.of_plan(services.plans.get(plan_id), path)
+    return PlanReportPublic.model_validate(made, from_attributes=True)

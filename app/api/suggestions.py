@@ -1,0 +1,159 @@
+"""Suggested paths and tables of tools of a plan: jobs, what they found, and the use of an alternative."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated
+
+from fastapi import APIRouter
+from pydantic import BaseModel, Field
+
+from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep, Wish
+from app.api.jobs import JobPublic
+from app.api.plan_models import PlanPublic, Revision
+from app.services.suggestions import described, described_none
+
+router = APIRouter(tags=["suggestions"], responses=ERRORS)
+
+Number = Annotated[float, Field(allow_inf_nan=False, strict=True)]
+Place = tuple[Number, Number, Number]
+Length = Annotated[float | None, Field(description="mm; null where it is not known")]
+
+
+class SuggestionWish(Wish):
+    """Ends of the path in LPS mm; by default the plan's first path point and its first target."""
+
+    entry: Place | None = None
+    target: Place | None = None
+
+
+class SuggestedPoint(BaseModel):
+    position: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    roll_deg: float | None
+
+
+class AlternativePublic(BaseModel):
+    """A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
+
+    short_of_target_mm: from the path's end to the target. tight: within 0.2 mm of the margin; turns: the shaft's
+    direction changes along the path.
+    """
+
+    short_of_target_mm: float
+    length_mm: float
+    least_clearance_mm: float
+    tightest_mm: float
+    tight: bool
+    tissue_mm: Length
+    tissue_depth_mm: Length
+    turns: bool
+    points: list[SuggestedPoint]
+
+
+class NonePublic(BaseModel):
+    """Why there is no path: where the widest way ends, how far that is from the target, and what was searched."""
+
+    ends_at: tuple[float, float, float]
+    gap_mm: float
+    reason: str
+    searched: str
+
+
+class SuggestionPublic(BaseModel):
+    """Alternatives, the best one first, or why there are none.
+
+    kept_mm: from bone: the margin, and what the case's surface may be off.
+    """
+
+    id: str
+    plan_id: str
+    entry: tuple[float, float, float]
+    target: tuple[float, float, float]
+    tool: str
+    kept_mm: float
+    alternatives: list[AlternativePublic]
+    none: NonePublic | None
+
+
+class ToolPublic(BaseModel):
+    """How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known."""
+
+    tool: str
+    title: str
+    chosen: bool
+    as_planned: bool
+    reaches: bool
+    reached_mm: Length
+    length_mm: float
+    least_clearance_mm: Length
+    tissue_mm: Length
+    tissue_depth_mm: Length
+    reason: str
+
+
+class ToolTablePublic(BaseModel):
+    """Every shipped tool along the path of a plan at a revision."""
+
+    id: str
+    plan_id: str
+    revision: int
+    tools: list[ToolPublic]
+
+
+class UseWish(Wish):
+    """The alternative that the chosen path is led along, counted from 0."""
+
+    alternative: Annotated[int, Field(ge=0, strict=True)] = 0
+    revision: Revision = None
+
+
+@router.post("/plans/{plan_id}/suggestions", status_code=202)
+def start_suggestion(plan_id: Identifier, wish: SuggestionWish, services: ServicesDep) -> JobPublic:
+    """Look for paths with the plan's tool as a job; its result is the suggestion's id."""
+    return JobPublic.of(services.suggestions.start(services.plans.get(plan_id), wish.entry, wish.target))
+
+
+@router.get("/suggestions/{suggestion_id}")
+def show_suggestion(suggestion_id: Identifier, services: ServicesDep) -> SuggestionPublic:
+    """What was found; the newest sixteen are remembered."""
+    kept = services.suggestions.paths(suggestion_id)
+    values = {name: getattr(kept, name) for name in ("id", "plan_id", "entry", "target", "tool", "kept_mm")}
+    every = [described(one, kept) for one in kept.found.alternatives]
+    return SuggestionPublic.model_validate({**values, "alternatives": every, "none": described_none(kept.found.none)})
+
+
+@router.post("/suggestions/{suggestion_id}/use")
+def use_suggestion(
+    suggestion_id: Identifier, wish: UseWish, services: ServicesDep, condition: ConditionDep
+) -> PlanPublic:
+    """Lead the plan's chosen path along an alternative, as one edit that can be undone.
+
+    Without `alternative` it is the first one. 409 where the plan has another tool than the suggestion was made for.
+    """
+    kept = services.suggestions.paths(suggestion_id)
+    points = kept.points_of(kept.plan_id, wish.alternative)
+    kept.check_tool(services.plans.get(kept.plan_id))
+    expected = condition.expected(wish.revision)
+    return _told(
+        condition, PlanPublic.of(services.plans.editor(kept.plan_id).set_points(points, expected_revision=expected))
+    )
+
+
+@router.post("/plans/{plan_id}/tools", status_code=202)
+def start_tools(plan_id: Identifier, services: ServicesDep) -> JobPublic:
+    """Drive every shipped tool along the plan's path as a job; its result is the table's id."""
+    return JobPublic.of(services.suggestions.start_tools(services.plans.get(plan_id)))
+
+
+@router.get("/tool_tables/{table_id}")
+def show_tools(table_id: Identifier, services: ServicesDep) -> ToolTablePublic:
+    """The table; the newest sixteen are remembered."""
+    table = services.suggestions.table(table_id)
+    rows = [ToolPublic.model_validate(asdict(row)) for row in table.rows]
+    return ToolTablePublic(id=table.id, plan_id=table.plan_id, revision=table.revision, tools=rows)
+
+
+def _told(condition: Condition, plan: PlanPublic) -> PlanPublic:
+    condition.tell(plan.revision)
+    return plan

@@ -1,0 +1,95 @@
+"""Words at places of the scene: written by the page over its frame, or by viser where the page does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import viser
+
+Floats = npt.NDArray[np.float64]
+
+
+class Label:
+    """Words at a place, LPS [mm]; kind: how the page draws them ('letter', 'item', 'grip', 'centre')."""
+
+    def __init__(self, node: viser.LabelHandle, kind: str, text: str, visible: bool, owner: Labels) -> None:
+        self.kind = kind
+        self._node, self._owner = node, owner
+        self._text, self._visible = text, visible
+        self._position = np.zeros(3)
+
+    @property
+    def text(self) -> str:
+        return self._text
+
+    @text.setter
+    def text(self, text: str) -> None:
+        self._text = self._node.text = text
+
+    @property
+    def position(self) -> Floats:
+        return self._position
+
+    @position.setter
+    def position(self, position: npt.ArrayLike) -> None:
+        self._position = np.array(position, dtype=np.float64)
+        self._node.position = self._position
+
+    @property
+    def visible(self) -> bool:
+        return self._visible
+
+    @visible.setter
+    def visible(self, visible: bool) -> None:
+        self._visible = visible
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show viser's own glyphs, or leave the words to the page."""
+        shown = self._visible and not self._owner.by_page
+        if self._node.visible != shown:
+            self._node.visible = shown
+
+    def remove(self) -> None:
+        self._owner.forget(self)
+        self._node.remove()
+
+
+class Labels:
+    """All labels of one client's scene. by_page: the page writes them; viser's glyphs are hidden then."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._add: Callable[..., viser.LabelHandle] = scene.add_label
+        self._known: dict[int, Label] = {}
+        self.by_page = False
+
+    def add(
+        self,
+        name: str,
+        text: str,
+        kind: str,
+        position: npt.ArrayLike = (0.0, 0.0, 0.0),
+        visible: bool = True,
+        **options: Any,
+    ) -> Label:
+        """A label of that name; options are viser's, for its own glyphs."""
+        shown = visible and not self.by_page
+        label = Label(self._add(name, text, visible=shown, **options), kind, text, visible, self)
+        label.position = np.asarray(position)
+        self._known[id(label)] = label
+        return label
+
+    def forget(self, label: Label) -> None:
+        self._known.pop(id(label), None)
+
+    def leave_to_page(self, by_page: bool) -> None:
+        self.by_page = by_page
+        for label in self._known.values():
+            label.refresh()
+
+    def shown(self) -> list[Label]:
+        """Those that are to be read now, in the order in which they were made."""
+        return [label for label in self._known.values() if label.visible]

@@ -1,0 +1,55 @@
+"""Line segments of the scene, which the page shows faintly through bone too, and rings made of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+import viser
+
+if TYPE_CHECKING:
+    from app.scene.view import SceneView
+
+Floats = npt.NDArray[np.float64]
+
+_CORNERS = 40  # of a ring
+
+
+class Lines:
+    """Line segments that are made with the first ones and hidden without any."""
+
+    def __init__(self, view: SceneView, name: str, colour: tuple[int, int, int], thickness: float) -> None:
+        """thickness: in mm."""
+        self._scene, self._name, self._colour, self._thickness = view.scene, name, colour, thickness
+        self._node: viser.LineSegmentsHandle | None = None
+
+    def show(self, segments: Floats) -> None:
+        """segments: (n, 2, 3), LPS mm."""
+        if not len(segments):
+            if self._node is not None:
+                self._node.visible = False
+            return
+        if self._node is not None and len(segments) == len(self._node.points):
+            self._node.points = segments.astype(np.float32)
+            self._node.visible = True
+            return
+        self._node = self._scene.add_line_segments(
+            self._name, segments, self._colour, thickness=self._thickness, thickness_units="world"
+        )
+
+    def remove(self) -> None:
+        if self._node is not None:
+            self._node.remove()
+
+
+def ring(centre: Floats, radius_mm: float) -> Floats:
+    """(n, 3) corners of two circles around a place, upright and level: one of them is always seen open."""
+    angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS + 1)
+    zero, cosine, sine = np.zeros_like(angles), radius_mm * np.cos(angles), radius_mm * np.sin(angles)
+    return np.vstack([centre + np.column_stack([cosine, zero, sine]), centre + np.column_stack([cosine, sine, zero])])
+
+
+def joined(corners: Floats) -> Floats:
+    """(n - 1, 2, 3) segments from each corner to the next one."""
+    return np.stack([corners[:-1], corners[1:]], axis=1)

@@ -1,0 +1,144 @@
+// Clearance along the path: bone clearance and depth in soft tissue over arc length, and the tool at one place of it.
+import { h, svg, whenChanged } from "/static/js/dom.js";
+import { colourOf, placeWords } from "/static/js/clearance-words.js";
+import { isOld } from "/static/js/dry-run.js";
+import { fixed } from "/static/js/format.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { ClearanceProfile, CorridorSection, ScaleView, VerdictView } from "/static/js/types.js" */
+
+const WIDTH = 320, HEIGHT = 132; // of the drawing's own units; it is as wide as the panel
+const LEFT = 26, RIGHT = 6, TOP = 8, BOTTOM = 22;
+const STEP_MM = 0.5; // of the scrubber
+const TICKS = [5, 10, 20, 50, 100, 200]; // mm, between labels of the arc length
+
+export class ClearanceGroup {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.changed = whenChanged();
+    this.changedPlace = whenChanged();
+    this.drawing = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "profile", role: "img" });
+    this.cursor = svg("line", { class: "profile-cursor", y1: TOP, y2: HEIGHT - BOTTOM });
+    /** @type {HTMLInputElement} */
+    this.slider = h("input", {
+      type: "range", id: "profile-place", min: "0", step: String(STEP_MM), "aria-label": "Place of the tool along the path",
+      oninput: () => { this.show(this.slider.valueAsNumber); },
+    });
+    this.reading = h("p", { class: "words", id: "profile-reading" });
+    this.hide = h("button", { type: "button", class: "plain", id: "profile-hide", onclick: () => connection.send("clearance.hide") }, "Hide the tool");
+    this.key = h("p", { class: "words profile-key" });
+    this.element = h("div", { class: "fields", id: "profile", hidden: true }, this.drawing, this.slider, h("div", { class: "profile-line" }, this.reading, this.hide), this.key);
+    this.drawing.addEventListener("pointerdown", (event) => this.pointed(event));
+    this.drawing.addEventListener("pointermove", (event) => { if (event.buttons & 1) this.pointed(event); });
+    /** @type {VerdictView | null} */
+    this.verdict = null;
+    this.old = false;
+  }
+
+  /** @param {number} s arc length, mm */
+  show(s) {
+    if (!this.old) this.connection.send("clearance.show", { s_mm: s });
+  }
+
+  /** @param {PointerEvent} event */
+  pointed(event) {
+    if (!this.verdict) return;
+    const box = this.drawing.getBoundingClientRect();
+    const x = ((event.clientX - box.left) / box.width) * WIDTH;
+    const share = (x - LEFT) / (WIDTH - LEFT - RIGHT);
+    this.show(Math.min(Math.max(share, 0), 1) * this.verdict.length_mm);
+  }
+
+  /** @param {CorridorSection | undefined} corridor */
+  update(corridor) {
+    const verdict = corridor?.verdict ?? null;
+    this.old = isOld(corridor);
+    this.element.classList.toggle("stale", this.old);
+    this.changed([verdict, corridor?.scale], () => {
+      this.verdict = verdict;
+      this.element.hidden = !verdict || !corridor?.scale;
+      if (verdict && corridor?.scale) this.draw(verdict, corridor.scale);
+    });
+    this.changedPlace([verdict, corridor?.shown_mm, this.old], () => this.place(verdict, corridor?.shown_mm ?? null));
+  }
+
+  /**
+   * @param {VerdictView} verdict
+   * @param {ScaleView} scale
+   */
+  draw(verdict, scale) {
+    const { profile, length_mm: length } = verdict;
+    const depths = profile.tissue_depth_mm ?? [];
+    const top = Math.max(scale.hi, Math.ceil(Math.max(0, ...depths)));
+    const x = (/** @type {number} */ s) => LEFT + (s / length) * (WIDTH - LEFT - RIGHT);
+    const y = (/** @type {number} */ value) => HEIGHT - BOTTOM - (Math.min(Math.max(value, 0), top) / top) * (HEIGHT - TOP - BOTTOM);
+    const lines = profile.s_mm.slice(1).map((s, index) => {
+      const least = Math.min(profile.clearance_mm[index], profile.clearance_mm[index + 1]);
+      return svg("line", { x1: x(profile.s_mm[index]), y1: y(profile.clearance_mm[index]), x2: x(s), y2: y(profile.clearance_mm[index + 1]), class: "profile-bone", stroke: colourOf(least, scale) });
+    });
+    const points = profile.s_mm.map((s, index) => `${x(s)},${y(profile.clearance_mm[index])}`).join(" ");
+    const outline = svg("polyline", { points, class: "profile-outline" }); // the middle of the scale is almost white
+    this.drawing.replaceChildren(...axes(length, top, x, y), tissueArea(profile, x, y),
+      svg("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(scale.margin), y2: y(scale.margin), class: "profile-margin" }), outline, ...lines, this.cursor);
+    this.drawing.setAttribute("aria-label", `Clearance to ${verdict.nearest} over ${fixed(length, 0)} mm of path`);
+    this.slider.max = String(Math.floor(length / STEP_MM) * STEP_MM);
+    const tissue = profile.tissue_depth_mm ? " Grey area: depth in soft tissue." : "";
+    this.key.textContent = `Line: clearance of the whole tool to ${verdict.nearest}, mm, in the colours of the path. Dashed: margin ${fixed(scale.margin, 2)} mm.${tissue}`;
+  }
+
+  /**
+   * @param {VerdictView | null} verdict
+   * @param {number | null} s
+   */
+  place(verdict, s) {
+    this.cursor.style.display = verdict && s !== null && !this.old ? "" : "none";
+    this.hide.hidden = s === null;
+    if (!verdict) return;
+    if (s === null || this.old) {
+      this.reading.textContent = this.old ? "Greyed until the path is judged." : "Move along the path to show the tool there.";
+      this.slider.setAttribute("aria-valuetext", "no place chosen");
+      return;
+    }
+    const at = LEFT + (s / verdict.length_mm) * (WIDTH - LEFT - RIGHT);
+    this.cursor.setAttribute("x1", String(at));
+    this.cursor.setAttribute("x2", String(at));
+    if (document.activeElement !== this.slider) this.slider.value = String(s);
+    this.reading.textContent = placeWords(verdict, s);
+    this.slider.setAttribute("aria-valuetext", this.reading.textContent);
+  }
+}
+
+/**
+ * @param {ClearanceProfile} profile
+ * @param {(s: number) => number} x
+ * @param {(value: number) => number} y
+ */
+function tissueArea(profile, x, y) {
+  const depths = profile.tissue_depth_mm;
+  if (!depths) return svg("g");
+  const points = profile.s_mm.map((s, index) => `${x(s)},${y(depths[index])}`);
+  const ends = [x(profile.s_mm[0]), x(profile.s_mm[profile.s_mm.length - 1])];
+  return svg("polygon", { points: `${ends[0]},${y(0)} ${points.join(" ")} ${ends[1]},${y(0)}`, class: "profile-tissue" });
+}
+
+/**
+ * @param {number} length
+ * @param {number} top
+ * @param {(s: number) => number} x
+ * @param {(value: number) => number} y
+ */
+function axes(length, top, x, y) {
+  const step = TICKS.find((value) => length / value <= 6) ?? length;
+  const label = (/** @type {number} */ at, /** @type {number} */ row, /** @type {string} */ words, /** @type {string} */ anchor) => {
+    const text = svg("text", { x: at, y: row, class: "profile-label", "text-anchor": anchor });
+    text.textContent = words;
+    return text;
+  };
+  /** @type {SVGElement[]} */
+  const marks = [svg("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(0), y2: y(0), class: "profile-axis" })];
+  for (let s = 0; s <= length; s += step) marks.push(label(x(s), HEIGHT - 8, fixed(s, 0), "middle"));
+  for (const value of [0, top / 2, top]) marks.push(label(LEFT - 5, y(value) + 3, fixed(value, Number.isInteger(value) ? 0 : 1), "end"));
+  marks.push(label(WIDTH - RIGHT, TOP + 4, "over mm of path", "end"));
+  return marks;
+}

@@ -1,0 +1,73 @@
+"""Clearance along the path: what the page plots of a dry run, and the tool at one place of it in the scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from app.scene.tool_ghost import ToolGhost
+from app.services.planning import PlanEvaluation
+from app.steps.plan.sections import ClearanceProfile, VerdictPart, VerdictView
+from app.views.layers import Layer
+
+Floats = npt.NDArray[np.float64]
+Position = tuple[float, float, float]
+
+
+def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
+    """The page's view of a verdict."""
+    verdict, profile = evaluation.verdict, evaluation.profile
+    tissue = profile.tissue
+    plotted: ClearanceProfile = {
+        "s_mm": np.round(profile.s, 2).tolist(),
+        "clearance_mm": np.round(profile.clearance, 3).tolist(),
+        "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
+        "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
+    }
+    deep = verdict.level == "fits" and verdict.tissue_level == "deep" and verdict.tissue_s_mm is not None
+    show = evaluation.reached_mm if verdict.level == "blocked" else verdict.tissue_s_mm if deep else verdict.s_mm
+    standing = evaluation.standing.words
+    before: list[VerdictPart] = [{"words": f"Dry run with {standing}. ", "s_mm": None}] if standing else []
+    removed = f" {evaluation.removed_mm3:.0f} mm³ of bone are removed first."
+    after: list[VerdictPart] = [{"words": removed, "s_mm": None}] if evaluation.removed_mm3 else []
+    return {
+        "level": verdict.level,
+        "tissue_level": verdict.tissue_level,
+        "parts": before + [{"words": part.words, "s_mm": part.s_mm} for part in verdict.parts] + after,
+        "show_mm": float(show or 0.0),
+        "nearest": verdict.nearest,
+        "length_mm": round(evaluation.length_mm, 3),
+        "profile": plotted,
+    }
+
+
+class ShownTool:
+    """Where along the path the tool is shown; nothing until somebody asks for it."""
+
+    def __init__(self) -> None:
+        self.s_mm: float | None = None
+
+    def clear(self) -> None:
+        self.s_mm = None
+
+    def at(self, evaluation: PlanEvaluation, s_mm: float) -> Position:
+        """Show the tool in the pose of the dry run nearest to an arc length; returns where its tip is then."""
+        row = _row(evaluation, s_mm)
+        self.s_mm = float(evaluation.run.s[row])
+        x, y, z = evaluation.run.tip[row].tolist()
+        return (x, y, z)
+
+    def layer(self, evaluation: PlanEvaluation | None) -> Layer[Any]:
+        """The tool in that pose."""
+        pose: tuple[Floats, Floats, Floats] | None = None
+        if evaluation is not None and self.s_mm is not None:
+            row = _row(evaluation, self.s_mm)
+            run = evaluation.run
+            pose = run.segments_start[row], run.segments_end[row], evaluation.tool_radius
+        return Layer("plan.tool", (id(evaluation), self.s_mm), ToolGhost, lambda nodes: nodes.show(pose))
+
+
+def _row(evaluation: PlanEvaluation, s_mm: float) -> int:
+    return int(np.abs(evaluation.run.s - s_mm).argmin())

@@ -1,0 +1,97 @@
+"""What is known of the open plan's path: the dry run of the stored one, and of the path as it is under a hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.services.case_settings import settings_in_case
+from app.services.placing import StoredPlacing
+from app.services.plan_model import Plan, drive_parts
+from app.services.planning import PlanEvaluation
+from app.steps.plan.clearance import ShownTool
+from app.steps.plan.cones import Cones
+from app.steps.plan.dry_runs import Corridor, DryRuns
+from app.steps.plan.edited_plan import EditedPlan
+from app.steps.plan.live import LiveRuns
+from app.views.views import Views
+
+
+class Judged:
+    """Asks for the runs of one client's plan. Owned by the session's thread."""
+
+    def __init__(self, views: Views) -> None:
+        self._services = views.services
+        self.stored = DryRuns(
+            views.services,
+            views.executor,
+            lambda ticket, answer: views.post(lambda: self.stored.accept(ticket, answer)),
+        )
+        self.live = LiveRuns(
+            views.services,
+            views.executor,
+            lambda ticket, answer: views.post(lambda: self.live.accept(ticket, answer)),
+        )
+        self.cones = Cones(
+            views.services,
+            views.executor,
+            lambda ticket, answer: views.post(lambda: self.cones.accept(ticket, answer)),
+        )
+        self.tool = ShownTool()
+        self._key: Any = None
+        self._way: Any = None  # plan and path that the runs are of
+        self._placing: tuple[Any, StoredPlacing] | None = None  # of the last dry run, with what it belongs to
+
+    def clear(self) -> None:
+        """No plan is open."""
+        self.stored.clear()
+        self.live.clear()
+        self._key = self._way = None
+
+    def again(self) -> None:
+        """The next refresh asks for a dry run of the stored path anew."""
+        self._key = None
+
+    def shown(self, edited: EditedPlan | None) -> Corridor:
+        """The dry run of the points as they are shown: live while a hand drags one of the path."""
+        hand = None if edited is None else edited.in_hand
+        return self.stored.current if hand is None else self.live.current
+
+    def refresh(self, edited: EditedPlan | None) -> None:
+        """Ask for the runs of the path as it is stored and as it is under a hand, where they are others than before."""
+        if edited is None:
+            self.live.clear()
+        else:
+            self._refresh_stored(edited)
+            self._refresh_live(edited)
+        self.cones.refresh(edited, self.stored.current)
+
+    def _refresh_stored(self, edited: EditedPlan) -> None:
+        plan = edited.plan
+        switches = self._services.switches.of(plan.id).in_force
+        key = (plan.id, switches, repr(drive_parts(plan)))
+        if key == self._key:
+            return
+        before, self._key = self._before(plan), key
+        self.tool.clear()
+        if len(plan.points) < 2:
+            self.stored.clear()
+        else:
+            kept_mm = settings_in_case(plan.settings, edited.case.uncertainty).kept_mm
+            self.stored.ask(plan, kept_mm, switches, before)
+
+    def _before(self, plan: Plan) -> PlanEvaluation | None:
+        """What was shown of the same path before this change: of the hand that has let go, else of the stored one."""
+        way, self._way = self._way, (plan.id, plan.path_id)
+        return (self.live.current.pictured or self.stored.current.pictured) if way == self._way else None
+
+    def _refresh_live(self, edited: EditedPlan) -> None:
+        plan, current = edited.plan, self.stored.current
+        robot = [plan.id, plan.path_id, plan.robot.get("name"), plan.robot.get("urdf"), plan.tool, plan.tool_shape]
+        if current.evaluation is not None:
+            self._placing = robot, StoredPlacing(current.evaluation.base, current.evaluation.q_start)
+        hand = edited.in_hand
+        if hand is None or len(plan.points) < 2:
+            self.live.clear()
+            return
+        placing = self._placing[1] if self._placing is not None and self._placing[0] == robot else None
+        self.live.ask(plan, hand, current, placing, self._services.switches.of(plan.id).in_force)

@@ -1,0 +1,105 @@
+"""What a drive has come to so far, beside what its dry run came to, in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from app.services.planning import PlanEvaluation
+from app.services.verdict import NOSTRIL_MM
+from vfix_engine.geometry.distance_field import DistanceField
+from vfix_engine.geometry.tool_depth import tool_depth
+from vfix_engine.simulation.snapshot import Snapshot
+
+FELT_N = 0.05  # a force on the grip that is worth a word
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """The dry run of what is driven; lengths in mm.
+
+    reached_mm, reason: how far it gets, and what holds the tool there, '' where it arrives. least_mm: bone clearance.
+    depth_mm: greatest, in soft tissue; tissue: the field (LPS mm) that it is measured in. Both None where it is not
+    known.
+    """
+
+    completed: bool
+    reached_mm: float
+    length_mm: float
+    reason: str
+    least_mm: float
+    depth_mm: float | None = None
+    tissue: DistanceField | None = None
+
+    @classmethod
+    def of(cls, found: PlanEvaluation, tissue: DistanceField | None) -> Self:
+        """tissue: None where the dry run knows nothing of soft tissue."""
+        depth = None if tissue is None else found.verdict.tissue_depth_mm
+        reason = "" if found.completed else found.reason
+        least = found.min_clearance_mm
+        return cls(found.completed, found.reached_mm, found.length_mm, reason, least, depth, tissue)
+
+    @property
+    def ends_words(self) -> str:
+        """Where the dry run ends and why; '' where it arrives."""
+        if self.completed:
+            return ""
+        return f"the dry run ends at {self.reached_mm:.0f} of {self.length_mm:.0f} mm: {self.reason}"
+
+
+class SoFar:
+    """The least clearance and the greatest depth of the snapshots that one client has read, and what held the tool.
+
+    Snapshots come several times in a second, so that what lies between two of them is not in it.
+    """
+
+    def __init__(self) -> None:
+        self._planned: Planned | None = None
+        self._clear()
+
+    def _clear(self) -> None:
+        self._steps = 0
+        self._least: tuple[float, bool] | None = None  # mm, and whether it may be more than that
+        self._depth_mm: float | None = None
+        self.held_last = ""  # what held the tool in the last push, until it moves freely again
+
+    def take(self, snapshot: Snapshot | None, planned: Planned | None) -> None:
+        """Read a snapshot of a drive of what was planned; another robot, or one at its entry again, begins anew."""
+        if planned is not self._planned or snapshot is None or snapshot.steps < self._steps:
+            self._planned = planned
+            self._clear()
+        if snapshot is None or snapshot.steps <= self._steps:
+            return
+        self._steps = snapshot.steps
+        clearance = float(snapshot.clearance_mm)
+        if self._least is None or clearance < self._least[0]:
+            self._least = clearance, clearance >= snapshot.threshold_mm
+        self._measure(snapshot)
+        if snapshot.reason or snapshot.held:
+            self.held_last = snapshot.reason
+        elif float(np.linalg.norm(snapshot.force)) > FELT_N:
+            self.held_last = ""
+
+    def _measure(self, snapshot: Snapshot) -> None:
+        """Measure the depth of the tool in soft tissue."""
+        if self._planned is None or self._planned.tissue is None:
+            return
+        start, end = snapshot.segments_start[None], snapshot.segments_end[None]
+        found = tool_depth(self._planned.tissue, start, end, snapshot.radius, snapshot.tip, NOSTRIL_MM)
+        self._depth_mm = max(self._depth_mm or 0.0, float(found.depth[0]))
+
+    @property
+    def words(self) -> str:
+        """Figures of the drive beside those of the dry run; '' before it has begun."""
+        if self._least is None:
+            return ""
+        planned, (least, capped) = self._planned, self._least
+        bone = f"bone {'at least ' if capped else ''}{least:.2f} mm away"
+        tissue = "" if self._depth_mm is None else f", {self._depth_mm:.1f} mm deep in soft tissue"
+        driven = f"Nearest while driven: {bone}{tissue}."
+        if planned is None:
+            return driven
+        depth = "" if planned.depth_mm is None else f", {planned.depth_mm:.1f} mm deep"
+        return f"{driven} In the dry run: {planned.least_mm:.2f} mm{depth}."

@@ -1,0 +1,82 @@
+"""Why a rehearsal with a remote centre or with soft tissue is not begun: the dry run says how far the tool gets."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.services import Services
+from app.services.errors import JobCancelled
+from app.services.instruments import shipped_tools
+from app.services.plan_model import without_placing
+from app.services.planning import PlanEvaluation
+from app.services.plans import Plan
+from app.services.switches import Switches
+from vfix_engine.errors import PlanError, VfixError
+
+NO_LESS_MM = 1.0  # a switch that costs less of the path than this is not what stops the tool
+
+
+def refuse_where_centre_stops(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> None:
+    """Raise PlanError where the remote centre keeps the tool from what it reaches without it.
+
+    found: the dry run of the plan with these switches.
+    """
+    if not switches.remote_centre or found.completed:
+        return
+    without = _farther(services, plan, replace(switches, remote_centre=False), found)
+    if without is None:
+        return
+    raise PlanError(
+        f"with {found.standing.words} the tool gets {found.reached_mm:.0f} of {found.length_mm:.0f} mm: "
+        f"{found.reason}. Without the remote centre it gets {_to(without)}. {_remedy(services, plan, switches)}"
+    )
+
+
+def _farther(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> PlanEvaluation | None:
+    """The dry run with fewer switches where it gets farther than the one that was found, else None."""
+    try:
+        without = services.dry_runs.evaluate(plan, switches)
+    except JobCancelled:
+        raise
+    except VfixError:
+        return None
+    return without if without.reached_mm >= found.reached_mm + NO_LESS_MM else None
+
+
+def refuse_where_tissue_stops(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> None:
+    """Raise PlanError where the soft tissue's greatest depth keeps the tool from what it reaches without it.
+
+    found: the dry run of the plan with these switches.
+    """
+    if not switches.soft_tissue or found.completed:
+        return
+    without = _farther(services, plan, replace(switches, soft_tissue=False), found)
+    if without is None:
+        return
+    deepest = without.verdict.tissue_depth_mm
+    deep = "" if deepest is None else f", {deepest:.1f} mm deep in it"
+    raise PlanError(
+        f"with {found.standing.words} the tool gets {found.reached_mm:.0f} of {found.length_mm:.0f} mm: "
+        f"{found.reason}. Without the soft tissue it gets {_to(without)}{deep}. Choose another tool or other "
+        "directions of the shaft in Plan, or switch the soft tissue off."
+    )
+
+
+def _to(found: PlanEvaluation) -> str:
+    return "to the end" if found.completed else f"to {found.reached_mm:.0f} mm"
+
+
+def _remedy(services: Services, plan: Plan, switches: Switches) -> str:
+    """The first other tool that arrives with the same switches, and what else can be done."""
+    for tool in shipped_tools():
+        if tool.name == plan.tool:
+            continue
+        other = replace(plan, tool=tool.name, tool_shape={}, robot=without_placing(plan.robot))
+        try:
+            if services.dry_runs.evaluate(other, switches).completed:
+                return f"The tool ‘{tool.title}’ gets to the end: choose it in Plan, or another place for the centre."
+        except JobCancelled:
+            raise
+        except VfixError:
+            continue  # this one does not fit at the entry
+    return "No other tool that comes along gets to the end either: choose another place for the centre."

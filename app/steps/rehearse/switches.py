@@ -1,0 +1,191 @@
+"""The switches of a rehearsal as the page shows them, and where its remote centre can be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any
+
+from app.services import Services
+from app.services.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM, STIFFNESS_N_PER_MM
+from app.services.plans import Plan
+from app.services.remote_centre import TOLERANCE_MM, Place, centre_at, entry_mm, path_of, point_places
+from app.services.switches import (
+    NO_CT,
+    SPEED_MM_PER_S,
+    TURN_RAD_PER_S,
+    Switches,
+)
+from app.services.verdict import NOSTRIL_MM
+from app.steps.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
+from vfix_engine.errors import VfixError
+from vfix_engine.fixtures import RemoteCentre
+from vfix_engine.geometry.path import SplinePath
+
+ENTRY, MM = "entry", "mm"  # of a place that is no path point
+_OF_ANOTHER = "Another window holds the handle."
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What is known of a plan's path: where its points are, and its entry in mm, or why there is none; '' not yet."""
+
+    path: SplinePath
+    points: tuple[tuple[str, str, float], ...]  # id, label, arc length [mm]
+    has_ct: bool
+    entry: float | None = None
+    trouble: str = ""
+
+
+class CentrePlaces:
+    """The places that a plan's remote centre can be at. The CT is read in the background. Owned by one thread."""
+
+    def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
+        """post: queues what is called onto the owner's thread."""
+        self._services, self._executor, self._post = services, executor, post
+        self._key: object = None
+        self.known: _Known | None = None  # of the plan that was looked at last
+        self._last: tuple[object, RemoteCentre | str] = (None, "")  # what was looked at last
+
+    def ask(self, plan: Plan | None) -> None:
+        """Look at a plan's path, where it is another one than before."""
+        points = () if plan is None else tuple((point.id, point.label, point.position) for point in plan.points)
+        key = (None if plan is None else plan.id, points)
+        if key == self._key:
+            return
+        self._key, self.known = key, None
+        if plan is None or len(points) < 2:
+            return
+        path = path_of(plan)
+        at = zip(plan.points, point_places(plan, path), strict=True)
+        has_ct = bool(self._services.cases.get(plan.case_id).volumes)
+        known = self.known = _Known(path, tuple((point.id, point.label, s) for point, s in at), has_ct)
+        self._executor.submit(self._find, key, plan, known)
+
+    def _find(self, key: object, plan: Plan, known: _Known) -> None:
+        entry, trouble = None, ""
+        try:
+            volume = self._services.cases.volume(self._services.cases.get(plan.case_id))
+            entry = entry_mm(plan, known.path, volume)
+        except VfixError as error:
+            trouble = str(error)
+        found = _Known(known.path, known.points, known.has_ct, entry, trouble)
+        self._post(lambda: self._accept(key, found))
+
+    def _accept(self, key: object, found: _Known) -> None:
+        if key == self._key:
+            self.known = found
+
+    def at_mm(self, place: Place) -> float | None:
+        """The arc length of a place; None where it is not known, or there is none."""
+        if self.known is None:
+            return None
+        if place.point is not None:
+            return next((s for point, _, s in self.known.points if point == place.point), None)
+        return self.known.entry if place.at_mm is None else min(place.at_mm, self.known.path.length)
+
+    def centre(self, place: Place) -> RemoteCentre | None:
+        """The fixture at a place; None where it cannot be there."""
+        found = self._looked_at(self.at_mm(place))
+        return found if isinstance(found, RemoteCentre) else None
+
+    def _looked_at(self, at: float | None) -> RemoteCentre | str:
+        """The fixture at an arc length, or why it cannot be there; '' where the arc length is not known."""
+        if at is None or self.known is None:
+            return ""
+        key = (self.known.path, at)
+        if self._last[0] != key:
+            try:
+                self._last = key, centre_at(*key)
+            except VfixError as error:
+                self._last = key, str(error)
+        return self._last[1]
+
+    def section(self, place: Place) -> CentreSection | None:
+        """For the page; None without a path."""
+        known = self.known
+        if known is None:
+            return None
+        at = self.at_mm(place)
+        points: list[CentreChoice] = [
+            {"value": point, "label": f"{number}: {label}, {s:.1f} mm"}
+            for number, (point, label, s) in enumerate(known.points, 1)
+        ]
+        return {
+            "choices": [{"value": ENTRY, "label": self._entry_words(known)}, *points],
+            "chosen": place.point or (ENTRY if place.at_mm is None else MM),
+            "at_mm": None if at is None else round(at, 1),
+            "length_mm": round(known.path.length, 1),
+            "trouble": self._trouble(known, place, at),
+        }
+
+    def _entry_words(self, known: _Known) -> str:
+        at = "" if known.entry is None else f", {known.entry:.1f} mm"
+        return f"Entry into the head{at}" if known.has_ct else f"First path point{at}"
+
+    def _trouble(self, known: _Known, place: Place, at: float | None) -> str:
+        if at is None:
+            gone = "The path point of the remote centre is not there any more; choose another place."
+            return gone if place.point is not None else known.trouble
+        found = self._looked_at(at)
+        return found if isinstance(found, str) else ""
+
+
+def place_of(choice: str | None, at_mm: float | None) -> Place:
+    """The place that the page has chosen: a path point, a place in mm, or the entry."""
+    return Place(choice, at_mm if choice is None else None)
+
+
+def options_section(
+    wanted: Switches,
+    in_force: Switches | None,
+    centre: CentreSection | None,
+    has_ct: bool,
+    may_change: bool,
+) -> OptionsSection:
+    """Switches, what each does, and why one cannot be used.
+
+    in_force: of the robot that is in place; None where there is none. centre: None without a path.
+    """
+    refusals = {
+        "soft_tissue": "" if has_ct else NO_CT,
+        "remote_centre": "" if centre is not None else "The plan has no path yet.",
+        "speed_limit": "",
+    }
+    items: list[OptionView] = [
+        {
+            "name": name,
+            "label": label,
+            "words": words,
+            "on": getattr(wanted, name),
+            "refusal": refusals[name] or ("" if may_change else _OF_ANOTHER),
+        }
+        for name, (label, words) in _LABELS.items()
+    ]
+    changed = in_force is not None and in_force != wanted.in_force
+    return {
+        "items": items,
+        "centre": centre if wanted.remote_centre else None,
+        "words": "Changed: in force from ‘Start’ at the entry, or from ‘Reset to entry’." if changed else "",
+    }
+
+
+_LABELS = {
+    "soft_tissue": (
+        "Soft tissue",
+        f"Skin and mucosa, as the CT shows them, yield with {STIFFNESS_N_PER_MM} N/mm and are hard from "
+        f"{MAX_DEPTH_MM:g} mm on, from {NOSTRIL_DEPTH_MM:g} mm within {NOSTRIL_MM:g} mm of the entry.",
+    ),
+    "remote_centre": (
+        "Remote centre",
+        f"Once the tip is inside, the tool passes one place of the path within {TOLERANCE_MM:g} mm, "
+        "as it does in a nostril.",
+    ),
+    "speed_limit": (
+        "Speed limits",
+        f"The tip moves no faster than {SPEED_MM_PER_S:g} mm/s and turns no faster than "
+        f"{math.degrees(TURN_RAD_PER_S):.0f}°/s.",
+    ),
+}

@@ -1,0 +1,118 @@
+// The dry run of the open plan: its verdict, how far a run is, and a button that cancels it.
+import { h, whenChanged } from "./dom.js";
+import { sentence } from "./format.js";
+import { goesOn, jobNow, remove } from "./rest.js";
+
+/** @import { Connection } from "./connection.js" */
+/** @import { CorridorSection, JobPublic } from "./types.js" */
+
+const QUIET_MS = 400; // a run that ends sooner shows no bar
+const LOOK_MS = 300;
+
+/** @param {number} ms */
+const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
+
+/**
+ * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
+ * @param {CorridorSection | null | undefined} corridor
+ */
+export function isOld(corridor) {
+  return corridor?.state === "waits" || corridor?.state === "drag_waits";
+}
+
+export class DryRun {
+  /**
+   * @param {Connection} connection
+   * @param {string} id of the verdict's element
+   */
+  constructor(connection, id) {
+    this.changed = whenChanged();
+    /** @type {string | null} */
+    this.job = null;
+    this.connection = connection;
+    this.verdict = h("p", { class: "words", id });
+    this.state = h("p", { class: "words verdict-state", id: `${id}-state`, hidden: true });
+    this.showMe = h("button", { type: "button", class: "plain", "data-tool": "show-me", hidden: true }, "Show me");
+    this.stage = h("p", { class: "words" });
+    this.bar = h("div");
+    this.cancelButton = h("button", { type: "button", "data-tool": "cancel", onclick: () => this.cancel() }, "Cancel");
+    this.progress = h("div", { class: "job", "data-job": "dry_run", hidden: true }, this.stage, h("div", { class: "progress" }, this.bar), this.cancelButton);
+    this.again = h("button", { type: "button", class: "wide", "data-tool": "again", hidden: true, onclick: () => connection.send("dry_run.again") }, "Run it again");
+    this.element = h("div", { class: "fields" }, this.verdict, this.state, this.showMe, this.progress, this.again);
+  }
+
+  /** @param {CorridorSection | undefined} corridor */
+  update(corridor) {
+    this.changed([corridor?.words, corridor?.caution, corridor?.cancelled, corridor?.job, corridor?.verdict, corridor?.state_words], () => {
+      this.say(corridor);
+      this.again.hidden = !corridor?.cancelled;
+      this.follow(corridor?.job ?? null);
+    });
+  }
+
+  /**
+   * The verdict, where each figure about a place shows the tool there; without one the words of what goes on.
+   * @param {CorridorSection | undefined} corridor
+   */
+  say(corridor) {
+    const verdict = corridor?.verdict;
+    this.verdict.className = verdict ? "words verdict" : corridor?.caution ? "words caution" : "words";
+    this.showMe.hidden = !verdict;
+    this.state.hidden = !verdict;
+    this.state.textContent = corridor?.state_words || "Placed and driven dry.";
+    if (!verdict) {
+      delete this.verdict.dataset.level;
+      this.verdict.textContent = sentence(corridor?.words ?? "");
+      return;
+    }
+    this.verdict.dataset.level = corridor?.caution && verdict.level === "fits" ? "tight" : verdict.level;
+    const old = isOld(corridor);
+    this.verdict.classList.toggle("stale", old);
+    this.showMe.disabled = old;
+    this.verdict.replaceChildren(...verdict.parts.map(({ words, s_mm: s }) => (s === null || old ? document.createTextNode(words) : this.place(words, s))));
+    this.showMe.onclick = () => this.connection.send("clearance.show", { s_mm: verdict.show_mm });
+  }
+
+  /**
+   * @param {string} words
+   * @param {number} s arc length, mm
+   */
+  place(words, s) {
+    const title = "Show the tool and the slices there";
+    return h("button", { type: "button", class: "place", title, onclick: () => this.connection.send("clearance.show", { s_mm: s }) }, words);
+  }
+
+  /**
+   * Show how far a job is, until it has ended or another one is followed.
+   * @param {string | null} job its id; null where none runs
+   */
+  async follow(job) {
+    if (job === this.job) return;
+    this.job = job;
+    this.progress.hidden = true;
+    this.cancelButton.disabled = false;
+    if (!job) return;
+    await pause(QUIET_MS);
+    while (this.job === job) {
+      const now = this.connection.connected === false ? null : await jobNow(job).catch(() => null); // a lost planner is not asked
+      if (this.job !== job) return;
+      this.show(now);
+      if (now && !goesOn(now)) return;
+      await pause(LOOK_MS);
+    }
+  }
+
+  /** @param {JobPublic | null} now null while the planner does not say */
+  show(now) {
+    this.progress.hidden = !now || !goesOn(now);
+    if (!now) return;
+    const percent = `${Math.round(now.fraction * 100)} %`;
+    this.stage.textContent = now.state === "queued" ? "Waiting for another one" : `${sentence(now.stage).replace(/\.$/, "")}, ${percent}`;
+    this.bar.style.width = percent.replace(" ", "");
+  }
+
+  async cancel() {
+    this.cancelButton.disabled = true;
+    if (this.job) await remove(`/api/jobs/${encodeURIComponent(this.job)}`).catch(() => { this.cancelButton.disabled = false; });
+  }
+}

@@ -1,0 +1,75 @@
+// The first task of a newcomer: three steps that tick themselves off, shown until they are done or put away.
+import { byId, h } from "./dom.js";
+import { keep, recall } from "./remember.js";
+import { TOUCHED } from "./scene.js";
+
+/** @import { ViewModel } from "./types.js" */
+
+const STEPS = [
+  "Turn the head: drag in the scene. The wheel zooms to the pointer.",
+  "Choose a point in the list, or click in a slice: scene and slices go there.",
+  "Open Rehearse, press Start and hold ↑: the tool goes in, and keeps off the bone.",
+];
+
+export class FirstTask {
+  constructor() {
+    this.steps = STEPS.map((words) => h("li", {}, words));
+    this.button = h("button", { type: "button", class: "plain", id: "first-task-hide", onclick: () => this.hide() }, "Hide");
+    this.box = byId("first-task");
+    this.box.append(h("div", { class: "group-head" }, h("h2", {}, "First steps"), this.button), h("ol", { class: "three-steps" }, this.steps));
+    this.done = [false, false, false];
+    window.addEventListener(TOUCHED, () => this.tick(0));
+    byId("slices").addEventListener("pointerdown", () => this.tick(1));
+    byId("panel-content").addEventListener("click", ({ target }) => { if (target instanceof Element && target.closest("table.points tbody tr")) this.tick(1); });
+    this.wanted = recall("first-task", ["done"], "") !== "done";
+    this.asked = false; // called back by its button: shown whatever the plan is
+    this.box.hidden = true; // until the plan says that it does not lead itself
+    this.render();
+  }
+
+  /** Once more, from its beginning. */
+  again() {
+    this.done = [false, false, false];
+    this.wanted = this.asked = true;
+    this.box.hidden = false;
+    byId("panel").scrollTop = 0;
+    this.render();
+    this.button.focus();
+  }
+
+  hide() {
+    const held = this.box.contains(document.activeElement);
+    this.wanted = this.asked = false;
+    this.box.hidden = true;
+    keep("first-task", "done");
+    if (held) byId("panel").focus();
+  }
+
+  /**
+   * Of two lists of steps one is enough: an empty plan has its own.
+   * @param {ViewModel} state
+   */
+  update(state) {
+    const led = state.step?.name === "plan" && state.plan && state.plan.points.length < 2; // by the empty plan's own steps
+    this.box.hidden = !this.wanted || (Boolean(led) && !this.asked);
+    if (state.rehearsal?.state === "running") this.tick(2);
+  }
+
+  /** @param {number} index */
+  tick(index) {
+    if (this.box.hidden || this.done[index]) return;
+    this.done[index] = true;
+    this.render();
+    if (this.done.every(Boolean)) keep("first-task", "done"); // it stays in sight, ticked, until the page is loaded again
+  }
+
+  render() {
+    const next = this.done.indexOf(false);
+    this.button.textContent = next < 0 ? "Done" : "Hide";
+    this.steps.forEach((step, index) => {
+      step.classList.toggle("done", this.done[index]);
+      if (index === next) step.setAttribute("aria-current", "step");
+      else step.removeAttribute("aria-current");
+    });
+  }
+}

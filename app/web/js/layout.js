@@ -1,0 +1,180 @@
+// How panel, scene and slices share the page: a layout by CSS grid areas, nothing is ever moved in the document.
+import { byId, h, icon } from "./dom.js";
+import { keep, recall, recallText } from "./remember.js";
+
+/** @typedef {"one-three" | "two-by-two" | "scene" | "axial" | "coronal" | "sagittal" | "path"} Layout */
+/** @typedef {"panel" | "scene" | "slices"} Part */
+
+/** A view asks to fill the viewing area, or, with null, to be one of several again; `detail` names it. */
+export const ENLARGE = "vfix:enlarge";
+/** The layout has changed; `detail` is its name. */
+export const LAID_OUT = "vfix:layout";
+
+/** @type {readonly Layout[]} */
+const SEVERAL = ["one-three", "two-by-two"];
+/** @type {readonly Layout[]} */
+const ALL = [...SEVERAL, "scene", "axial", "coronal", "sagittal", "path"];
+/** @type {[Layout, Parameters<typeof icon>[0], string][]} */
+const BUTTONS = [
+  ["one-three", "layoutOneThree", "Scene and three slices"],
+  ["two-by-two", "layoutTwoByTwo", "Four views of one size"],
+  ["scene", "layoutOne", "Scene alone (4)"],
+  ["path", "layoutPath", "Across the path (5)"],
+];
+/** @type {Record<string, Layout | undefined>} */
+const KEYS = { Digit1: "axial", Digit2: "coronal", Digit3: "sagittal", Digit4: "scene", Digit5: "path" };
+/** @type {[Part, string][]} */
+const PARTS = [["panel", "Panel"], ["scene", "Head"], ["slices", "Slices"]];
+const LEAST_SLICES_PX = 212;
+const LEAST_SCENE_PX = 320;
+const STEP_PX = 24;
+
+/**
+ * The layout after a wish: the same view again goes back to several.
+ * @param {Layout} now
+ * @param {Layout | null} wish
+ * @param {Layout} several the one that was shown last
+ * @returns {Layout}
+ */
+export function next(now, wish, several) {
+  if (wish === null) return several;
+  return wish === now && !SEVERAL.includes(wish) ? several : wish;
+}
+
+export class Layouts {
+  /** @param {HTMLElement} bench the viewing area; its `data-layout` is the one switch of the layout */
+  constructor(bench) {
+    this.bench = bench;
+    this.layout = /** @type {Layout} */ (recall("layout", ALL.slice(0, 6), "one-three"));
+    this.several = /** @type {Layout} */ (recall("layout-several", SEVERAL, "one-three"));
+    this.folded = recall("panel", ["folded", "open"], "open") === "folded";
+    this.available = true; // whether there are slices to show
+    this.path = false; // and a view across a path
+    this.buttons = BUTTONS.map(([layout, picture, label]) => h("button", {
+      type: "button", class: "icon plain", title: label, "aria-label": label, "data-layout-button": layout, onclick: () => this.set(next(this.layout, layout, this.several)),
+    }, icon(picture)));
+    this.foldButton = h("button", { type: "button", class: "icon plain", id: "fold-panel", title: "Fold the panel away (P)", "aria-label": "Panel", "aria-controls": "panel", onclick: () => this.fold() }, icon("panel"));
+    byId("layouts").append(this.foldButton, ...this.buttons);
+    this.partButtons = PARTS.map(([part, label]) => h("button", { type: "button", "data-part-button": part, onclick: () => this.showPart(part) }, label));
+    byId("parts").append(...this.partButtons);
+    this.splitter = byId("splitter");
+    this.listen();
+    this.width(Number(recallText("slices-width")) || 0);
+    this.showPart("scene");
+    this.render();
+  }
+
+  listen() {
+    window.addEventListener(ENLARGE, (event) => this.set(next(this.layout, /** @type {CustomEvent<Layout | null>} */ (event).detail, this.several)));
+    const { splitter } = this;
+    splitter.addEventListener("pointerdown", (event) => {
+      splitter.setPointerCapture(event.pointerId);
+      this.bench.classList.add("splitting"); // the scene's frame would swallow the pointer
+    });
+    splitter.addEventListener("pointermove", (event) => {
+      if (splitter.hasPointerCapture(event.pointerId)) this.width(this.bench.getBoundingClientRect().right - event.clientX);
+    });
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) splitter.addEventListener(end, () => this.bench.classList.remove("splitting"));
+    splitter.addEventListener("dblclick", () => this.width(0));
+    splitter.addEventListener("keydown", (event) => {
+      const turn = { ArrowLeft: 1, ArrowRight: -1 }[event.key];
+      if (turn) this.width(byId("slices").clientWidth + turn * STEP_PX);
+    });
+    new ResizeObserver(() => this.tellWidth()).observe(byId("slices"));
+  }
+
+  /**
+   * Width of the slice column; 0 is what the page's width asks for.
+   * @param {number} wide px
+   */
+  width(wide) {
+    if (!Number.isFinite(wide) || wide <= 0) {
+      this.bench.style.removeProperty("--slices-width");
+      keep("slices-width", "");
+      return;
+    }
+    const panel = this.folded ? 0 : byId("panel").clientWidth;
+    const most = Math.max(LEAST_SLICES_PX, (this.bench.clientWidth || innerWidth) - panel - LEAST_SCENE_PX);
+    const held = Math.round(Math.min(most, Math.max(LEAST_SLICES_PX, wide)));
+    this.bench.style.setProperty("--slices-width", `${held}px`);
+    keep("slices-width", String(held));
+  }
+
+  tellWidth() {
+    this.splitter.setAttribute("aria-valuenow", String(Math.round(byId("slices").clientWidth)));
+  }
+
+  /** @param {Layout} layout */
+  set(layout) {
+    this.layout = layout;
+    if (SEVERAL.includes(layout)) {
+      this.several = layout;
+      keep("layout-several", layout);
+    }
+    keep("layout", layout);
+    this.render();
+  }
+
+  fold() {
+    this.folded = !this.folded;
+    keep("panel", this.folded ? "folded" : "open");
+    this.render();
+  }
+
+  /**
+   * On a phone one part is shown at a time.
+   * @param {Part} part
+   */
+  showPart(part) {
+    document.body.dataset.part = part;
+    for (const button of this.partButtons) button.setAttribute("aria-pressed", String(button.dataset.partButton === part));
+    this.say();
+  }
+
+  /**
+   * A head without a CT has no slices: its scene gets their place.
+   * @param {boolean} available
+   * @param {boolean} path whether there is a path, to look across it
+   */
+  offer(available, path) {
+    if (available === this.available && path === this.path) return;
+    Object.assign(this, { available, path });
+    this.render();
+  }
+
+  /** @param {Layout} layout */
+  can(layout) {
+    if (layout === "path") return this.available && this.path;
+    return this.available || layout === "scene" || layout === "one-three";
+  }
+
+  render() {
+    const shown = this.can(this.layout) ? this.layout : "one-three";
+    this.bench.dataset.layout = shown;
+    this.bench.dataset.panel = this.folded ? "folded" : "open";
+    this.foldButton.setAttribute("aria-expanded", String(!this.folded));
+    this.foldButton.title = `${this.folded ? "Show the panel" : "Fold the panel away"} (P)`;
+    for (const button of this.buttons) {
+      button.setAttribute("aria-pressed", String(button.dataset.layoutButton === shown));
+      button.disabled = !this.can(/** @type {Layout} */ (button.dataset.layoutButton));
+    }
+    this.say();
+  }
+
+  say() {
+    window.dispatchEvent(new CustomEvent(LAID_OUT, { detail: this.bench.dataset.layout }));
+  }
+
+  /**
+   * Whether a key means a layout; it is done then.
+   * @param {KeyboardEvent} event
+   */
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || event.repeat) return false;
+    const wish = KEYS[event.code];
+    if (event.code === "KeyP") this.fold();
+    else if (wish && this.can(wish)) this.set(next(this.layout, wish, this.several));
+    else return false;
+    return true;
+  }
+}

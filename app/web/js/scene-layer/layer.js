@@ -1,0 +1,46 @@
+// What the page adds to the scene of one frame. Without the hooks the scene works as viser draws it.
+import { SceneHooks } from "./hooks.js";
+import { SceneLabels } from "./labels.js";
+import { ClearBone, PathThroughBone } from "./see-through.js";
+import { Turning } from "./turning.js";
+
+/** @import { CameraSection, LabelView } from "../types.js" */
+
+export class SceneLayer {
+  /**
+   * The layer of a frame, once viser has its canvas; null when nobody waits any more. Throws where it cannot be reached.
+   * @param {Window} frame
+   * @param {HTMLElement} box for words over the frame
+   * @param {() => boolean} wanted whether this frame is still the one that is shown
+   */
+  static async attach(frame, box, wanted) {
+    const hooks = await SceneHooks.attach(frame, wanted);
+    return hooks && new SceneLayer(hooks, box);
+  }
+
+  /**
+   * @param {SceneHooks} hooks
+   * @param {HTMLElement} box
+   */
+  constructor(hooks, box) {
+    this.hooks = hooks;
+    this.labels = new SceneLabels(hooks, box);
+    this.turning = new Turning(hooks);
+    this.path = new PathThroughBone(hooks);
+    this.bone = new ClearBone(hooks);
+    hooks.redraw();
+  }
+
+  /**
+   * @param {LabelView[] | undefined} labels
+   * @param {CameraSection | undefined} camera
+   */
+  update(labels, camera) {
+    this.labels.show(labels ?? []);
+    this.turning.about(camera?.pivot ?? null);
+  }
+
+  remove() {
+    this.labels.clear();
+  }
+}

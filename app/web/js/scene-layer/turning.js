@@ -1,0 +1,42 @@
+// How the view is moved: zoom goes to the pointer, the view turns about what was clicked, and stays as it is at a click.
+
+/** @import { SceneHooks } from "./hooks.js" */
+
+export class Turning {
+  /** @param {SceneHooks} hooks */
+  constructor(hooks) {
+    this.hooks = hooks;
+    hooks.controls.dollyToCursor = true;
+    /** @type {number[] | null} LPS, mm */
+    this.pivot = null;
+  }
+
+  /**
+   * Turn about a place; null is the middle of the view, as after a standard view.
+   * @param {number[] | null} pivot LPS, mm
+   */
+  about(pivot) {
+    if (String(pivot) === String(this.pivot)) return;
+    this.pivot = pivot;
+    if (!pivot) return;
+    const { x, y, z } = this.hooks.world(pivot);
+    this.hooks.controls.setOrbitPoint(x, y, z);
+    this.hooks.redraw();
+  }
+
+  /** Bring the clicked place to the middle of the view; it is looked at from the same side. */
+  centre() {
+    if (!this.pivot) return false;
+    const { x, y, z } = this.hooks.world(this.pivot);
+    this.hooks.controls.setFocalOffset(0, 0, 0, false);
+    this.hooks.controls.moveTo(x, y, z, false);
+    this.hooks.redraw();
+    return true;
+  }
+
+  /** Before a standard view: what was shifted aside for a pivot is taken back, or the view would come out beside it. */
+  reset() {
+    this.pivot = null;
+    this.hooks.controls.setFocalOffset(0, 0, 0, false);
+  }
+}

@@ -1,0 +1,82 @@
+// What is drawn over a slice as SVG, in CSS pixels of the view: crosshair, path, points, targets, measures.
+import { svg } from "../dom.js";
+import { cutNear } from "../near-plane.js";
+import { measureWords } from "./measures.js";
+/** @import { PlaceNear } from "../near-plane.js" */
+/** @import { ViewModel } from "../types.js" */
+/** @import { Triple } from "./grid.js" */
+/** @import { Measure } from "./measures.js" */
+/** @import { Port } from "./port.js" */
+
+export const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the rest faint
+const MARK_PX = 3.6;
+
+/**
+ * @param {Port} port
+ * @param {ViewModel} state
+ * @param {Triple} cross
+ * @param {Measure[]} measures
+ * @returns {SVGElement[]}
+ */
+export function marksOf(port, state, cross, measures) {
+  const project = (/** @type {Triple} */ place) => port.project(place);
+  const at = project(cross);
+  /** @type {SVGElement[]} */
+  const marks = [
+    svg("line", { class: "cross-hair", x1: 0, x2: port.width, y1: at.y, y2: at.y }),
+    svg("line", { class: "cross-hair", y1: 0, y2: port.height, x1: at.x, x2: at.x }),
+  ];
+  const line = (/** @type {Triple[]} */ places, /** @type {string} */ kind) => marks.push(...drawnLine(places.map(project), kind));
+  line(state.curve?.points ?? [], "slice-path");
+  const { driven, plan } = state; // a rehearsal of the plan as it was shows what it drives
+  const selected = driven ? null : plan?.selected;
+  const { points, targets } = driven ?? plan ?? { points: [], targets: [] };
+  for (const item of points) marks.push(drawnMark(project(item.position), "slice-point", item.id === selected));
+  for (const item of targets) marks.push(drawnMark(project(item.position), "slice-target", item.id === selected));
+  if (!driven) for (const place of state.regions?.drawing?.places ?? []) marks.push(drawnMark(project(place), "slice-point drawing", false, 0.9));
+  if (!driven && plan?.ghost) marks.push(drawnMark(project(plan.ghost.position), "slice-point ghost", false, 1.3));
+  if (state.step?.input === "drive") for (const segment of state.tool?.segments ?? []) line(segment, "slice-tool");
+  for (const measure of measures) marks.push(...drawnMeasure(measure, project));
+  return marks;
+}
+
+/**
+ * A line in the head: in full where it is near the plane, dotted and faint where it is not.
+ * @param {PlaceNear[]} places
+ * @param {string} kind
+ */
+function drawnLine(places, kind) {
+  return cutNear(places, NEAR_MM).map((run) => svg("polyline", {
+    class: run.near ? kind : `${kind} far`, points: run.places.map(({ x, y }) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" "),
+  }));
+}
+
+/**
+ * @param {PlaceNear} place
+ * @param {string} kind
+ * @param {boolean} selected
+ * @param {number} [size]
+ */
+function drawnMark({ x, y, away }, kind, selected, size = 1) {
+  const near = Math.abs(away) <= NEAR_MM;
+  const radius = MARK_PX * size * (near ? 1 : 0.6);
+  return svg("circle", { class: selected ? `${kind} selected` : kind, cx: x, cy: y, r: radius, opacity: near ? 1 : 0.45 });
+}
+
+/**
+ * @param {Measure} measure
+ * @param {(place: Triple) => PlaceNear} project
+ */
+function drawnMeasure(measure, project) {
+  const places = measure.places.map(project);
+  /** @type {SVGElement[]} */
+  const marks = drawnLine(places, "slice-measure");
+  const ends = places.filter(({ away }) => Math.abs(away) <= NEAR_MM);
+  marks.push(...ends.map(({ x, y }) => svg("circle", { class: "slice-measure-end", cx: x, cy: y, r: 2.5 })));
+  const words = measureWords(measure);
+  if (!words || !ends.length) return marks;
+  const [a, b] = measure.kind === "angle" ? [places[1], places[1]] : [places[0], places[1]];
+  const label = svg("text", { class: "slice-measure-words", x: (a.x + b.x) / 2 + 6, y: (a.y + b.y) / 2 - 6 });
+  label.append(words);
+  return [...marks, label];
+}

@@ -1,0 +1,245 @@
+// Below the slices: what is laid over the head, by which transform, and how much of it is seen. The plan keeps it.
+import { clearErrors, note } from "../dialogs.js";
+import { fillOptions, h, whenChanged } from "../dom.js";
+import { OWN, PRESETS } from "./grey-values.js";
+import { IDENTITY, transformOf } from "./overlay.js";
+import { poseOf, transformOfPose } from "./rigid-pose.js";
+/** @import { Connection } from "../connection.js" */
+/** @import { SecondVolumeSection, ViewModel } from "../types.js" */
+/** @import { OverlayLook, Transform } from "./overlay.js" */
+/** @import { VolumeLink } from "./volume-link.js" */
+
+/** @typedef {SecondVolumeSection["choices"][number]} Choice */
+
+/** @type {[string, string, string][]} what a number of the pose moves, its name, its unit */
+const POSE = [
+  ["x", "To the left", "mm"], ["y", "To the back", "mm"], ["z", "Up", "mm"],
+  ["about-x", "About the left axis", "°"], ["about-y", "About the back axis", "°"], ["about-z", "About the upward axis", "°"],
+];
+
+/** Says `change` when the pictures have to be drawn anew. */
+export class OverlayControls extends EventTarget {
+  /**
+   * @param {VolumeLink} link
+   * @param {Connection} connection
+   */
+  constructor(link, connection) {
+    super();
+    this.link = link;
+    this.connection = connection;
+    /** @type {Transform} */
+    this.transform = IDENTITY;
+    this.here = false; // the second volume is drawn
+    this.greys = { window: PRESETS[0].window, level: PRESETS[0].level };
+    this.locked = true;
+    /** @type {Choice[]} */
+    this.choices = [];
+    this.shown = ""; // what of the plan is shown
+    this.asked = ""; // what the worker was asked to lay
+    this.changed = whenChanged();
+    this.choice = h("select", { id: "overlay-case", "aria-label": "Volume that is laid over", onchange: () => this.chosen() });
+    /** @type {HTMLInputElement} */
+    this.opacity = h("input", {
+      type: "range", id: "overlay-opacity", min: 0, max: 100, step: 1, value: 50, "aria-label": "Opacity of what is laid over",
+      oninput: () => this.faded(), onchange: () => this.keep(),
+    });
+    this.opacityWords = h("span", { class: "number" }, "50 %");
+    this.window = h("select", { id: "overlay-window", "aria-label": "Grey values of what is laid over", onchange: () => this.windowed() });
+    /** @type {HTMLInputElement} */
+    this.place = h("input", { type: "text", id: "overlay-transform", autocomplete: "off", placeholder: "16 numbers; empty: one frame", "aria-label": "Transform, 16 numbers row by row, LPS mm", onchange: () => this.placed() });
+    this.pose = POSE.map(([name, label, unit]) => /** @type {HTMLInputElement} */ (h("input", { type: "number", id: `overlay-${name}`, step: unit === "mm" ? 0.5 : 1, "aria-label": `${label}, ${unit}`, title: label, onchange: () => this.posed() })));
+    const numbers = (/** @type {number} */ from, /** @type {string} */ words) => h("div", { class: "field" }, h("span", { class: "field-label" }, words),
+      h("div", { class: "three" }, this.pose.slice(from, from + 3)));
+    this.more = h("div", { class: "overlay-more", hidden: true },
+      h("label", { class: "field" }, h("span", { class: "field-label" }, "Opacity", this.opacityWords), this.opacity), this.window,
+      numbers(0, "Shift to the left, to the back, up; mm"), numbers(3, "Turned about these axes; °"),
+      h("label", { class: "field" }, h("span", { class: "field-label" }, "Transform to this head"), this.place));
+    this.words = h("p", { class: "words caution", role: "status", hidden: true }, "The second volume of this plan is not here: it was deleted, or belongs to another data folder.");
+    this.element = h("div", { class: "overlay-controls" },
+      h("label", { class: "field" }, h("span", { class: "field-label" }, "Second volume"), this.choice), this.words, this.more);
+    link.addEventListener("laid", () => { this.here = this.choice.value !== ""; this.say(); });
+    link.addEventListener("unlaid", () => this.refused());
+  }
+
+  /** How the second volume is drawn; null while there is none. @returns {OverlayLook | null} */
+  get look() {
+    return this.here ? { opacity: Number(this.opacity.value) / 100, greys: this.greys } : null;
+  }
+
+  /** @returns {Choice | undefined} */
+  get picked() {
+    return this.choices.find((one) => keyOf(one) === this.choice.value);
+  }
+
+  /** @param {ViewModel} state */
+  update({ second_volume: second }) {
+    const laid = second?.laid ?? null;
+    this.locked = second?.locked ?? true;
+    this.changed(second, () => {
+      this.choices = second?.choices ?? [];
+      fillOptions(this.choice, [["", "None"], ...this.choices.map((one) => /** @type {const} */ ([keyOf(one), one.name]))]);
+      for (const control of [this.choice, this.place, ...this.pose]) control.disabled = this.locked;
+      this.choice.title = this.locked ? "The plan is locked" : "";
+      this.element.hidden = !this.choices.length && !laid;
+      this.words.hidden = !laid || Boolean(second?.known);
+    });
+    const key = JSON.stringify(laid);
+    if (key !== this.shown) {
+      this.shown = key;
+      this.show(second?.known ? laid : null);
+    }
+    this.lay();
+  }
+
+  /** What the plan keeps. @param {SecondVolumeSection["laid"]} laid */
+  show(laid) {
+    this.choice.value = laid ? keyOf(laid) : "";
+    if (laid) {
+      this.transform = laid.transform;
+      if (document.activeElement !== this.opacity) this.opacity.value = String(Math.round(laid.opacity * 100));
+      this.opacityWords.textContent = `${this.opacity.value} %`;
+      this.greys = { window: laid.window, level: laid.level };
+      if (document.activeElement !== this.place) this.write();
+      this.showPose();
+    }
+    this.windows();
+    this.say();
+  }
+
+  /** The choices of grey values: the usual ones, and what fits this volume. */
+  windows() {
+    const { window, level } = this.greys;
+    const usual = PRESETS.filter(({ name }) => name !== OWN);
+    const known = usual.find((one) => one.window === window && one.level === level);
+    const own = this.picked?.window !== null && this.picked !== undefined;
+    fillOptions(this.window, [...usual.map(({ name, label }) => /** @type {const} */ ([name, label])), ...(own || !known ? [/** @type {const} */ ([OWN, "Its own range"])] : [])]);
+    this.window.value = known?.name ?? OWN;
+  }
+
+  /** Have the worker lay what is chosen, once. */
+  lay() {
+    const picked = this.picked;
+    this.more.hidden = !picked;
+    const key = JSON.stringify([this.link.head, this.choice.value, picked ? this.transform : null]);
+    if (key === this.asked) return;
+    this.asked = key;
+    if (!picked) this.here = false;
+    this.link.lay(picked ? picked.case : null, picked?.volume ?? null, this.transform);
+  }
+
+  /** Another head is open: what its plan lays over it is told next. */
+  forget() {
+    this.choice.value = this.place.value = "";
+    this.transform = IDENTITY;
+    this.here = false;
+    this.more.hidden = true;
+    this.shown = "";
+  }
+
+  chosen() {
+    const picked = this.picked;
+    if (picked?.window !== null && picked?.level !== null && picked) this.greys = { window: picked.window, level: picked.level };
+    this.windows();
+    this.lay();
+    this.keep();
+    this.say();
+  }
+
+  faded() {
+    this.opacityWords.textContent = `${this.opacity.value} %`;
+    this.say();
+  }
+
+  windowed() {
+    const preset = PRESETS.find(({ name }) => name === this.window.value && name !== OWN);
+    const picked = this.picked;
+    if (preset) this.greys = { window: preset.window, level: preset.level };
+    else if (picked && picked.window !== null && picked.level !== null) this.greys = { window: picked.window, level: picked.level };
+    this.keep();
+    this.say();
+  }
+
+  /** The 16 numbers as they are in force; none where both volumes have one frame. */
+  write() {
+    this.place.value = sameNumbers(this.transform, IDENTITY) ? "" : this.transform.map(String).join(" ");
+    this.place.removeAttribute("aria-invalid");
+  }
+
+  /** The six numbers as they are in force, to a thousandth; the one that is being typed stays. */
+  showPose() {
+    poseOf(this.transform).forEach((value, at) => {
+      if (document.activeElement !== this.pose[at]) this.pose[at].value = String(Number(value.toFixed(3)) + 0);
+    });
+  }
+
+  /** One of the six numbers was typed: the others are those in force, to the last digit. */
+  posed() {
+    const now = poseOf(this.transform);
+    const typed = this.pose.map((input, at) => (Number(input.value) === Number(now[at].toFixed(3)) ? now[at] : Number(input.value)));
+    this.lie(transformOfPose(typed).map(String).join(" "), () => { this.showPose(); });
+    this.write();
+  }
+
+  placed() {
+    this.lie(this.place.value, () => { this.place.setAttribute("aria-invalid", "true"); });
+  }
+
+  /**
+   * Lay it by this transform; what was wrong with an earlier one is no news then.
+   * @param {string} words
+   * @param {() => void} otherwise where it cannot be used
+   */
+  lie(words, otherwise) {
+    try {
+      this.transform = transformOf(words);
+    } catch (error) {
+      otherwise();
+      note(error instanceof Error ? error.message : String(error), { error: true });
+      return;
+    }
+    clearErrors();
+    this.place.removeAttribute("aria-invalid");
+    this.showPose();
+    this.lay();
+    this.keep();
+  }
+
+  /** Keep in the plan what is shown; a locked plan stays as it is. */
+  keep() {
+    if (this.locked) return;
+    const picked = this.picked;
+    if (!picked) {
+      if (this.shown !== "null") this.connection.send("second_volume.none");
+      return;
+    }
+    const laid = { case: picked.case, volume: picked.volume, transform: this.transform, opacity: Number(this.opacity.value) / 100, ...this.greys };
+    if (JSON.stringify(laid) === this.shown) return;
+    const { case: caseId, ...rest } = laid;
+    this.connection.send("second_volume.lay", { case_id: caseId, ...rest });
+  }
+
+  refused() {
+    this.here = false;
+    note(`That volume cannot be laid over this head: ${this.link.laidWords}.`, { error: true });
+    this.choice.value = "";
+    this.lay();
+    this.say();
+  }
+
+  say() {
+    this.dispatchEvent(new Event("change"));
+  }
+}
+
+/** @param {{ case: string, volume: string | null }} volume */
+function keyOf({ case: caseId, volume }) {
+  return `${caseId} ${volume ?? ""}`;
+}
+
+/**
+ * @param {ArrayLike<number>} a
+ * @param {ArrayLike<number>} b
+ */
+function sameNumbers(a, b) {
+  return a.length === b.length && Array.from(a).every((value, index) => value === b[index]);
+}

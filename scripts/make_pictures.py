@@ -1,0 +1,75 @@
+"""Make the pictures of the docs: the page as it is, in real Chromium, on the shipped head.
+
+    python scripts/make_pictures.py [--out DIR]
+
+Needs the test tools (`python3 scripts/test.py --setup-only`) and a browser, as the browser tests do. The head is
+written as a folder of DICOM slices and planned on as docs/planning_tutorial.md tells, by the names that it tells; a
+name that is not on the page ends the script with an error. Takes some minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "browser")]
+
+from workstation import TOKEN, Planner, Workstation, launch  # noqa: E402
+
+from pictures import sample_plan, tutorial  # noqa: E402
+from pictures.album import Album  # noqa: E402
+from pictures.dicom_folder import write_dicom_folder  # noqa: E402
+from pictures.named_page import NamedPage  # noqa: E402
+from vfix_engine.imaging.phantom import load_head_ct  # noqa: E402
+
+SIZE = {"width": 1440, "height": 900}
+
+
+def main() -> None:
+    """Start a planner on a fresh home, go through everything, stop it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="folder to write to")
+    album = Album(parser.parse_args().out)
+    with tempfile.TemporaryDirectory() as name:
+        work = Path(name)
+        folder = write_dicom_folder(load_head_ct(), work / "dicom")
+        planner = Planner(work / "home")
+        try:
+            with sync_playwright() as playwright:
+                browser = launch(playwright)
+                context = browser.new_context(viewport=SIZE, accept_downloads=True)
+                context.set_default_timeout(60_000)
+                station = Workstation(context.new_page(), work)
+                station.page.goto(f"{planner.base}/?token={TOKEN}")
+                walk(NamedPage(station.ready(), album), folder, work)
+                browser.close()
+        finally:
+            planner.stop()
+
+
+def walk(page: NamedPage, folder: Path, work: Path) -> None:
+    """Every picture in turn; `folder` holds the slices, `work` takes what is exported."""
+    page.press("Hide")  # the first steps of a newcomer
+    sample_plan.planned(page)
+    tutorial.import_the_folder(page, folder)
+    tutorial.look_at_slices(page)
+    tutorial.mark_the_orbit(page)
+    tutorial.spare_the_orbit(page)
+    tutorial.suggest_a_path(page)
+    tutorial.read_the_verdict(page)
+    tutorial.drag_a_point(page)
+    tutorial.compare_tools(page)
+    tutorial.name_a_version(page)
+    tutorial.rehearse(page)
+    tutorial.compare_and_export(page, work)
+    if page.station.errors:
+        raise AssertionError(f"the page reported {page.station.errors}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,393 @@
+"""Several paths, shaft directions, structures to spare and bone to remove: kept, undone and exchanged."""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+from sqlalchemy import select
+
+from app.services.cases import Case
+from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
+from app.services.exchange import FORMATS, export_text, from_native_json, read_plan
+from app.services.plan_editor import PlanEditor
+from app.services.plan_kind import BEFORE_PATHS, STORED
+from app.services.plan_model import MAX_NOTES, PlanContent, PlanPath, PlanPoint, check_stored, drive_parts
+from app.services.plan_paths import MAX_PATHS, side_caution
+from app.services.plan_zones import MAX_ZONES, PlanZone, RemovedBone
+from app.services.plans import Plan, PlanService
+from app.store import Store
+from app.store.models import DocumentStateRow
+from vfix_engine.errors import InputError, PlanError
+
+SPHERE: dict[str, Any] = {"kind": "sphere", "centre": [1.0, 2.0, 3.0], "radius": 4.0}
+EYE = [float(i % 5 == 0) for i in range(16)]
+SHAPES: list[dict[str, Any]] = [
+    SPHERE,
+    {"kind": "capsule", "start": [0.0, 0.0, 0.0], "end": [1 / 3, 0.0, 9.0], "radius": 1.5},
+    {"kind": "capsules", "points": [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [5.0, 5.0, 0.0]], "radius": 1.0},
+    {"kind": "box", "transform_box_to_patient": EYE, "half_size": [1.0, 2.0, 3.0]},
+    {"kind": "half_space", "point": [0.0, 0.0, 40.0], "normal": [0.0, 0.0, -1.0]},
+    {"kind": "patch", "centre": [1.0, 2.0, 3.0], "radius": 5.0},
+    {"kind": "patch", "centre": [1.0, 2.0, 3.0], "radius": 5.0, "structure": "bone"},
+    {"kind": "structure", "structure": "optic-nerve"},
+]
+PLACED = {"name": "steady_hand", "base": EYE, "q_start": [0.0] * 7}
+
+
+@pytest.fixture
+def plan(plans: PlanService, case: Case) -> Plan:
+    return plans.create(case.id, "Corridor")
+
+
+@pytest.fixture
+def editor(plans: PlanService, plan: Plan) -> PlanEditor:
+    return plans.editor(plan.id)
+
+
+def full_content() -> PlanContent:
+    """A content with everything in it, the second of its three paths chosen."""
+    points = tuple(
+        PlanPoint(f"p-{n}", f"P{n}", (float(n), 0.5, 1 / 3), (0.0, 0.6, 0.8), None if n else 30.0) for n in range(3)
+    )
+    others = tuple(replace(point, id=f"q-{point.id}") for point in points)
+    paths = (
+        PlanPath("left", "Left nostril", others, "straight_pointer", {}, "left"),
+        PlanPath("right", "Right nostril", entry_side="right"),
+        PlanPath("spare", "Spare"),
+    )
+    zones = tuple(PlanZone(f"z-{n}", f"zone {n}", shape, 1.0 + n / 7) for n, shape in enumerate(SHAPES))
+    soft = PlanZone("z-soft", "turbinate", SPHERE, 0.0, "soft", 0.4, 2.5, "#aabbcc", False)
+    capsule = RemovedBone("b-1", "septum", SHAPES[1])
+    return PlanContent(
+        points, (PlanPoint("t", "T1", (1.0, 1.0, 1.0)),), "bent_30", {"bend_deg": 25.0}, PLACED, {"margin_mm": 0.4},
+        paths, "right", (*zones, soft), (capsule, RemovedBone("b-2", "ethmoid", SHAPES[3])), "First line\nsecond ♥",
+    )  # fmt: skip
+
+
+def test_everything_comes_back_from_a_file_and_from_the_store(plans: PlanService, case: Case, plan: Plan) -> None:
+    content = check_stored(full_content())
+    whole = plans.create(case.id, "Whole", content)
+    assert plans.get(whole.id).content == content
+    assert [len(path.points) for path in whole.paths] == [3, 3, 0]
+    assert (whole.path.name, whole.entry_side) == ("Right nostril", "right")
+    assert from_native_json(export_text(whole, "json")).content == content
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_format_has_the_points_of_the_chosen_path(plans: PlanService, case: Case, form: str) -> None:
+    whole = plans.create(case.id, "Whole", full_content())
+    read = read_plan(f"plan.{form}", export_text(whole, form).encode()).content  # type: ignore[arg-type]
+    assert [point.position for point in read.points] == [point.position for point in whole.points]
+    assert [point.position for point in read.targets] == [(1.0, 1.0, 1.0)]
+
+
+def test_a_file_has_the_chosen_path_where_older_programs_read_it() -> None:
+    """The keys of vfix-plan/1 are those of the chosen path, which does not stand in the file a second time."""
+    whole = Plan("plan-1", "Whole", "case-1", "ab" * 32, created="", modified="", **vars(full_content()))
+    data = json.loads(export_text(whole, "json"))
+    assert data["schema"] == "vfix-plan/1"
+    assert [point["position"] for point in data["points"]] == [[n, 0.5, 1 / 3] for n in range(3)]
+    assert (data["tool"], data["tool_shape"], data["robot"]) == ("bent_30", {"bend_deg": 25.0}, PLACED)
+    assert [set(path) & {"points", "tool"} for path in data["paths"]] == [{"points", "tool"}, set(), {"points", "tool"}]
+    data["points"][0]["position"] = [7.0, 8.0, 9.0]  # as a program does that knows the old keys only
+    assert from_native_json(json.dumps(data)).content.path.points[0].position == (7.0, 8.0, 9.0)
+
+
+def test_a_file_from_before_has_one_path() -> None:
+    data = {
+        "schema": "vfix-plan/1", "frame": "LPS", "unit": "mm", "name": "Old", "case_hash": "ab" * 32,
+        "points": [{"id": "a", "label": "P1", "position": [1, 2, 3]}], "targets": [], "tool": "straight_pointer",
+        "tool_shape": {}, "robot": {"name": "steady_hand", "base": None, "q_start": None}, "settings": {},
+    }  # fmt: skip
+    content = from_native_json(json.dumps(data)).content
+    point = PlanPoint("a", "P1", (1.0, 2.0, 3.0))
+    assert content.paths == (PlanPath("path-1", "Path 1", (point,), "straight_pointer"),)
+    assert (content.zones, content.removed_bone, content.notes) == ((), (), "")
+
+
+def test_a_content_that_was_stored_before_has_one_path(store: Store, plans: PlanService, plan: Plan) -> None:
+    """A state of the older schema is brought up; a newer one would be refused by an older vfix."""
+    editor = plans.editor(plan.id)
+    editor.add_point((1, 2, 3))
+    with store.writing() as session:
+        for row in session.scalars(select(DocumentStateRow).where(DocumentStateRow.document_id == plan.id)):
+            assert row.schema == STORED
+            new = ("path_id", "paths", "zones", "removed_bone", "notes")
+            row.content = {key: value for key, value in row.content.items() if key not in new}
+            row.schema = BEFORE_PATHS
+    read = PlanService(store).get(plan.id)
+    assert [(path.id, path.name, len(path.points)) for path in read.paths] == [("path-1", "Path 1", 1)]
+    assert (read.schema, plans.editor(plan.id).undo().points) == ("vfix-plan/1", ())
+
+
+NUMBERS = st.floats(-200, 200)
+PLACES = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+DIRECTIONS = PLACES.filter(lambda v: math.hypot(*v) > 1e-3) | st.none()
+
+
+@hypothesis_settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    st.lists(st.tuples(PLACES, DIRECTIONS, st.floats(-360, 360) | st.none()), max_size=5),
+    st.lists(st.tuples(st.sampled_from(SHAPES), st.floats(0, 20), st.booleans()), max_size=5),
+    st.text(st.characters(categories=["L", "N", "P", "S", "Zs"]) | st.just("\n"), max_size=40),
+    st.integers(0, 2),
+)
+def test_any_content_comes_back(
+    rows: list[tuple[Any, Any, Any]], regions: list[tuple[dict[str, Any], float, bool]], notes: str, chosen: int
+) -> None:
+    points = [PlanPoint(f"p-{n}", "", place, to, roll if to else None) for n, (place, to, roll) in enumerate(rows)]
+    paths = tuple(PlanPath(f"w{n}", f"Way {n}") for n in range(3))
+    zones = tuple(
+        PlanZone(f"z{n}", f"Zone {n}", shape, margin, "soft" if soft else "hard", 0.5 if soft else None)
+        for n, (shape, margin, soft) in enumerate(regions)
+    )
+    wanted = PlanContent(tuple(points), paths=paths, path_id=f"w{chosen}", zones=zones, notes=notes)
+    plan = Plan("plan-1", "Any", "case-1", "ab" * 32, created="", modified="", **vars(wanted))
+    once = from_native_json(export_text(plan, "json")).content
+    assert once.zones == wanted.zones
+    assert (once.notes, once.path_id, len(once.paths)) == (notes, f"w{chosen}", 3)
+    for read, given_point in zip(once.points, points, strict=True):
+        assert (read.position, read.roll_deg) == (given_point.position, given_point.roll_deg)
+        if read.direction is not None and given_point.direction is not None:
+            length = math.hypot(*given_point.direction)
+            assert read.direction == pytest.approx([x / length for x in given_point.direction], abs=1e-12)
+    again = replace(plan, **vars(once))
+    assert from_native_json(export_text(again, "json")).content == once
+
+
+def test_paths_are_added_chosen_renamed_and_deleted(editor: PlanEditor) -> None:
+    editor.add_point((1, 2, 3))
+    editor.choose_tool("straight_pointer")
+    first = editor.plan.path_id
+    second, plan = editor.paths.add(copy_of=first)
+    assert [path.name for path in plan.paths] == ["Path 1", "Path 2"]
+    assert (plan.path_id, plan.points[0].position) == (second, (1.0, 2.0, 3.0))
+    assert plan.points[0].id != plan.paths[0].points[0].id
+    editor.choose_tool("endoscope_30")
+    editor.add_point((4, 5, 6))
+    assert [(path.tool, len(path.points)) for path in editor.plan.paths] == [
+        ("straight_pointer", 1),
+        ("endoscope_30", 2),
+    ]
+    editor.paths.rename(second, "Right")
+    editor.paths.set_entry_side(second, "right")
+    plan = editor.paths.choose(first)
+    assert (plan.tool, len(plan.points), plan.entry_side, plan.paths[1].entry_side) == (
+        "straight_pointer",
+        1,
+        "",
+        "right",
+    )
+    plan = editor.paths.delete(first)
+    assert [(path.name, path.id) for path in plan.paths] == [("Right", second)]
+    with pytest.raises(PlanError, match="one path at least"):
+        editor.paths.delete(second)
+    with pytest.raises(NotFound):
+        editor.paths.rename(first, "Gone")
+    refused: dict[str, Callable[[], object]] = {
+        "side": lambda: editor.paths.set_entry_side(second, "up"),
+        "same name": lambda: editor.paths.add("Right"),
+        "no path": lambda: editor.paths.choose("nobody"),
+    }
+    for wrong, call in refused.items():
+        with pytest.raises(PlanError, match=wrong):
+            call()
+
+
+def test_a_placing_belongs_to_the_path_that_it_was_made_for(editor: PlanEditor) -> None:
+    point_id = editor.add_point((1, 2, 3))
+    editor.set_robot(PLACED)
+    assert editor.paths.rename(editor.plan.path_id, "Left").robot == PLACED
+    assert editor.paths.set_shaft(point_id, (0, 0, 2), 10.0).robot["base"] is None
+    assert (editor.plan.points[0].direction, editor.plan.points[0].roll_deg) == ((0.0, 0.0, 1.0), 10.0)
+    editor.set_robot(PLACED)
+    assert editor.paths.add()[1].robot["base"] is None
+
+
+def test_zones_and_bone_are_edited(editor: PlanEditor) -> None:
+    nerve, _ = editor.zones.add(SHAPES[2], "optic nerve")
+    soft, plan = editor.zones.add(SPHERE, kind="soft", max_depth_mm=1.5)
+    assert [zone.name for zone in plan.zones] == ["optic nerve", "Structure 1"]
+    assert (plan.zones[1].stiffness_n_per_mm, plan.zones[1].max_depth_mm) == (0.5, 1.5)
+    assert plan.zones[0].colour != plan.zones[1].colour
+    plan = editor.zones.change(soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False)
+    assert plan.zones[1] == PlanZone(soft, "Structure 1", SPHERE, 2.0, colour="#abcdef", visible=False)
+    region, plan = editor.removed_bone.add(SPHERE)
+    assert editor.removed_bone.change(region, name="Sphenoid front").removed_bone[0].name == "Sphenoid front"
+    assert editor.zones.delete(nerve).zones == plan.zones[1:]
+    assert editor.removed_bone.delete(region).removed_bone == ()
+    with pytest.raises(NotFound):
+        editor.zones.delete(nerve)
+    with pytest.raises(NotFound):
+        editor.removed_bone.change(region, name="x")
+
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"shape": {"kind": "cone"}}, "kind of a shape"),
+    ({"shape": {"kind": "sphere", "centre": [1, 2, 3]}}, "needs 'radius'"),
+    ({"shape": {**SPHERE, "radius": -1}}, "more than 0"),
+    ({"shape": {**SPHERE, "size": 1}}, "has no 'size'"),
+    ({"shape": {**SPHERE, "centre": [1, 2, "3"]}}, "must be a number"),
+    ({"shape": {**SHAPES[3], "transform_box_to_patient": [2.0] * 16}}, "transform"),
+    ({"shape": {**SHAPES[4], "normal": [0, 0, 0]}}, "no direction"),
+    ({"shape": {"kind": "capsules", "points": [], "radius": 1}}, "1 to 32 points"),
+    ({"margin_mm": 21}, "margin is 21 mm"),
+    ({"margin_mm": math.nan}, "finite"),
+    ({"kind": "springy"}, "hard or soft"),
+    ({"stiffness_n_per_mm": 1.0}, "belong to a soft one"),
+    ({"kind": "soft", "stiffness_n_per_mm": 0}, "more than 0"),
+    ({"kind": "soft", "max_depth_mm": 30}, "allowed is 0 to 20"),
+    ({"colour": "red"}, "#rrggbb"),
+    ({"name": "a\u202eb"}, "control character"),
+    ({"size": 1}, "has no 'size'"),
+]
+
+
+@pytest.mark.parametrize(("fields", "words"), WRONG)
+def test_a_wrong_zone_is_refused_and_nothing_changes(editor: PlanEditor, fields: dict[str, Any], words: str) -> None:
+    zone_id, plan = editor.zones.add(SPHERE, "eye")
+    with pytest.raises(InputError, match=words):
+        editor.zones.change(zone_id, **fields)
+    assert editor.plan == plan
+
+
+def test_a_region_of_bone_is_a_solid(editor: PlanEditor) -> None:
+    for shape in (*SHAPES[4:], SHAPES[2]):
+        with pytest.raises(PlanError, match="known are sphere, capsule, box"):
+            editor.removed_bone.add(shape)
+
+
+def test_too_much_is_refused(plans: PlanService, case: Case, editor: PlanEditor) -> None:
+    zones = tuple(PlanZone(f"z{n}", f"z{n}", SPHERE) for n in range(MAX_ZONES + 1))
+    with pytest.raises(PlanError, match="too many"):
+        plans.create(case.id, "Many", PlanContent(zones=zones))
+    paths = tuple(PlanPath(f"w{n}", f"w{n}") for n in range(MAX_PATHS + 1))
+    with pytest.raises(TooLarge, match="paths"):
+        plans.create(case.id, "Many", PlanContent(paths=paths, path_id="w0"))
+    with pytest.raises(InputError, match="10,001 characters"):
+        editor.paths.set_notes("a" * (MAX_NOTES + 1))
+    with pytest.raises(InputError, match="control character"):
+        editor.paths.set_notes("a\x00b")
+    with pytest.raises(PlanError, match="same name"):
+        plans.create(case.id, "Twice", PlanContent(paths=(PlanPath("a", "A"), PlanPath("b", "A")), path_id="a"))
+
+
+def test_every_edit_is_undone_redone_locked_and_in_conflict(editor: PlanEditor) -> None:
+    """HAZ-24: every edit goes over the one history, with the plan's revision and its lock."""
+    point_id = editor.add_point((1, 2, 3))
+    zone_id, _ = editor.zones.add(SPHERE, "eye")
+    region, _ = editor.removed_bone.add(SPHERE)
+    edits: list[Callable[..., object]] = [
+        lambda **o: editor.paths.add("Second", **o),
+        lambda **o: editor.paths.rename(editor.plan.path_id, "Third", **o),
+        lambda **o: editor.paths.set_entry_side(editor.plan.path_id, "left", **o),
+        lambda **o: editor.paths.choose("path-1", **o),
+        lambda **o: editor.paths.set_shaft(point_id, (1, 0, 0), **o),
+        lambda **o: editor.paths.set_notes("careful", **o),
+        lambda **o: editor.zones.add(SPHERE, **o),
+        lambda **o: editor.zones.change(zone_id, margin_mm=2.0, **o),
+        lambda **o: editor.zones.delete(zone_id, **o),
+        lambda **o: editor.removed_bone.change(region, name="other", **o),
+        lambda **o: editor.removed_bone.delete(region, **o),
+        lambda **o: editor.paths.delete(editor.plan.path_id, **o),
+    ]
+    for edit in edits:
+        before = editor.plan
+        with pytest.raises(PlanConflict):
+            edit(expected_revision=before.revision - 1)
+        editor.set_locked(True)
+        with pytest.raises(PlanLocked):
+            edit()
+        editor.set_locked(False)
+        edit(expected_revision=editor.revision)
+        after = editor.plan.content
+        assert after != before.content
+        assert editor.undo().content == before.content
+        assert editor.redo().content == after
+
+
+def test_what_changes_a_drive_changes_its_key(plans: PlanService, case: Case) -> None:
+    content = check_stored(full_content())
+    plan = plans.create(case.id, "Whole", content)
+    other = replace(content.points[0], direction=(1.0, 0.0, 0.0))
+    changing: list[dict[str, Any]] = [
+        {"points": (other, *content.points[1:])},
+        {"zones": content.zones[1:]},
+        {"zones": (replace(content.zones[0], margin_mm=3.0), *content.zones[1:])},
+        {"zones": (replace(content.zones[0], name="other"), *content.zones[1:])},
+        {"removed_bone": ()},
+        {"tool": "straight_pointer"},
+    ]
+    for change in changing:
+        assert drive_parts(replace(plan, **change)) != drive_parts(plan)
+    quiet: list[dict[str, Any]] = [
+        {"notes": "other"},
+        {"targets": ()},
+        {"zones": (replace(content.zones[0], colour="#000000", visible=False), *content.zones[1:])},
+        {"paths": (*content.paths[:2], replace(content.paths[2], name="other"))},
+    ]
+    for change in quiet:
+        assert drive_parts(replace(plan, **change)) == drive_parts(plan)
+
+
+def test_a_plan_is_taken_along_another_path(plans: PlanService, case: Case) -> None:
+    plan = plans.create(case.id, "Whole", full_content())
+    left = plan.along("Left nostril")
+    assert (left.path_id, left.tool, left.robot["base"]) == ("left", "straight_pointer", None)
+    assert left.paths == plan.paths
+    assert plan.along("right") == plan
+    with pytest.raises(PlanError, match="'Left nostril', 'Right nostril', 'Spare'"):
+        plan.along("middle")
+
+
+def test_a_damaged_file_is_refused_with_the_reason() -> None:
+    whole = Plan("plan-1", "Whole", "case-1", "ab" * 32, created="", modified="", **vars(full_content()))
+    good = json.loads(export_text(whole, "json"))
+    chosen = {**good["paths"][1], "points": []}
+    for change, words in (
+        ({"path_id": "nobody"}, "no path 'nobody'"),
+        ({"paths": [good["paths"][0], chosen, good["paths"][2]]}, "leave them out"),
+        ({"paths": {}}, "list of objects"),
+        ({"zones": [{"id": "a", "name": "b"}]}, "needs 'shape'"),
+        ({"zones": [{**good["zones"][0], "sharp": 1}]}, "has no 'sharp'"),
+        ({"removed_bone": 3}, "list of objects"),
+        ({"notes": 3}, "must be text"),
+        ({"points": [{**good["points"][0], "direction": [0, 0, 0]}]}, "length"),
+        ({"points": [{"id": "a", "label": "", "position": [1, 2, 3], "roll_deg": 4}]}, "give the direction"),
+        ({"points": good["paths"][0]["points"]}, "same identifier"),
+    ):
+        with pytest.raises(InputError, match=words):
+            from_native_json(json.dumps({**good, **change}))
+
+
+@pytest.mark.parametrize(
+    ("side", "x", "words"),
+    [
+        (
+            "right",
+            6.0,
+            "enter at the right nostril, but its entry lies at L 6.0, left of the scan's origin",
+        ),
+        (
+            "left",
+            -2.5,
+            "enter at the left nostril, but its entry lies at R 2.5, right of the scan's origin",
+        ),
+        ("right", 1.9, ""),
+        ("left", 6.0, ""),
+        ("right", -6.0, ""),
+        ("midline", 6.0, ""),
+        ("", 6.0, ""),
+    ],
+)
+def test_an_entry_on_the_other_side_than_its_path_says_is_told(side: str, x: float, words: str) -> None:
+    path = PlanPath(points=(PlanPoint("p", "P1", (x, 0.0, 0.0)),), entry_side=side)  # type: ignore[arg-type]
+    assert words in side_caution(path)
+    assert bool(side_caution(path)) == bool(words)
+    assert side_caution(PlanPath(entry_side="left")) == ""

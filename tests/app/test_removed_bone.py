@@ -1,0 +1,79 @@
+"""The bone that a plan removes, region by region and in all, in the service, in REST and on the command line."""
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from rest_client import Client
+
+from app.cli import main
+from app.commands import plan as plan_command
+from app.services import Services
+from app.services.embedded import SAMPLE_PLAN
+from app.services.plan_model import Plan
+from app.services.plan_zones import RemovedBone
+from vfix_engine.imaging.surface import BONE_HU
+
+
+def _with_regions(services: Services) -> Plan:
+    """The sample plan with two balls that overlap at the nearest bone, and one in the air before the face."""
+    plan = services.plans.get(SAMPLE_PLAN)
+    tree = services.cases.tree(services.cases.get(plan.case_id))
+    nearest = tree.point_distance([plan.points[len(plan.points) // 2].position])[1][0]
+    entry = np.array(plan.points[0].position)
+    centres = {"a": nearest, "b": nearest + np.array([0.0, 0.0, 2.0]), "far": entry - np.array([0.0, 60.0, 0.0])}
+    regions = (
+        RemovedBone(key, key.upper(), {"kind": "sphere", "centre": at.tolist(), "radius": 3.0})
+        for key, at in centres.items()
+    )
+    return replace(plan, removed_bone=tuple(regions))
+
+
+def test_regions_are_counted_apart_and_what_they_share_once(phantom_services: Services) -> None:
+    plan = _with_regions(phantom_services)
+    found = phantom_services.removed_volumes.of_plan(plan)
+    a, b, far = found.regions
+    assert a.removed_mm3 > 1.0 < b.removed_mm3
+    assert max(a.removed_mm3, b.removed_mm3) < found.removed_mm3 < a.removed_mm3 + b.removed_mm3
+    # A count of its own: points drawn at random within the two balls.
+    volumes = phantom_services.cases.volumes(phantom_services.cases.get(plan.case_id))
+    centres = [np.array(region.shape["centre"]) for region in plan.removed_bone[:2]]
+    random = np.random.default_rng(7)
+    points = centres[0] + random.uniform([-3.0, -3.0, -3.0], [3.0, 3.0, 5.0], (400_000, 3))
+    in_ball = np.array([np.linalg.norm(points - centre, axis=1) <= 3.0 for centre in centres])
+    hu = volumes[0].sample(points)
+    for volume in volumes[1:]:
+        finer = volume.sample(points, outside=np.nan)
+        hu = np.where(np.isnan(finer), hu, finer)
+    cell = 6.0 * 6.0 * 8.0 / len(points)
+    counted = [float((mask & (hu >= BONE_HU)).sum()) * cell for mask in (*in_ball, in_ball.any(axis=0))]
+    assert [a.removed_mm3, b.removed_mm3, found.removed_mm3] == pytest.approx(counted, rel=0.05)
+    assert far.removed_mm3 == 0.0
+    assert far.words.startswith("removes nothing; bone is ")
+    away = float(far.words.removeprefix("removes nothing; bone is ").removesuffix(" mm away"))
+    tree = phantom_services.cases.tree(phantom_services.cases.get(plan.case_id))
+    assert away == pytest.approx(tree.point_distance([plan.removed_bone[2].shape["centre"]])[0][0] - 3.0, abs=1.0)
+    assert phantom_services.removed_volumes.of_plan(replace(plan, removed_bone=())).words == ""
+
+
+def test_rest_and_the_command_line_tell_the_same(
+    client: Client, phantom_services: Services, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE_PLAN)
+    for region in _with_regions(phantom_services).removed_bone:
+        phantom_services.plans.editor(plan.id).removed_bone.add(region.shape, region.name)
+    told: dict[str, Any] = client.get(f"/api/plans/{plan.id}/removed-bone/volumes").json()
+    assert [region["name"] for region in told["regions"]] == ["A", "B", "FAR"]
+    assert told["words"] == f"{told['removed_mm3']:.0f} mm³ of bone are removed in all."
+    assert client.get(f"/api/plans/{plan.id}/report").json()["removed"] == told
+    evaluation = client.get(f"/api/plans/{plan.id}/evaluation").json()
+    assert evaluation["removed_mm3"] == pytest.approx(told["removed_mm3"])
+    monkeypatch.setattr(plan_command, "build_services", lambda _: phantom_services)
+    assert main(["plan", "evaluate", plan.id, "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["removed_bone"] == told["regions"]
+    assert printed["removed_mm3"] == told["removed_mm3"]
+    assert main(["plan", "evaluate", plan.id]) == 0
+    assert "Bone to be removed, FAR: removes nothing; bone is" in capsys.readouterr().out

@@ -1,0 +1,232 @@
+"""Suggested paths and tables of tools in the shipped head: REST, the edit that uses one, the command line."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from rest_client import Client
+
+from app.commands import plan_suggest
+from app.services import Services
+from app.services.case_model import HEAD_PHANTOM as PHANTOM_ID
+from app.services.case_model import SurfaceInfo
+from app.services.plan_model import PlanContent, PlanPoint
+from app.services.plan_shaft import point_stations, shaft_at
+from app.services.plans import Plan
+from app.services.suggestion_ends import check_ends
+from app.services.suggestions import SuggestedPaths, described
+from vfix_engine.errors import PlanError
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.geometry.shaft_directions import rolled_frame
+from vfix_engine.suggestion import Alternative, Suggestion
+
+ENTRY, TARGET = (7.5, -14.0, -6.0), (3.0, 65.0, -3.5)
+ENDED = ("done", "failed", "cancelled")
+
+
+def waited(client: Client, job: dict[str, Any]) -> dict[str, Any]:
+    for _ in range(6000):
+        now: dict[str, Any] = client.get(f"/api/jobs/{job['id']}").json()
+        if now["state"] in ENDED:
+            return now
+        time.sleep(0.1)
+    raise AssertionError("the job has not ended")
+
+
+@pytest.fixture
+def plan(phantom_services: Services) -> Plan:
+    content = PlanContent(
+        points=(PlanPoint("p-1", "P1", ENTRY),), targets=(PlanPoint("t-1", "T1", TARGET),), tool="straight_pointer"
+    )
+    return phantom_services.plans.create(PHANTOM_ID, "To be suggested", content)
+
+
+def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services: Services, plan: Plan) -> None:
+    job = client.post(f"/api/plans/{plan.id}/suggestions", json={}).json()
+    assert job["kind"] == "suggestion"
+    done = waited(client, job)
+    assert done["state"] == "done", done
+    found = client.get(f"/api/suggestions/{done['result']}").json()
+    assert found["none"] is None
+    assert found["plan_id"] == plan.id
+    best = found["alternatives"][0]
+    assert best["least_clearance_mm"] > 1.0
+    assert 8.0 < best["tissue_mm"] < 20.0
+    assert best["points"][0]["position"] == pytest.approx(ENTRY)
+    assert best["points"][-1]["position"] == pytest.approx(TARGET)
+    tails = np.array([point["direction"] for point in best["points"]])
+    assert np.linalg.norm(tails, axis=1) == pytest.approx(1.0)
+    assert (tails[:, 1] < 0.0).all()  # the tool comes from in front of the face
+    used = client.post(f"/api/suggestions/{found['id']}/use", json={"alternative": 0, "revision": plan.revision}).json()
+    assert len(used["points"]) == len(best["points"])
+    assert used["points"][3]["direction"] == pytest.approx(best["points"][3]["direction"])
+    driven = phantom_services.dry_runs.evaluate(phantom_services.plans.get(plan.id))
+    assert driven.completed
+    assert driven.min_clearance_mm == pytest.approx(best["least_clearance_mm"], abs=0.02)  # driven as suggested
+    undone = client.post(f"/api/plans/{plan.id}/undo", json={}).json()
+    assert [point["id"] for point in undone["points"]] == ["p-1"]
+    assert best["short_of_target_mm"] == pytest.approx(0.0, abs=1e-6)
+    other = client.patch(f"/api/plans/{plan.id}", json={"tool": {"name": "bent_30"}})
+    assert other.status_code == 200, other.text
+    refused = client.post(f"/api/suggestions/{found['id']}/use", json={})
+    assert refused.status_code == 409
+    assert "'straight_pointer'" in refused.json()["error"]["message"]
+    client.post(f"/api/plans/{plan.id}/undo", json={})
+    stale = client.post(f"/api/suggestions/{found['id']}/use", json={"revision": plan.revision})
+    assert stale.status_code == 409
+    assert client.post(f"/api/suggestions/{found['id']}/use", json={"alternative": 99}).status_code == 404
+    assert client.get("/api/suggestions/nobody").status_code == 404
+
+
+def test_a_suggestion_can_be_cancelled(client: Client, plan: Plan) -> None:
+    job = client.post(f"/api/plans/{plan.id}/suggestions", json={}).json()
+    client.delete(f"/api/jobs/{job['id']}")
+    assert waited(client, job)["state"] == "cancelled"
+
+
+def test_both_ends_are_needed(client: Client, phantom_services: Services) -> None:
+    empty = phantom_services.plans.create(PHANTOM_ID, "Empty")
+    for wish, words in (({}, "entry"), ({"entry": ENTRY}, "target")):
+        answer = client.post(f"/api/plans/{empty.id}/suggestions", json=wish)
+        assert answer.status_code == 422
+        assert words in answer.json()["error"]["message"]
+
+
+@pytest.mark.parametrize(
+    ("entry", "target", "words"),
+    [
+        (ENTRY, ENTRY, "entry and target are 0.0 mm apart; a path needs 2 mm"),
+        (ENTRY, (7.5, -14.0, -7.0), "1.0 mm apart"),
+        ((0.0, -900.0, 0.0), TARGET, "the entry lies outside of the scan, which spans x"),
+        (ENTRY, (0.0, 65.0, 7000.0), "the target lies outside of the scan"),
+    ],
+)
+def test_ends_that_cannot_be_used_are_refused_before_anything_is_measured(
+    client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+    entry: Any, target: Any, words: str,
+) -> None:  # fmt: skip
+    from app import cli
+    from app.commands import plan as plan_command
+
+    def measured(*given: object) -> None:
+        raise AssertionError("measured before it was refused")
+
+    monkeypatch.setattr(phantom_services.fields, "around", measured)
+    empty = phantom_services.plans.create(PHANTOM_ID, "Ends")
+    answer = client.post(f"/api/plans/{empty.id}/suggestions", json={"entry": entry, "target": target})
+    assert answer.status_code == 422
+    assert words in answer.json()["error"]["message"]
+    monkeypatch.setattr(plan_command, "build_services", lambda settings: phantom_services)
+    ends = [f"--entry={','.join(map(str, entry))}", f"--target={','.join(map(str, target))}"]
+    assert cli.main(["plan", "suggest", "--case", PHANTOM_ID, "--name", "Ends", *ends]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_ends_too_far_apart_or_from_a_surface_are_refused() -> None:
+    """A head of 900 mm stands for a scan of the body; a surface is known 60 mm around."""
+    corners = ((-200.0, -200.0, -700.0), (200.0, 200.0, 200.0))
+    surface = SurfaceInfo("bone", 1, corners, "")
+    case = SimpleNamespace(has_volume=False, surfaces=(surface,), volumes=())
+    with pytest.raises(PlanError, match="a way is up to 350 mm long"):
+        check_ends(case, ENTRY, (0.0, 0.0, -600.0))  # type: ignore[arg-type]
+    with pytest.raises(PlanError, match="the target lies more than 60 mm from the surface"):
+        check_ends(case, ENTRY, (0.0, 265.0, 0.0))  # type: ignore[arg-type]
+    check_ends(case, ENTRY, (0.0, 255.0, 0.0))  # type: ignore[arg-type]
+
+
+def test_a_path_that_ends_before_its_target_says_so() -> None:
+    row = {"least_clearance_mm": 1.5, "tissue_mm": None, "tissue_depth_mm": None, "short_of_target_mm": 2.4}
+    assert plan_suggest._words(row).endswith("; ends 2.4 mm before the target")
+    assert "ends" not in plan_suggest._words(row | {"short_of_target_mm": 0.4})
+    run = SimpleNamespace(completed=True, reached_mm=9.0, length_mm=9.0, clearance=np.ones(2), s=np.arange(2.0))
+    passage = SimpleNamespace(tissue_mm=None, tissue_depth_mm=None)
+    points, tails = np.array([[0.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0.0, -1.0, 0.0]] * 2)
+    one = Alternative(points, tails, None, np.eye(4), np.zeros(7), run, passage)  # type: ignore[arg-type]
+    looked = SuggestedPaths("s", "p", (0.0, 0.0, 0.0), (0.0, 9.0, 2.4), "bent_30", 0.3, Suggestion((one,)))
+    assert described(one, looked)["short_of_target_mm"] == pytest.approx(2.4)
+
+
+def test_tools_are_compared_along_a_path(client: Client, phantom_services: Services) -> None:
+    sample = phantom_services.plans.list(PHANTOM_ID)[0]
+    assert client.post(f"/api/plans/{sample.id}/tools").status_code == 202
+    table = phantom_services.suggestions.tools(sample, lambda stage, share: None)
+    by_name = {row.tool: row for row in table.rows}
+    assert len(by_name) >= 7
+    assert by_name[sample.tool].chosen
+    reaching = [row for row in table.rows if row.reaches]
+    assert reaching
+    assert table.rows[: len(reaching)] == tuple(reaching)  # those that get to the end come first
+    for row in reaching:
+        assert row.least_clearance_mm is not None
+        assert row.least_clearance_mm >= 0.299
+        assert row.tissue_mm is not None
+        assert row.reached_mm == pytest.approx(row.length_mm, abs=0.1)
+    assert all(row.reason for row in table.rows if not row.reaches)
+
+
+def test_the_commands_print_what_was_found(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from app import cli
+    from app.commands import plan as plan_command
+
+    monkeypatch.setattr(plan_command, "build_services", lambda settings: phantom_services)
+    ends = ["--case", PHANTOM_ID, "--entry", "7.5,-14,-6", "--tool", "straight_pointer", "--json"]
+    assert cli.main(["plan", "suggest", *ends, "--target", "3,65,-3.5", "--name", "Suggested"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["least_clearance_mm"] == report["alternatives"][0]["least_clearance_mm"]
+    assert report["tissue_mm"] == report["alternatives"][0]["tissue_mm"]
+    stored = phantom_services.plans.get(report["id"])
+    assert stored.name == "Suggested"
+    assert all(point.direction is not None for point in stored.points)
+    # Into the bone above the nose there is no way; the place where it ends is told, and no plan is stored.
+    count = len(phantom_services.plans.list(PHANTOM_ID))
+    assert cli.main(["plan", "suggest", *ends, "--target", "0,25,60", "--name", "Nowhere"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert report["found"] is False
+    assert report["reason"]
+    assert report["searched"]
+    assert report["gap_mm"] > 4.0
+    assert len(report["ends_at"]) == 3
+    assert len(phantom_services.plans.list(PHANTOM_ID)) == count
+
+
+@pytest.mark.parametrize("text", ["1,2", "a,b,c", "1,2,nan", ""])
+def test_a_place_is_three_numbers(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(Exception, match="three numbers"):
+        plan_suggest._place(text)
+
+
+def test_a_place_may_begin_with_a_minus() -> None:
+    from app import cli
+
+    parser, _ = cli._build_parser("plan")
+    words = ["plan", "suggest", "--case", "c", "--entry", "-1,2,3", "--target", "-4.5,-5,-6", "--name", "n"]
+    args = parser.parse_args(words)
+    assert args.entry == (-1.0, 2.0, 3.0)
+    assert args.target == (-4.5, -5.0, -6.0)
+
+
+def test_directions_of_a_plan_become_those_of_the_engine() -> None:
+    back, up = (0.0, -1.0, 0.0), (0.0, -0.8, 0.6)
+    points = (
+        PlanPoint("a", "P1", (0.0, 0.0, 0.0), back, 90.0),
+        PlanPoint("b", "P2", (0.0, 20.0, 0.0)),
+        PlanPoint("c", "P3", (0.0, 40.0, 0.0), up),
+    )
+    path = SplinePath([point.position for point in points])
+    assert point_stations(points, path) == pytest.approx([0.0, 20.0, 40.0])
+    shaft = shaft_at(points, path)
+    assert shaft is not None
+    assert shaft.stations == pytest.approx([0.0, 40.0])
+    assert shaft.frame(0.0) == pytest.approx(rolled_frame(back, math.pi / 2))
+    assert shaft.direction(40.0) == pytest.approx(up)
+    assert shaft_at(points[1:2], path) is None
+    with pytest.raises(PlanError, match="P1 and P3"):
+        shaft_at((points[0], PlanPoint("c", "P3", (0.0, 40.0, 0.0), (0.0, 1.0, 0.0))), path)

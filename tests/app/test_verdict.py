@@ -1,0 +1,137 @@
+"""The verdict on a path: bone and structures to spare decide the level, soft tissue has one of its own."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rest_client import Client
+
+from app.cli import main
+from app.commands import plan as plan_command
+from app.services import Services
+from app.services.embedded import SAMPLE_PLAN
+from app.services.exchange import to_native_json
+from app.services.remote_centre import path_of
+from app.services.verdict import DEEP_MM, TIGHT_MM, profile_of, tissue_level, verdict_of
+from vfix_engine.errors import PlanError
+from vfix_engine.fixtures import Zone
+from vfix_engine.fixtures.zone_file import ZoneSet
+from vfix_engine.geometry.shapes import Sphere
+from vfix_engine.robots import Tool
+
+
+def test_bone_and_soft_tissue_of_the_sample_plan_are_told_apart(phantom_services: Services) -> None:
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    evaluation = phantom_services.planning.evaluate(plan)
+    verdict, profile = evaluation.verdict, evaluation.profile
+    assert verdict.least_clearance_mm == pytest.approx(float(evaluation.run.clearance.min()))
+    assert (verdict.nearest, verdict.part) == ("bone", "shaft")
+    assert profile.tissue is not None
+    assert verdict.tissue_mm is not None
+    assert verdict.tissue_mm == pytest.approx(profile.tissue.length.max())
+    # The bent tool runs through the tip of the nose.
+    assert verdict.tissue_mm > 15.0
+    assert verdict.tissue_depth_mm is not None
+    assert verdict.tissue_depth_mm > DEEP_MM
+    assert verdict.tissue_level == "deep"
+    assert [part.s_mm for part in verdict.parts if part.s_mm is not None] == [verdict.s_mm, verdict.tissue_s_mm]
+    assert verdict.words.startswith(f"Fits: bone {verdict.least_clearance_mm:.2f} mm (shaft, at {verdict.s_mm:.0f} mm)")
+
+
+def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Services) -> None:
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    evaluation = phantom_services.planning.evaluate(plan)
+    run, profile, tool = evaluation.run, evaluation.profile, Tool.load("bent_30")
+    case = phantom_services.cases.get(plan.case_id)
+    tree, least = phantom_services.cases.tree(case), evaluation.min_clearance_mm
+
+    def judged(margin: float, complete: bool = True, **changes: object) -> tuple[str, str]:
+        other = dataclasses.replace(run, **changes)  # type: ignore[arg-type]
+        found = verdict_of(other, profile, tool, tree, case, margin, complete)
+        return found.level, found.words
+
+    assert judged(least - TIGHT_MM - 0.01)[0] == "fits"
+    level, words = judged(least - TIGHT_MM + 0.01)
+    assert level == "tight"
+    assert words.startswith("Tight: bone")
+    assert judged(0.1, complete=False)[0] == "unknown"
+    level, words = judged(0.1, completed=False, reason="bone on the shaft, 0.3 mm away")
+    assert level == "blocked"
+    assert "bone on the shaft, 0.3 mm away" in words
+
+    # A structure to spare 0.4 mm beside the tip at the end, with a margin of 0.3 mm, is nearer to its margin than bone.
+    row = int(profile.rows[-1])
+    ahead = run.segments_end[row, 0] - run.segments_start[row, 0]
+    beside = run.segments_end[row, 0] + (3.0 + float(tool.radius[0]) + 0.4) * ahead / np.linalg.norm(ahead)
+    zone = Zone("artery", Sphere(beside, 3.0), 0.3)
+    spared = profile_of(run, tool, path_of(plan), None, ZoneSet((zone,)))
+    found = verdict_of(run, spared, tool, tree, case, 0.05, True)
+    assert (found.level, found.nearest, found.part) == ("tight", "artery", "tip")
+    assert found.least_clearance_mm == pytest.approx(0.4, abs=0.05)
+    assert (found.tissue_mm, found.tissue_level) == (None, "unknown")
+    assert "no CT" in found.words
+
+
+@pytest.mark.parametrize(
+    ("length", "depth", "complete", "level"),
+    [
+        (None, None, False, "unknown"),
+        (0.0, 0.0, True, "none"),
+        (0.0, 0.0, False, "unknown"),
+        (19.0, 2.7, True, "pressed"),
+        (19.0, 3.1, False, "deep"),
+    ],
+)
+def test_tissue_has_a_level_of_its_own(length: float | None, depth: float | None, complete: bool, level: str) -> None:
+    assert tissue_level(length, depth, complete) == level
+
+
+def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: Services, client: Client) -> None:
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    answer = client.get(f"/api/plans/{plan.id}/report")
+    assert answer.status_code == 200
+    report = json.loads(answer.text)
+    chosen = report["chosen"]
+    assert chosen["verdict"] == "fits"
+    assert report["paths"] == [chosen]
+    assert (chosen["side_caution"], chosen["soft_structures"]) == ("", [])
+    away = "right" if plan.points[0].position[0] > 0 else "left"
+    edited = client.patch(f"/api/plans/{plan.id}/paths/{plan.path_id}", json={"entry_side": away})
+    assert edited.status_code == 200
+    told = client.get(f"/api/plans/{plan.id}/report").json()["chosen"]
+    assert f"said to enter at the {away} nostril" in told["side_caution"]
+    assert told["words"] == f"{chosen['words']} {told['side_caution']}"
+    client.post(f"/api/plans/{plan.id}/undo", json={})
+    cones = {target["label"]: target["cone_deg"] for target in chosen["targets"]}
+    assert 5.0 < cones["pharyngeal wall"] < 60.0
+    assert set(cones) == {target.label for target in plan.targets}
+    assert client.get(f"/api/plans/{plan.id}/report?path=nowhere").status_code == 422
+    with pytest.raises(PlanError, match="no path 'nowhere'"):
+        phantom_services.path_reports.of_plan(plan, "nowhere")
+
+
+def test_the_command_evaluates_stored_plans_and_files(
+    phantom_services: Services,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    file = tmp_path / "plan.json"
+    file.write_text(to_native_json(plan), encoding="utf-8")
+    monkeypatch.setattr(plan_command, "build_services", lambda settings: phantom_services)
+    answers = []
+    for wanted in (plan.id, str(file)):
+        assert main(["plan", "evaluate", wanted, "--json"]) == 0
+        answers.append(json.loads(capsys.readouterr().out))
+    for answer in answers:
+        assert answer["verdict"] == "fits"
+        assert answer["nearest"] == "bone"
+        assert answer["tissue_mm"] > 15.0
+        assert [path["path"] for path in answer["paths"]] == [answer["path"]]
+        assert {target["label"] for target in answer["targets"]} == {target.label for target in plan.targets}
+    assert answers[0]["s_mm"] == answers[1]["s_mm"]
+    assert main(["plan", "evaluate", plan.id, "--path", "nowhere"]) == 2
+    assert "no path 'nowhere'" in capsys.readouterr().err

@@ -1,0 +1,48 @@
+"""The verdict on the page: a figure of it shows the tool there, the plot has a scrubber that keys move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from workstation import Workstation
+
+pytestmark = pytest.mark.browser
+
+
+def test_the_verdict_and_the_plot_show_the_tool_at_its_places(open_page: Callable[..., Workstation]) -> None:
+    station = open_page(viewport={"width": 1440, "height": 900}).ready()
+    page = station.page
+    verdict = station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("verdict"), 240.0)
+    assert verdict["level"] == "fits"
+    words = page.locator("#verdict").inner_text()
+    assert words.startswith("Fits: bone 1.")
+    assert "Presses soft tissue along" in words
+    # Once on the page, and not in the line below as well.
+    assert page.locator(f"text={words[:40]}").count() == 1
+    assert page.locator("#verdict").get_attribute("data-level") == "fits"
+
+    page.locator("#verdict .place").first.click()
+    shown = station.wait_for("the tool", lambda: station.state("corridor")["shown_mm"])
+    assert abs(shown - next(part["s_mm"] for part in verdict["parts"] if part["s_mm"] is not None)) < 0.3
+    station.wait_for("the words", lambda: page.locator("#profile-reading").inner_text().startswith("At "))
+    station.picture("clearance")
+
+    page.locator("#profile-place").focus()
+    page.keyboard.press("ArrowLeft")
+    moved = station.wait_for(
+        "the key", lambda: (now := station.state("corridor")["shown_mm"]) is not None and now != shown and now
+    )
+    assert abs(moved - shown) < 1.0
+    box = page.locator("#profile svg").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    station.wait_for("the click", lambda: 30.0 < (station.state("corridor")["shown_mm"] or 0.0) < 60.0)
+    page.click("[data-tool=show-me]")
+    station.wait_for("the place", lambda: abs((station.state("corridor")["shown_mm"] or 0) - verdict["show_mm"]) < 0.3)
+    across = page.locator(".slice[data-view=path] input[type=range]")
+    station.wait_for("the view across", lambda: abs(float(across.input_value()) - verdict["show_mm"]) < 0.3)
+    station.picture("clearance-show-me")
+    page.click("#profile-hide")
+    station.wait_for("no tool", lambda: station.state("corridor")["shown_mm"] is None)
+    assert not station.errors

@@ -1,0 +1,48 @@
+"""A press that has begun is not taken away by what the planner says meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from workstation import Rest, Workstation
+
+pytestmark = pytest.mark.browser
+Open = Callable[..., Workstation]
+FOCUSED = "document.activeElement.id"
+
+
+def test_a_key_that_is_down_outlives_every_redraw_of_the_plan(open_page: Open, rest: Rest) -> None:
+    """Between the press and the release of Space the tool, the verdict and the plan's name change."""
+    station = open_page().ready()
+    plan_id = rest.copy_of_sample("Pressed")
+    station.open_plan(plan_id)
+    page = station.page
+    page.focus("#upload-robot")
+    with page.expect_file_chooser(timeout=600_000):  # it spans a whole dry run, minutes on a busy machine
+        page.keyboard.down("Space")
+        page.evaluate("vfix.request('plan.tool', { name: 'straight_pointer' })")
+        station.wait_for("the tool", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")
+        page.evaluate("(plan_id) => vfix.request('plan.rename', { plan_id, name: 'Renamed' })", plan_id)
+        station.wait_for("the name", lambda: "Renamed" in (page.locator("#where-plan").text_content() or ""))
+        station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("completed") is not None, 180)
+        assert page.evaluate(FOCUSED) == "upload-robot"
+        page.keyboard.up("Space")
+    assert station.errors == []
+
+
+def test_a_list_keeps_its_choices_through_a_redraw(open_page: Open, rest: Rest) -> None:
+    """Choices that are made anew close a list that is open, and forget what was typed in it."""
+    station = open_page().ready()
+    station.open_plan(rest.copy_of_sample("Lists"))
+    page = station.page
+    lists = ("#plan-robot", "#plan-tool")
+    station.wait_for("the choices", lambda: page.locator("#plan-tool option").count() > 1)
+    before = [page.evaluate_handle(f"document.querySelector('{name} option')") for name in lists]
+    page.focus("#plan-tool")
+    page.evaluate("vfix.request('plan.tool', { name: 'bent_30', shaft_radius_mm: 1.2 })")
+    station.wait_for("the shape", lambda: "changed" in page.locator("#plan-tool option:checked").inner_text())
+    assert page.locator("#plan-tool").input_value() == "bent_30"
+    assert [page.evaluate("(option) => option.isConnected", option) for option in before] == [True, True]
+    assert page.evaluate(FOCUSED) == "plan-tool"
+    assert station.errors == []

@@ -1,0 +1,160 @@
+"""Structures to spare, bone to be removed and paths on the page, with mouse and keyboard."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from workstation import Rest, Workstation
+
+OpenPage = Callable[..., Workstation]
+
+
+@pytest.fixture
+def station(open_page: OpenPage, rest: Rest) -> Workstation:
+    """A plan of two points, so that nothing long is driven."""
+    page = open_page().ready()
+    page.open_plan(rest.short_plan("Regions", 2))
+    slices = "vfix.slices.panes.slice(0, 3).every((pane) => pane.port)"
+    page.wait_for("the slices", lambda: page.page.evaluate(slices))
+    return page
+
+
+def items(station: Workstation) -> list[Any]:
+    return list(station.state("regions")["items"])
+
+
+def click_slice(station: Workstation, along: float = 0.0) -> None:
+    """Beside the points of the path, which a press would grab; along: further towards the back."""
+    box = station.page.locator(".slice-stage[data-axis=axial]").bounding_box()
+    assert box is not None
+    station.page.mouse.click(box["x"] + box["width"] * 0.5 + 24, box["y"] + box["height"] * (0.4 + along))
+
+
+def test_a_structure_is_drawn_named_softened_and_undone(station: Workstation) -> None:
+    page = station.page
+    page.select_option("#spare-kind", "sphere")
+    page.fill("#spare-size", "4")
+    page.click("#spare-draw")
+    station.wait_for("drawing", lambda: station.state("regions")["drawing"])
+    click_slice(station)
+    station.wait_for("the sphere", lambda: len(items(station)) == 1)
+    assert items(station)[0]["sizes_mm"] == [4]
+    assert len(station.state("plan")["points"]) == 2
+    page.wait_for_selector("#spare-name:visible")
+    page.fill("#spare-name", "Optic nerve")
+    page.keyboard.press("Tab")
+    station.wait_for("its name", lambda: items(station)[0]["name"] == "Optic nerve")
+    page.select_option("#spare-soft", "soft")
+    page.wait_for_selector("#spare-depth:visible")
+    page.fill("#spare-depth", "1.5")
+    page.keyboard.press("Enter")
+    station.wait_for("its depth", lambda: items(station)[0]["max_depth_mm"] == 1.5)
+    page.fill("#spare-margin", "50")
+    page.keyboard.press("Tab")
+    page.wait_for_selector("text=0 to 20 can be used.")
+    assert page.input_value("#spare-margin") == "1"
+    station.page.locator("#undo").click()
+    station.wait_for("the undone depth", lambda: items(station)[0]["max_depth_mm"] is None)
+    page.focus("#spare-list .row-main")
+    page.keyboard.press("Delete")
+    station.wait_for("no structure", lambda: not items(station))
+    assert station.errors == []
+
+
+def test_a_place_is_shown_in_tenths_and_an_axis_that_is_not_typed_stays(station: Workstation) -> None:
+    """Three more digits were cut off by the field."""
+    page = station.page
+    page.click("#spare-draw")
+    station.wait_for("drawing", lambda: station.state("regions")["drawing"])
+    click_slice(station)
+    station.wait_for("the sphere", lambda: len(items(station)) == 1)
+    before = items(station)[0]["place"]
+    page.wait_for_selector("#spare-place:visible")
+    shown = re.fullmatch(r"([LR]) ([\d.]+) ([PA]) ([\d.]+) ([SI]) ([\d.]+) mm", page.input_value("#spare-place"))
+    assert shown is not None
+    signs = [1.0 if letter in "LPS" else -1.0 for letter in shown.groups()[::2]]
+    assert [sign * float(text) for sign, text in zip(signs, shown.groups()[1::2], strict=True)] == pytest.approx(
+        before, abs=0.051
+    )
+    assert all(len(text.partition(".")[2]) == 1 for text in shown.groups()[1::2])
+    page.fill("#spare-place", "somewhere")
+    page.keyboard.press("Tab")
+    station.wait_for("the words", lambda: page.get_attribute("#spare-place", "aria-invalid") == "true")
+    page.fill("#spare-place", " ".join([*shown.groups()[:4], "S 3.5"]))
+    page.keyboard.press("Tab")
+    station.wait_for("the new height", lambda: items(station)[0]["place"][2] == 3.5)
+    assert items(station)[0]["place"][:2] == before[:2]
+    assert station.errors == []
+
+
+def test_a_chain_ends_with_enter_and_escape_takes_it_back(station: Workstation) -> None:
+    page = station.page
+    page.select_option("#spare-kind", "capsules")
+    for key, found in (("Escape", 0), ("Enter", 1)):
+        page.click("#spare-draw")
+        station.wait_for("drawing", lambda: station.state("regions")["drawing"])
+        for n in range(2):
+            click_slice(station, 0.2 * n)
+            station.wait_for(f"place {n}", lambda n=n: len(station.state("regions")["drawing"]["places"]) == n + 1)  # type: ignore[misc]
+        station.wait_for("the clicked places", lambda: page.locator("[data-axis=axial] .drawing").count() == 2)
+        page.keyboard.press(key)
+        station.wait_for("the end", lambda: station.state("regions")["drawing"] is None)
+        station.wait_for(key, lambda found=found: len(items(station)) == found)  # type: ignore[misc]
+    assert len(items(station)[0]["shape"]["points"]) == 2
+    page.click("summary:has-text('Bone to be removed')")
+    page.select_option("#remove-kind", "sphere")
+    page.click("#remove-draw")
+    station.wait_for("drawing", lambda: station.state("regions")["drawing"])
+    click_slice(station)
+    station.wait_for("bone", lambda: [one["purpose"] for one in items(station)] == ["spare", "remove"])
+    total = lambda: page.inner_text("#remove-total")  # noqa: E731
+    station.wait_for("the count", lambda: total().endswith("removed in all.") or total() == "No bone is removed.")
+    assert "bone" in page.inner_text("#remove-list") or "removes nothing" in page.inner_text("#remove-list")
+    station.page.click("#lock")
+    station.wait_for("the lock", lambda: station.state("plan")["locked"])
+    station.wait_for("the locked groups", lambda: page.is_disabled("#spare-draw"))
+    assert station.errors == []
+
+
+def test_paths_and_notes(station: Workstation) -> None:
+    page = station.page
+    page.click("#new-path")
+    station.wait_for("a path", lambda: len(station.state("paths")["items"]) == 2)
+    assert station.state("plan")["points"] == []
+    page.click("#paths .row-main >> nth=0")
+    station.wait_for("the first path", lambda: len(station.state("plan")["points"]) == 2)
+    page.select_option("#entry-side", "left")
+    station.wait_for("its side", lambda: station.state("paths")["items"][0]["entry_side"] == "left")
+    page.click("summary:has-text('Notes')")
+    page.fill("#plan-notes", "Septum deviates to the right.")
+    page.keyboard.press("Tab")
+    station.wait_for("the notes", lambda: station.state("paths")["notes"] == "Septum deviates to the right.")
+    assert station.errors == []
+
+
+def test_a_version_is_saved_compared_and_gone_back_to_and_what_is_folded_stays_so(station: Workstation) -> None:
+    page = station.page
+    page.click("#save-version")
+    page.fill("dialog[open] input", "Before")
+    page.keyboard.press("Enter")
+    station.wait_for("the version", lambda: [one["name"] for one in station.state("versions")["items"]] == ["Before"])
+    page.click("#new-path")
+    station.wait_for("a path", lambda: len(station.state("paths")["items"]) == 2)
+    page.click("#versions .row-main")
+    page.wait_for_selector("#version-changes li:has-text('Path ‘Path 2’ is new.')")
+    page.click("#go-back")
+    station.wait_for("the plan as it was", lambda: len(station.state("paths")["items"]) == 1)
+    page.click("#undo")
+    station.wait_for("what was undone", lambda: len(station.state("paths")["items"]) == 2)
+    page.click("summary:has-text('Paths')")
+    page.wait_for_selector("#paths", state="hidden")
+    kept = "localStorage.getItem('vfix-fold-paths')"
+    station.wait_for("the browser's memory", lambda: page.evaluate(kept) == "shut")
+    page.reload()
+    station.ready()
+    page.wait_for_selector("#versions:visible")
+    assert page.is_hidden("#paths")
+    assert station.errors == []

@@ -1,0 +1,168 @@
+"""What the page adds to viser's canvas: one test for each hook, and the page without any of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from workstation import Rest, Workstation
+
+pytestmark = pytest.mark.browser
+Open = Callable[..., Workstation]
+CAMERA = "(() => { const c = vfix.layer.hooks.camera; return [...c.position.toArray(), ...c.quaternion.toArray()]; })()"
+LINES = """() => { const found = []; vfix.layer.hooks.each((o) => { if (o.userData.vfixPass && o.isLineSegments2) {
+  found.push({ depthFunc: o.material.depthFunc, parent: o.parent?.isLineSegments2 === true,
+    same: o.geometry === o.parent.geometry, opacity: o.material.opacity }); } }); return found; }"""
+BONE = """() => { const bone = vfix.layer.bone.bone();
+  const passes = bone.children.filter((o) => o.userData.vfixPass);
+  return { transparent: bone.material.transparent, depthWrite: bone.material.depthWrite, first: passes
+    .map((o) => [o.material.colorWrite, o.renderOrder < bone.renderOrder, o.geometry === bone.geometry]) }; }"""
+
+
+def layered(station: Workstation) -> Workstation:
+    station.ready()
+    station.wait_for("the layer", lambda: station.page.evaluate("Boolean(vfix.layer)"))
+    station.settle()
+    return station
+
+
+def test_labels_are_text_of_the_page_at_their_places(open_page: Open, rest: Rest) -> None:
+    station = layered(open_page())
+    station.open_plan(rest.copy_of_sample("Labels"))
+    page = station.page
+    item = station.state("plan")["points"][3]
+    page.evaluate("(item_id) => vfix.request('item.select', { item_id })", item["id"])
+    label = page.locator(".scene-label.item")
+    station.wait_for("the label", lambda: label.count() == 1 and label.inner_text() == item["label"])
+    station.settle()
+    told = next(label for label in station.state("labels") if label["kind"] == "item")["position"]
+    assert told == pytest.approx(item["position"], abs=2.0)
+    x, y = station.place(told)  # by the planner's own camera
+    box = page.locator("#scene").bounding_box()
+    assert box is not None
+    assert page.evaluate("(p) => { const { x, y } = vfix.layer.hooks.project(p); return [x, y]; }", told) == (
+        pytest.approx([x - box["x"], y - box["y"]], abs=1.0)
+    )
+    shown = label.evaluate(
+        "(label) => new DOMMatrix().translate(...label.style.translate.split(' ').map(parseFloat)).f"
+    )
+    assert shown == pytest.approx(y - box["y"], abs=1.0)
+    seen = "(letter) => getComputedStyle(letter).visibility === 'visible'"
+    letters = {
+        letter.text_content(): letter.evaluate(seen) for letter in page.locator(".scene-label.letter").element_handles()
+    }
+    assert letters == {"R": False, "L": True, "A": True, "P": False, "I": True, "S": True}, (
+        "what bone hides is not read"
+    )
+    station.picture("labels")
+    assert station.errors == []
+
+
+def test_the_path_is_drawn_once_more_where_bone_hides_it(open_page: Open, rest: Rest) -> None:
+    station = layered(open_page())
+    plan_id = rest.copy_of_sample("Through bone")
+    station.open_plan(plan_id)
+    drawn = {"depthFunc": 6, "parent": True, "same": True, "opacity": 0.55}
+    expected = [drawn, drawn]  # the path, and the shaft at its points
+    station.wait_for("its second pass", lambda: station.page.evaluate(LINES) == expected)
+    point = station.state("plan")["points"][4]
+    x, y, z = point["position"]
+    rest.client.patch(f"/api/plans/{plan_id}/points/{point['id']}", json={"position": [x, y, z + 1.0]})
+    station.page.evaluate("vfix.layer.hooks.redraw()")
+    station.wait_for("it to follow", lambda: station.page.evaluate(LINES) == expected)
+    assert station.errors == []
+
+
+def test_clear_bone_has_its_depth_drawn_first(open_page: Open) -> None:
+    """Only what faces the eye is tinted: unsorted triangles would speckle."""
+    station = layered(open_page())
+    assert station.page.evaluate(BONE)["first"] == []
+    station.page.evaluate("vfix.request('view.set', { opacity: 0.3 })")
+    wanted = {"transparent": True, "depthWrite": True, "first": [[False, True, True]]}
+    station.wait_for("clear bone", lambda: station.page.evaluate(BONE) == wanted)
+    station.picture("clear-bone")
+    station.page.evaluate("vfix.request('view.set', { cut: 'left' })")  # another mesh
+    station.wait_for("the cut", lambda: station.page.evaluate(BONE) == wanted)
+    station.page.evaluate("vfix.request('view.set', { opacity: 1.0 })")
+    station.wait_for("solid bone", lambda: not station.page.evaluate(BONE)["transparent"])
+    station.wait_for("one pass", lambda: station.page.evaluate(BONE)["first"] == [])
+    assert station.errors == []
+
+
+def test_zoom_goes_to_the_pointer(open_page: Open, rest: Rest) -> None:
+    station = layered(open_page())
+    nostril = rest.sample()["points"][1]["position"]
+    before = station.place(nostril)
+    assert abs(before[0] - 500) + abs(before[1] - 320) > 40, "it must not be in the middle"
+    height = station.state("camera")["view_height_mm"]
+    station.page.mouse.move(*before)
+    for _ in range(4):
+        station.page.mouse.wheel(0, -240)
+        station.page.wait_for_timeout(200)
+    station.wait_for("the zoom", lambda: station.state("camera")["view_height_mm"] < 0.8 * height)
+    station.settle()
+    assert station.place(nostril) == pytest.approx(before, abs=12)
+    assert station.errors == []
+
+
+def test_a_click_keeps_the_view_and_it_turns_about_the_place(open_page: Open, rest: Rest) -> None:
+    station = layered(open_page())
+    station.open_plan(rest.empty_plan("Turning"))
+    page = station.page
+    page.click("[data-kind=none]")
+    station.look_from("anterior")
+    camera = page.evaluate(CAMERA)
+    at = station.place([-30.0, 0.0, 60.0])
+    page.mouse.click(*at)
+    pivot: Any = station.wait_for("the pivot", lambda: station.state("camera")["pivot"])
+    station.settle()
+    assert page.evaluate(CAMERA) == pytest.approx(camera, abs=1e-3)
+    assert station.place(pivot) == pytest.approx(at, abs=2.0)
+    page.mouse.move(*at)
+    page.mouse.down()
+    for step in range(1, 7):
+        page.mouse.move(at[0] + 15 * step, at[1])
+        page.wait_for_timeout(80)
+    page.mouse.up()
+    station.settle()
+    assert np.abs(np.subtract(page.evaluate(CAMERA), camera)).max() > 1.0, "the view has turned"
+    assert station.place(pivot) == pytest.approx(at, abs=4.0), "about the place that was clicked"
+    page.keyboard.press("c")
+    station.settle()
+    box = page.locator("#scene").bounding_box()
+    assert box is not None
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    assert station.place(pivot) == pytest.approx(middle, abs=3.0)
+    station.look_from("anterior")
+    assert page.evaluate(CAMERA) == pytest.approx(camera, abs=1e-2), "a standard view is what it was"
+    assert station.errors == []
+
+
+def test_a_scene_that_nobody_sees_is_not_drawn(open_page: Open) -> None:
+    station = layered(open_page())
+    page = station.page
+    page.evaluate("""() => { window.frames_drawn = 0; vfix.layer.hooks.watchers.add(() => { frames_drawn += 1; }); }""")
+    page.keyboard.press("1")
+    station.wait_for("the end of it", lambda: page.evaluate("vfix.layer.hooks.paused"))
+    page.evaluate("frames_drawn = 0")
+    page.evaluate("vfix.request('view.set', { opacity: 0.6 })")
+    page.wait_for_timeout(1500)
+    assert page.evaluate("frames_drawn") == 0
+    page.keyboard.press("1")
+    station.wait_for("a frame", lambda: page.evaluate("frames_drawn") > 0)
+    assert station.errors == []
+
+
+def test_without_the_hook_the_page_says_so_and_works(open_page: Open, rest: Rest) -> None:
+    """As with another version of viser: its own labels are drawn, everything else goes on."""
+    station = open_page(script="Object.defineProperty(window, '__THREE_DEVTOOLS__', { get() {}, set() {} });").ready()
+    page = station.page
+    station.wait_for("words in the console", lambda: any("cannot be reached" in words for words in station.errors))
+    assert page.evaluate("vfix.layer") is None
+    assert page.locator(".scene-label").count() == 0
+    station.open_plan(rest.empty_plan("Without hooks"))
+    station.look_from("anterior")
+    page.mouse.click(*station.place([-30.0, 0.0, 60.0]))
+    station.wait_for("a ghost", lambda: station.state("plan")["ghost"])

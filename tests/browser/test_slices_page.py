@@ -1,0 +1,365 @@
+"""The slices in a real browser: values, hands, keys, measures, the view across the path, one slice large."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import SimpleITK
+from workstation import Rest, Workstation
+
+from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
+
+pytestmark = pytest.mark.browser
+Open = Callable[..., Workstation]
+
+LARGE = {"width": 1440, "height": 900}
+# Mean grey of a canvas that shows a bitmap, drawn onto another one to be read.
+GREY = """(axis) => {
+  const canvas = document.querySelector(`[data-axis=${axis}] .slice-picture`);
+  const copy = new OffscreenCanvas(canvas.width, canvas.height);
+  const context = copy.getContext('2d');
+  context.drawImage(canvas, 0, 0);
+  const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+  let sum = 0;
+  for (let n = 0; n < data.length; n += 4) sum += data[n];
+  return sum / (data.length / 4);
+}"""
+
+
+def opened(open_page: Open, viewport: dict[str, int] | None = None) -> Workstation:
+    station = open_page(viewport=viewport or LARGE).ready()
+    station.wait_for("the voxels", lambda: station.page.evaluate("vfix.slices.link.ready"))
+    return station
+
+
+def cross(station: Workstation) -> list[float]:
+    place: list[float] = station.page.evaluate("vfix.slices.crosshair.place")
+    return place
+
+
+def middle(station: Workstation, axis: str) -> tuple[float, float]:
+    box = station.page.locator(f"[data-axis={axis}]").bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def told(station: Workstation, axis: str) -> Callable[[], str]:
+    return lambda: station.page.locator(f"[data-view={axis}] .slice-head .number").inner_text()
+
+
+def test_the_window_samples_the_ct_as_the_engine_does(open_page: Open) -> None:
+    """3,000 places over the whole head: within half a HU, the finer volume where it reaches."""
+    station = opened(open_page)
+    head, nose = load_head_ct(), load_nose_ct()
+    random = np.random.default_rng(3)
+    low, high = head.bounds
+    places = np.concatenate([random.uniform(low - 5.0, high + 5.0, (2000, 3)), random.uniform(*nose.bounds, (1000, 3))])
+    fine, wide = (volume.sample(places, outside=np.nan) for volume in (nose, head))
+    wanted = np.where(np.isnan(fine), wide, fine)
+    values = station.page.evaluate("(places) => vfix.slices.link.read(places)", places.tolist())
+    given = np.array([np.nan if value is None else value for value in values])
+    assert np.array_equal(np.isnan(given), np.isnan(wanted))
+    known = ~np.isnan(wanted)
+    assert known.sum() > 2500
+    assert np.isnan(fine).sum() > 1000
+    assert np.abs(given[known] - wanted[known]).max() <= 0.5 + 1e-6
+
+
+def test_scrolling_and_grey_values_need_no_picture_from_the_planner(open_page: Open, rest: Rest) -> None:
+    station = opened(open_page)
+    station.open_plan(rest.copy_of_sample("Scrolled"))
+    page, label = station.page, told(station, "axial")
+    station.wait_for("the slice", lambda: label() == "S 3.5 mm")
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    step = station.state("slices")["planes"]["axial"]["step"]
+    page.mouse.move(*middle(station, "axial"))
+    page.mouse.wheel(0, 120)
+    station.wait_for("the next slice", lambda: cross(station)[2] == pytest.approx(3.5 + step))
+    station.wait_for("the reading", lambda: label().endswith(" HU"))
+    reading = label()
+    assert reading.split()[0] in "LR"
+    assert reading.split()[2] in "PA"
+    station.wait_for("the planner's cross", lambda: station.state("slices")["cross"] == pytest.approx(cross(station)))
+
+    before = page.evaluate(GREY, "axial")
+    x, y = middle(station, "axial")
+    page.mouse.move(x, y)
+    page.mouse.down(button="right")
+    page.mouse.move(x, y - 60, steps=4)
+    page.mouse.up(button="right")
+    station.wait_for("brighter", lambda: page.evaluate(GREY, "axial") > before + 10)
+    station.wait_for("the planner's window", lambda: station.state("slices")["window_name"] == "own")
+    assert station.state("slices")["level"] < -200
+    assert page.locator("[aria-label='Grey values']").input_value() == "own"
+    page.keyboard.down("Shift")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 50, y, steps=4)
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    station.wait_for("a wider window", lambda: station.state("slices")["window"] > 2000)
+    page.select_option("[aria-label='Grey values']", "bone")
+    station.wait_for("the preset", lambda: station.state("slices")["window"] == 2500)
+    assert not [url for url in asked if "/slices/" in url or "/volume" in url], asked
+    assert len(station.state("plan")["points"]) == len(rest.sample()["points"]), "no drag added a point"
+    assert station.errors == []
+
+
+def test_zoom_keeps_the_place_under_the_pointer_and_pan_moves_the_view(open_page: Open) -> None:
+    station = opened(open_page)
+    page = station.page
+    x, y = (round(value) for value in middle(station, "coronal"))  # as a wheel's event tells it
+    at = """([x, y]) => {
+      const { stage, port } = vfix.slices.panes[1];
+      const box = stage.getBoundingClientRect();
+      return port.place(x - box.x, y - box.y);
+    }"""
+    spot = [x + 50, y - 20]
+    station.wait_for("the picture", lambda: page.evaluate("Boolean(vfix.slices.panes[1].port)"))
+    before, kept = page.evaluate(at, spot), cross(station)
+    wide = page.evaluate("vfix.slices.panes[1].port.perPixel")
+    page.mouse.move(*spot)
+    page.keyboard.down("Control")
+    for _ in range(3):
+        page.mouse.wheel(0, -120)
+    page.keyboard.up("Control")
+    station.wait_for("the zoom", lambda: page.evaluate("vfix.slices.panes[1].port.perPixel") < 0.67 * wide)
+    assert page.evaluate(at, spot) == pytest.approx(before, abs=1e-6)
+    page.mouse.down(button="middle")
+    page.mouse.move(spot[0] - 30, spot[1] + 10, steps=3)
+    page.mouse.up(button="middle")
+    there = [spot[0] - 30, spot[1] + 10]
+    station.wait_for("the pan", lambda: page.evaluate(at, there) == pytest.approx(before, abs=1e-6))
+    assert cross(station) == kept, "neither moves the crosshair"
+    assert station.errors == []
+
+
+def test_distance_and_angle_are_measured_and_escape_ends(open_page: Open) -> None:
+    station = opened(open_page)
+    page = station.page
+    x, y = middle(station, "axial")
+    page.click("[data-tool=distance]")
+    page.mouse.click(x - 40, y)
+    page.mouse.click(x + 40, y)
+    words = page.locator("[data-axis=axial] .slice-measure-words")
+    station.wait_for("the distance", lambda: words.count() == 1)
+    per_pixel = page.evaluate("vfix.slices.panes[0].port.perPixel")
+    assert float((words.text_content() or "").split()[0]) == pytest.approx(80 * per_pixel, abs=0.06)
+    page.click("[data-tool=angle]")
+    for dx, dy in ((30, 0), (0, 0), (0, -30)):
+        page.mouse.click(x + dx, y + dy)
+    station.wait_for("the angle", lambda: "90.0°" in words.all_text_contents())
+    page.mouse.click(x + 10, y + 10)
+    page.locator("[data-axis=axial]").focus()
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    assert page.locator("[data-tool=cross]").get_attribute("aria-pressed") == "true"
+    assert words.count() == 2
+    page.get_by_role("button", name="Clear measures").click()
+    station.wait_for("none", lambda: words.count() == 0)
+    assert station.state("plan")["ghost"] is None, "measuring adds nothing"
+    assert station.errors == []
+
+
+def test_a_place_is_typed_and_points_are_added_and_moved_by_keys_alone(open_page: Open, rest: Rest) -> None:
+    station = opened(open_page)
+    page = station.page
+    station.open_plan(rest.empty_plan("By keys in slices"))
+    station.tab_to("#slice-place")
+    page.keyboard.type("L 4.5 P 17.5 S 3.5")
+    page.keyboard.press("Enter")
+    station.wait_for("the place", lambda: cross(station) == pytest.approx([4.5, 17.5, 3.5]))
+    assert page.locator("#slice-place").input_value() == "L 4.5 P 17.5 S 3.5 mm"
+    page.locator("#slice-place").fill("somewhere")
+    page.keyboard.press("Enter")
+    station.wait_for("the words", lambda: "R 24.5 A 10 S 3" in page.locator("[role=alert]").last.inner_text())
+
+    station.tab_to("[data-axis=axial]", back=True)
+    for key, place in (
+        ("ArrowRight", [5.5, 17.5, 3.5]),
+        ("Shift+ArrowLeft", [0.5, 17.5, 3.5]),
+        ("Alt+ArrowDown", [0.5, 17.6, 3.5]),
+        ("PageUp", [0.5, 17.6, 3.5 + station.state("slices")["planes"]["axial"]["step"]]),
+    ):
+        page.keyboard.press(key)
+        assert cross(station) == pytest.approx(place), key
+    page.keyboard.press("Enter")
+    station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
+    page.keyboard.press("Enter")
+    station.wait_for("the point", lambda: len(station.state("plan")["points"]) == 1)
+    point: Any = station.state("plan")["points"][0]
+    assert station.state("plan")["selected"] == point["id"]
+
+    def position() -> list[float]:
+        place: list[float] = station.state("plan")["points"][0]["position"]
+        return place
+
+    at_slice = "document.activeElement.matches('[data-axis=axial]')"
+    station.wait_for("the focus, which the ghost's card had", lambda: page.evaluate(at_slice))
+    page.keyboard.press("m")
+    page.keyboard.press("Shift+ArrowDown")
+    station.wait_for("the carried point", lambda: position()[1] == pytest.approx(point["position"][1] + 5.0, abs=0.01))
+    page.keyboard.press("Escape")
+    station.wait_for("its return", lambda: position() == pytest.approx(point["position"]))
+    page.keyboard.press("m")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    plan_id = station.state("plan")["id"]
+
+    def stored() -> float:
+        return float(rest.plan(plan_id)["points"][0]["position"][1])
+
+    station.wait_for("the drop", lambda: stored() > point["position"][1] + 0.5)
+    assert station.errors == []
+
+
+def test_the_view_across_the_path_runs_along_it_with_the_tool_in_it(open_page: Open, rest: Rest) -> None:
+    station = opened(open_page)
+    page = station.page
+    station.open_plan(rest.copy_of_sample("Along"))
+    station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True, 180)
+    station.wait_for("the tool's poses", lambda: page.evaluate("Boolean(vfix.slices.pose)"))
+    length = page.evaluate("vfix.slices.frames.length")
+    assert length == pytest.approx(station.state("plan")["length_mm"], abs=0.1)
+    page.locator("[data-view=path] input[type=range]").fill("60")
+    station.wait_for("the place", lambda: told(station, "path")() == f"60.0 of {length:.1f} mm")
+    here = page.evaluate("vfix.slices.frame.place")
+    assert cross(station) == pytest.approx(here, abs=1e-3)
+    station.wait_for("the 3D view's cross", lambda: station.state("slices")["cross"] == pytest.approx(here, abs=1e-3))
+    pose = page.evaluate("vfix.slices.pose")
+    tip = np.array(pose["segments"][0][1])
+    assert np.linalg.norm(tip - here) < 1.0, "the tip is where the view is"
+    drawn = """() => {
+      const canvas = document.querySelector('[data-axis=path] .slice-tool-outline');
+      const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+      return data.filter((value, index) => index % 4 === 3 && value > 100).length;
+    }"""
+    station.wait_for("tool and ring", lambda: page.evaluate(drawn) > 10)
+    page.locator("[data-axis=path]").focus()
+    page.keyboard.press("PageUp")
+    station.wait_for("half a millimetre on", lambda: told(station, "path")() == f"60.5 of {length:.1f} mm")
+    assert station.errors == []
+
+
+def test_one_slice_is_large_and_back(open_page: Open, rest: Rest) -> None:
+    station = opened(open_page)
+    page = station.page
+    station.open_plan(rest.copy_of_sample("Large"))
+    stage = page.locator("[data-axis=sagittal]")
+    small = stage.bounding_box()
+    page.mouse.dblclick(middle(station, "sagittal")[0] + 30, middle(station, "sagittal")[1] - 20)
+    station.wait_for("the large slice", lambda: page.locator(".bench").get_attribute("data-layout") == "sagittal")
+    large = stage.bounding_box()
+    assert small is not None
+    assert large is not None
+    assert large["width"] > 3 * small["width"]
+    assert page.locator(".slice-stage:visible").count() == 1
+    station.wait_for("its picture", lambda: page.evaluate("vfix.slices.panes[2].canvas.width") == round(large["width"]))
+    page.wait_for_timeout(400)
+    assert station.state("plan")["ghost"] is None, "a double click adds nothing"
+    station.picture("slice-large")
+    page.keyboard.press("Escape")
+    station.wait_for("all of them", lambda: page.locator(".slice-stage:visible").count() == 4)
+    page.evaluate("vfix.slices.enlarge('path')")
+    station.wait_for("the view across", lambda: page.locator("[data-axis=path]").is_visible())
+    page.evaluate("vfix.slices.enlarge(null)")
+    assert page.locator(".bench").get_attribute("data-layout") == "one-three"
+    assert station.errors == []
+
+
+def test_a_threshold_tints_the_slices_at_once(open_page: Open) -> None:
+    station = opened(open_page)
+    page = station.page
+    green = """() => {
+      const canvas = document.querySelector('[data-axis=axial] .slice-picture');
+      const copy = new OffscreenCanvas(canvas.width, canvas.height);
+      const context = copy.getContext('2d');
+      context.drawImage(canvas, 0, 0);
+      const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+      let found = 0;
+      for (let n = 0; n < data.length; n += 4) if (data[n + 1] > data[n] + 20) found += 1;
+      return found / (data.length / 4);
+    }"""
+    choose = "async (range) => (await import('/static/js/threshold-preview.js')).thresholdPreview.set(range)"
+    page.locator("#slice-outlines").uncheck()
+    station.wait_for("a picture", lambda: page.evaluate(GREY, "axial") > 1)
+    assert page.evaluate(green) == 0
+    for low, high in ((300, 3000), (-1024, -500)):
+        page.evaluate(choose, {"low": low, "high": high})
+        station.wait_for("the tint", lambda: 0.02 < page.evaluate(green) < 0.98)
+        page.evaluate(choose, None)
+        station.wait_for("no tint", lambda: page.evaluate(green) == 0)
+    assert station.errors == []
+
+
+def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest, tmp_path: Path) -> None:
+    """The finer CT of the phantom as a head of its own, laid over the phantom."""
+    nose = load_nose_ct()
+    image = SimpleITK.GetImageFromArray(nose.hu)
+    image.SetOrigin(nose.origin.tolist())
+    image.SetSpacing(nose.spacing.tolist())
+    image.SetDirection(nose.direction.ravel().tolist())
+    SimpleITK.WriteImage(image, str(tmp_path / "nose.nrrd"), True)
+    with (tmp_path / "nose.nrrd").open("rb") as file:
+        answer = rest.client.post("/api/cases", files={"file": ("nose.nrrd", file)}, data={"name": "Second"})
+    job = answer.raise_for_status().json()["id"]
+    station = opened(open_page)
+    page = station.page
+
+    def imported() -> Any:
+        now = rest.client.get(f"/api/jobs/{job}").json()
+        assert now["state"] != "failed", now
+        return now["state"] == "done"
+
+    station.wait_for("the second head", imported, 180)
+    station.wait_for("the list", lambda: page.locator("#overlay-case option", has_text="Second").count() == 1)
+    page.locator("#slice-outlines").uncheck()
+    grey = lambda: page.evaluate(GREY, "axial")  # noqa: E731
+    station.wait_for("a picture", lambda: grey() > 1)
+    page.wait_for_timeout(500)
+    page.select_option("#overlay-case", label="Second")
+    page.select_option("#overlay-window", "sinus")
+    page.locator("#overlay-opacity").fill("0")
+    station.wait_for("the second volume", lambda: page.evaluate("Boolean(vfix.slices.second.look)"))
+
+    def settled() -> bool:
+        before = grey()
+        page.wait_for_timeout(1000)
+        return bool(grey() == before)
+
+    station.wait_for("its controls have taken their room from the slices", settled)
+    alone = grey()
+    page.locator("#overlay-opacity").fill("100")
+    page.wait_for_timeout(500)
+    station.wait_for("the same voxels at the same place", lambda: grey() == pytest.approx(alone, abs=0.5))
+    page.select_option("#overlay-window", "soft")
+    station.wait_for("another window", lambda: abs(grey() - alone) > 3)
+    page.locator("#overlay-opacity").fill("0")
+    station.wait_for("the first alone", lambda: grey() == pytest.approx(alone, abs=0.5))
+    page.locator("#overlay-opacity").fill("100")
+    page.locator("#overlay-transform").fill("1 2 3")
+    page.keyboard.press("Tab")
+    station.wait_for("the words", lambda: "16 numbers" in page.locator("[role=alert]").last.inner_text())
+    page.locator("#overlay-transform").fill("1 0 0 0 0 1 0 0 0 0 1 80 0 0 0 1")
+    page.keyboard.press("Tab")
+    station.wait_for("the moved volume", lambda: grey() == pytest.approx(alone, abs=0.5))
+    station.wait_for("no alert any more", lambda: "16 numbers" not in page.locator("#alerts").inner_text())
+    assert page.locator("#overlay-z").input_value() == "80"
+    kept = lambda: (station.state("second_volume") or {}).get("laid") or {}  # noqa: E731
+    station.wait_for("what the plan keeps", lambda: kept().get("opacity") == 1 and kept()["transform"][11] == 80)
+    page.select_option("#overlay-window", "bone")
+    station.wait_for("its grey values", lambda: kept().get("window") == 2500)
+    page.reload()
+    station.wait_for("the slices again", lambda: page.evaluate("Boolean(window.vfix?.slices.second.look)"))
+    look = page.evaluate("vfix.slices.second.look")
+    assert (look["opacity"], look["greys"]["window"], look["greys"]["level"]) == (1, 2500, 600)
+    assert page.locator("#overlay-transform").input_value().split()[11] == "80"
+    page.locator("#overlay-case").select_option(label="None")
+    station.wait_for("nothing over it", lambda: station.state("second_volume")["laid"] is None)
+    rest.client.delete(f"/api/cases/{rest.client.get(f'/api/jobs/{job}').json()['result']}").raise_for_status()
+    assert station.errors == []

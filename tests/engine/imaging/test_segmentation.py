@@ -1,0 +1,115 @@
+"""Segmentation by a band of Hounsfield units, and air within the body."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vfix_engine.errors import ImageError
+from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.geometry.side import SurfaceSide
+from vfix_engine.imaging.airway import body, inner_air
+from vfix_engine.imaging.phantom import load_head_ct, load_landmarks
+from vfix_engine.imaging.readers import read_volume
+from vfix_engine.imaging.segmentation import PRESETS, Band, SegmentRequest, segment
+from vfix_engine.imaging.volume import Volume
+
+
+def balls() -> Volume:
+    """Balls of 600 HU with radii of 6 and 3 mm and one of 40 HU with 4 mm, in air."""
+    k, j, i = np.indices((50, 50, 60)).astype(float) * 0.5
+    hu = np.full(k.shape, -1000.0)
+    for centre, radius, value in (((9, 9, 12), 6.0, 600), ((8, 9, 25), 3.0, 600), ((19, 19, 8), 4.0, 40)):
+        distance = np.sqrt(sum((a - c) ** 2 for a, c in zip((i, j, k), centre[::1], strict=True)))
+        hu = np.where(distance < radius, value, hu)
+    return Volume(hu.astype(np.int16), [10.0, 0.0, -5.0], [0.5, 0.5, 0.5], np.eye(3))
+
+
+def sphere_mm3(radius: float) -> float:
+    return 4.0 / 3.0 * np.pi * radius**3
+
+
+def test_a_band_takes_what_lies_in_it() -> None:
+    bone = segment(balls(), SegmentRequest(PRESETS["bone"]))
+    soft = segment(balls(), SegmentRequest(Band(0.0, 200.0)))
+    assert bone.volume_mm3 == np.count_nonzero(balls().hu == 600) / 8.0
+    assert soft.volume_mm3 == pytest.approx(sphere_mm3(4.0), rel=0.05)
+    assert (bone.islands, bone.left_out, soft.islands) == (2, 0, 1)
+    centre = np.array([29.0, 19.0, 3.0])
+    assert np.abs(np.linalg.norm(soft.mesh.vertices - centre, axis=1) - 4.0).max() < 0.75
+    outwards = soft.mesh.triangles.mean(axis=1) - centre
+    assert (np.einsum("ij,ij->i", soft.mesh.face_normals, outwards) > 0).mean() > 0.99
+
+
+def test_islands_are_left_out_and_told() -> None:
+    largest = segment(balls(), SegmentRequest(PRESETS["bone"], largest=True))
+    assert (largest.islands, largest.left_out) == (2, 1)
+    assert largest.volume_mm3 == pytest.approx(sphere_mm3(6.0), rel=0.03)
+    large = segment(balls(), SegmentRequest(PRESETS["bone"], least_mm3=300.0))
+    assert large.mesh.content_hash == largest.mesh.content_hash
+    with pytest.raises(ImageError, match="every island is smaller"):
+        segment(balls(), SegmentRequest(PRESETS["bone"], least_mm3=5000.0))
+
+
+def test_a_crop_box_closes_the_surface_where_it_ends() -> None:
+    box = ((10.0, 0.0, -5.0), (19.0, 30.0, 30.0))  # through the middle of the large ball
+    half = segment(balls(), SegmentRequest(PRESETS["bone"], crop_mm=box))
+    a, b, c = np.moveaxis(half.mesh.triangles - half.mesh.bounds.mean(axis=0), 1, 0)
+    enclosed = np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
+    assert half.mesh.bounds[1][0] < 19.6
+    assert enclosed == pytest.approx(half.volume_mm3, rel=0.12)
+    with pytest.raises(ImageError, match="crop box"):
+        segment(balls(), SegmentRequest(PRESETS["bone"], crop_mm=((500.0, 0.0, 0.0), (510.0, 5.0, 5.0))))
+
+
+def test_smoothing_tells_how_far_it_moved_the_border() -> None:
+    sharp = segment(balls(), SegmentRequest(PRESETS["bone"]))
+    smooth = segment(balls(), SegmentRequest(PRESETS["bone"], smooth_mm=1.0))
+    random = np.random.default_rng(4).dirichlet(np.ones(3), 20)
+    places = np.einsum("pc,fci->fpi", random, sharp.mesh.triangles).reshape(-1, 3)
+    moved = ProximityTree(smooth.mesh).point_distance(places)[0].max()
+    assert 0.1 < moved <= smooth.smoothed_mm < moved + 0.2
+    assert sharp.smoothed_mm == 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"band": Band(300.0, 200.0)}, "must rise"),
+        ({"band": Band(np.nan, 200.0)}, "must rise"),
+        ({"smooth_mm": 9.0}, "smoothing takes"),
+        ({"least_mm3": -1.0}, "island"),
+        ({"crop_mm": ((np.nan, 0, 0), (1, 1, 1))}, "finite"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(change: dict, words: str) -> None:
+    with pytest.raises(ImageError, match=words):
+        SegmentRequest(**{"band": PRESETS["bone"]} | change)
+
+
+def at(mask: np.ndarray, volume: Volume, points: np.ndarray) -> np.ndarray:
+    i, j, k = np.rint(volume.lps_to_index(points)).astype(int).T
+    return mask[k, j, i]
+
+
+def test_air_within_the_phantom_is_told_from_the_rooms() -> None:
+    ct = load_head_ct()
+    corridor = np.array([point.position for point in load_landmarks().corridor])
+    inner = inner_air(ct)
+    assert at(inner, ct, corridor[2:]).all()
+    far = corridor[0] - np.array([0.0, 20.0, 0.0])  # before the face
+    assert not at(body(ct), ct, far[None])[0]
+    found = segment(ct, SegmentRequest(PRESETS["air"], largest=True))
+    side = SurfaceSide(ProximityTree(found.mesh))
+    assert not side.outside(corridor[2:]).any()
+    assert side.outside(far[None]).all()
+
+
+def test_air_within_a_real_head(trial_data: Path) -> None:
+    volume, _ = read_volume(trial_data / "head_ct" / "cthead_hu_lps.nrrd")
+    data = json.loads((trial_data / "head_ct" / "corridor.json").read_text(encoding="utf-8"))
+    points = np.array([point["lps"] for point in data["points"]])
+    inner = inner_air(volume)
+    assert at(inner, volume, points[1:]).mean() > 0.9
+    assert not at(body(volume), volume, points[:1] - [[0.0, 25.0, 0.0]])[0]

@@ -1,0 +1,24 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { colourOf, placeWords } from "../../app/web/js/clearance-words.js";
+
+const scale = { lo: 0, hi: 2, margin: 0.3, unknown: null, colours: ["#000000", "#ff0000", "#ffffff"] };
+
+test("a clearance has the colour of the path there", () => {
+  assert.equal(colourOf(-1, scale), "#000000");
+  assert.equal(colourOf(0.5, scale), "#800000");
+  assert.equal(colourOf(1, scale), "#ff0000");
+  assert.equal(colourOf(9, scale), "#ffffff");
+});
+
+const profile = { s_mm: [0, 0.5, 1], clearance_mm: [5, 1.234, 0.7], tissue_mm: [0, 18.6, 0.2], tissue_depth_mm: [0, 2.71, 0.1] };
+
+test("a place says bone and soft tissue of the nearest pose", () => {
+  assert.equal(placeWords({ profile, nearest: "bone" }, 0.6), "At 0.6 mm: bone 1.23 mm; soft tissue 19 mm, 2.7 mm deep.");
+  assert.equal(placeWords({ profile, nearest: "bone" }, 7), "At 7.0 mm: bone 0.70 mm; no soft tissue.");
+});
+
+test("without a CT a place says nothing of soft tissue", () => {
+  const bare = { ...profile, tissue_mm: null, tissue_depth_mm: null };
+  assert.equal(placeWords({ profile: bare, nearest: "bone" }, 0), "At 0.0 mm: bone 5.00 mm.");
+});

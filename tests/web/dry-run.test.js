@@ -1,0 +1,59 @@
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, test } from "node:test";
+import { DryRun } from "../../app/web/js/dry-run.js";
+import { noted } from "./page.js";
+
+/** An element as little as the dry run needs of one. */
+function element() {
+  return { style: {}, dataset: {}, children: [], append(...more) { this.children.push(...more); }, setAttribute() {}, addEventListener() {} };
+}
+
+const real = { document: globalThis.document, fetch: globalThis.fetch };
+/** @type {object[]} what the planner answers of the job, one after another; the last one stays */
+let answers = [];
+let asked = [];
+
+beforeEach(() => {
+  asked = [];
+  globalThis.document = { createElement: element };
+  globalThis.fetch = async (path, options = {}) => {
+    asked.push(`${options.method ?? "GET"} ${path}`);
+    return { ok: true, status: 200, json: async () => (answers.length > 1 ? answers.shift() : answers[0]) };
+  };
+});
+afterEach(() => Object.assign(globalThis, real));
+
+const later = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
+const job = (fields) => ({ id: "job-1", kind: "dry_run", state: "running", stage: "Driving the path", fraction: 0.254, ...fields });
+
+test("a longer run shows its stage and its share, is cancelled, and is offered again", async () => {
+  const connection = noted();
+  const run = new DryRun(connection, "verdict");
+  answers = [job()];
+  run.update({ words: "the tool is driven", job: "job-1" });
+  assert.equal(run.verdict.textContent, "The tool is driven");
+  assert.equal(run.progress.hidden, true); // a run that ends at once shows no bar
+  await later(450);
+  assert.equal(run.progress.hidden, false);
+  assert.equal(run.stage.textContent, "Driving the path, 25 %");
+  assert.equal(run.bar.style.width, "25%");
+  await run.cancel();
+  assert.ok(asked.includes("DELETE /api/jobs/job-1"));
+  run.update({ words: "cancelled", caution: true, cancelled: true, job: null });
+  assert.equal(run.progress.hidden, true);
+  assert.equal(run.again.hidden, false);
+  assert.equal(run.verdict.className, "words caution");
+});
+
+test("a run that has ended before anybody looks leaves no bar, and neither does one that another replaced", async () => {
+  const run = new DryRun(noted(), "verdict");
+  answers = [job({ state: "done", fraction: 1 })];
+  run.update({ words: "", job: "job-1" });
+  await later(450);
+  assert.equal(run.progress.hidden, true);
+  run.update({ words: "", job: "job-2" });
+  run.update({ words: "", job: null });
+  await later(450);
+  assert.equal(run.progress.hidden, true);
+  assert.ok(!asked.some((path) => path.includes("job-2")));
+});

@@ -1,0 +1,39 @@
+// Files that come in: what one upload carries, and what is no head by its name alone.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import "./page.js";
+
+const { isSegmentation, refusal, sorted, uploadWords } = await import("../../app/steps/patient/files-in.js");
+
+/**
+ * @param {...string} paths
+ * @returns {any[]}
+ */
+const found = (...paths) => paths.map((path) => ({ path, file: { name: path.split("/").at(-1) } }));
+
+test("a table beside one file names its labels, beside several it is left out", () => {
+  assert.equal(sorted(found("labels.nii.gz", "names.csv")).names?.name, "names.csv");
+  assert.equal(sorted(found("a.dcm", "b.dcm", "names.csv")).names, null);
+  assert.equal(sorted(found("labels.nii.gz", "a.csv", "b.json")).names, null);
+});
+
+test("what lies beside the slices on a disc is left out, not a slice of whatever name", () => {
+  const { files } = sorted(found("disc/DICOMDIR", "disc/.DS_Store", "disc/readme.TXT", "disc/IM0001", "disc/b.dcm", "disc/viewer.exe"));
+  assert.deepEqual(files.map((one) => one.path), ["disc/IM0001", "disc/b.dcm"]);
+});
+
+test("a file that cannot be a head says why, one without an ending may be DICOM", () => {
+  assert.match(refusal(found("v.nhdr")), /Choose both files together/);
+  assert.match(refusal(found("notes.docx")), /DICOM folder/);
+  assert.match(refusal([]), /no file/);
+  for (const path of ["IM0001", "v.nii.gz", "v.NRRD", "s.vtp", "1.2.840.113619.2"]) assert.equal(refusal(found(path)), "", path);
+  assert.equal(refusal(found("v.nhdr", "v.raw")), "");
+});
+
+test("only the name of a segmentation says that it is one", () => {
+  assert.ok(isSegmentation(found("a/Head.seg.nrrd")));
+  assert.ok(isSegmentation(found("t/liver.nii.gz", "t/eye_left.nii")), "masks, one of each structure");
+  assert.ok(!isSegmentation(found("head.nrrd")));
+  assert.equal(uploadWords(found("a/b.zip")), "‘b.zip’");
+  assert.equal(uploadWords(found("a", "b")), "2 files");
+});

@@ -1,0 +1,61 @@
+"""What the tasks that a hand drives share: where their numbers come from, and the request that they become."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ...fixtures import Constraint, Objective, StepState
+from ...geometry.shaft_directions import ShaftDirections
+from ..context import ControlContext, context_of
+from ..request_kernel import Asked
+from ..shaft_kernel import shaft_rows
+from ..step_request import HandCommand, StepRequest
+
+Array = NDArray[np.float64]
+
+
+def context_for(task: object, state: StepState, command: HandCommand) -> ControlContext:
+    """The context that measured the state.
+
+    Raises:
+        ControlError: none did. InputError: the command is no ``HandCommand``.
+    """
+    if not isinstance(command, HandCommand):
+        raise InputError(f"{type(task).__name__} is driven by a HandCommand, not by {command!r:.60}")
+    return context_of(state)
+
+
+def request_with(
+    matrix: Array,
+    target: Array,
+    along: Array,
+    asked: Asked,
+    constraints: tuple[Constraint, ...] = (),
+    is_admissible: Callable[[StepState], bool] | None = None,
+    more: tuple[Objective, ...] = (),
+) -> StepRequest:
+    """The request of a kernel's rows, see ``request_kernel``; ``more``: objectives beside them."""
+    length, moves, compliance, ramp_fraction = asked
+    objectives = (Objective(matrix, target), *more)
+    share = along if moves else None
+    return StepRequest(objectives, constraints, length, share, is_admissible, compliance, ramp_fraction)
+
+
+def shaft_objective(
+    context: ControlContext, state: StepState, shaft: ShaftDirections, at: float, step: float, wish: float
+) -> tuple[Objective, ...]:
+    """The objective that keeps the planned orientation of the shaft; none without a wish to move.
+
+    Args:
+        at: arc length of the path's point closest to the tip.
+        step: length of the wanted motion along the path; wish: in all, mm.
+    """
+    if wish <= 0.0:
+        return ()
+    matrix, target = np.empty((3, context.layout.dof + 1)), np.empty(3)
+    shaft_rows(*context.guide, state.numbers, *shaft.table, shaft.has_roll, at, step, wish, matrix, target)
+    return (Objective(matrix, target),)

@@ -1,0 +1,16 @@
+"""Division of triangles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def quarters(triangles: Array) -> Array:
+    """(4 n, 3, 3) the parts of triangles (n, 3, 3) between their corners and the middles of their edges."""
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    ab, bc, ca = (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0
+    parts = [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    return np.stack(parts, axis=1).reshape(-1, 3, 3)

@@ -1,0 +1,1 @@
+"""Segmentations: label maps of several formats, and the surface of each label."""

@@ -1,0 +1,87 @@
+"""The room around a tool: distances of its poses to bone and to soft tissue."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..geometry.distance_field import DistanceField, FieldGrid
+from ..robots import Tool
+from .room_kernels import BONE, DEEPEST, DEPTH, TOUCHED, UNKNOWN, pose_figures
+
+Array = NDArray[np.float64]
+
+SAMPLE_MM = 0.5  # along the tool
+
+
+class Passage(NamedTuple):
+    """What a tool passes over a series of poses.
+
+    tissue_mm: the largest length of it whose surface is in soft tissue, in one pose; tissue_depth_mm: how deep at most;
+    mean_depth: the mean over the poses of the depth along the tool, in mm². None of a head without a CT.
+    """
+
+    tissue_mm: float | None
+    tissue_depth_mm: float | None
+    mean_depth: float
+
+
+@dataclass(frozen=True, eq=False)
+class Figures:
+    """Figures of n poses, each (n,): see ``room_kernels.pose_figures``."""
+
+    bone: Array
+    touched: Array
+    deepest: Array
+    depth: Array
+    unknown: Array
+
+
+class Room:
+    """Bone and soft tissue as distance fields.
+
+    Args:
+        bone, tissue: signed distances in mm, positive outside; tissue is skin, mucosa and bone. None without a CT:
+            then bone alone counts.
+
+    Raises:
+        InputError: the two fields are not on the same grids.
+    """
+
+    def __init__(self, bone: DistanceField, tissue: DistanceField | None) -> None:
+        self.bone, self.tissue = bone, tissue
+        second = bone if tissue is None else tissue
+        if [_place(g) for g in bone.grids] != [_place(g) for g in second.grids]:
+            raise InputError("the fields of bone and of soft tissue must be on the same grids")
+        pairs = list(zip(bone.grids, second.grids, strict=True))
+        self._fine, self._whole = (_arrays(*pairs[i]) for i in (0, -1))
+
+    def figures(self, tool: Tool, rotations: Array, positions: Array, step: float = SAMPLE_MM) -> Figures:
+        """Figures of poses: rotations (n, 3, 3) and positions (n, 3) of the tip. Tissue is 0 without a CT."""
+        segments = tool.segments(np.eye(3), np.zeros(3))
+        ends = np.ascontiguousarray(np.stack([segments.end, segments.start], axis=1))
+        turns, places = (np.ascontiguousarray(a, dtype=np.float64) for a in (rotations, positions))
+        found = pose_figures(self._fine, self._whole, turns, places, ends, np.array(tool.radius), step)
+        tissue = np.zeros_like(found) if self.tissue is None else found
+        return Figures(
+            found[:, BONE], tissue[:, TOUCHED], tissue[:, DEEPEST], tissue[:, DEPTH], tissue[:, UNKNOWN]
+        )  # fmt: skip
+
+    def passed(self, tool: Tool, rotations: Array, positions: Array) -> Passage:
+        """What the tool passes over a series of poses."""
+        if self.tissue is None:
+            return Passage(None, None, 0.0)
+        found = self.figures(tool, rotations, positions)
+        return Passage(float(found.touched.max()), float(found.deepest.max()), float(found.depth.mean()))
+
+
+def _place(grid: FieldGrid) -> tuple[tuple[int, ...], list[float], float]:
+    return grid.values.shape, grid.origin.tolist(), grid.step_mm
+
+
+def _arrays(bone: FieldGrid, tissue: FieldGrid) -> tuple[NDArray[np.float32], NDArray[np.float32], Array, float]:
+    return bone.values, tissue.values, bone.origin, float(bone.step_mm)

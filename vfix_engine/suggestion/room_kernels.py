@@ -1,0 +1,87 @@
+"""Distances of many poses of a tool to bone and to soft tissue, out of distance fields, compiled.
+
+A field is two grids, a fine one within a coarse one; what neither knows is NaN.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..geometry.compiled import compiled, inlined
+
+BONE, TOUCHED, DEEPEST, DEPTH, UNKNOWN = range(5)  # columns of `pose_figures`
+FIGURES = 5
+
+
+@inlined
+def _value(values: Any, origin: Any, step: float, x: float, y: float, z: float) -> float:
+    """Trilinear value of a grid (K, J, I) at a position in mm; NaN outside of it."""
+    top_k, top_j, top_i = values.shape[0] - 1, values.shape[1] - 1, values.shape[2] - 1
+    a, b, c = (x - origin[0]) / step, (y - origin[1]) / step, (z - origin[2]) / step
+    if not (0.0 <= a <= top_i and 0.0 <= b <= top_j and 0.0 <= c <= top_k):
+        return math.nan
+    i, j, k = min(int(a), top_i - 1), min(int(b), top_j - 1), min(int(c), top_k - 1)
+    a, b, c = a - i, b - j, c - k
+    low = (values[k, j, i] * (1.0 - a) + values[k, j, i + 1] * a) * (1.0 - b)
+    low += (values[k, j + 1, i] * (1.0 - a) + values[k, j + 1, i + 1] * a) * b
+    high = (values[k + 1, j, i] * (1.0 - a) + values[k + 1, j, i + 1] * a) * (1.0 - b)
+    high += (values[k + 1, j + 1, i] * (1.0 - a) + values[k + 1, j + 1, i + 1] * a) * b
+    value: float = low * (1.0 - c) + high * c
+    return value
+
+
+@compiled
+def pose_figures(fine: Any, whole: Any, rotations: Any, positions: Any, ends: Any, radius: Any, step: float) -> Any:
+    """Figures (n, 5) of poses of a tool.
+
+    BONE: least distance of its surface to bone in mm. TOUCHED: length of it whose surface is in tissue, DEEPEST: by how
+    much at most, DEPTH: its integral over the length in mm². UNKNOWN: 1 where the tool leaves what is known while it is
+    in or beside tissue; air that goes on beyond the end of a scan is taken for air.
+
+    Args:
+        fine, whole: (bone, tissue, origin, step) each, the values (K, J, I) in mm, positive outside.
+        rotations: (n, 3, 3) and positions: (n, 3) of the tip.
+        ends: (S, 2, 3) front and back of the tool's segments in the tip frame; radius: (S,).
+        step: between samples along the tool in mm.
+    """
+    bone, tissue, origin, size = fine
+    bone_whole, tissue_whole, origin_whole, size_whole = whole
+    out = np.empty((len(positions), 5))
+    for n in range(len(positions)):
+        least, touched, deepest, depth, unknown = math.inf, 0.0, 0.0, 0.0, 0.0
+        room = 0.0  # to tissue where it was known last
+        for s in range(len(radius)):
+            fx, fy, fz = ends[s, 0, 0], ends[s, 0, 1], ends[s, 0, 2]
+            bx, by, bz = ends[s, 1, 0] - fx, ends[s, 1, 1] - fy, ends[s, 1, 2] - fz
+            length = math.sqrt(bx * bx + by * by + bz * bz)
+            pieces = max(int(length / step), 1)
+            r = rotations[n]
+            for k in range(pieces + 1):
+                share = k / pieces
+                px, py, pz = fx + share * bx, fy + share * by, fz + share * bz
+                x = positions[n, 0] + r[0, 0] * px + r[0, 1] * py + r[0, 2] * pz
+                y = positions[n, 1] + r[1, 0] * px + r[1, 1] * py + r[1, 2] * pz
+                z = positions[n, 2] + r[2, 0] * px + r[2, 1] * py + r[2, 2] * pz
+                to_tissue = _value(tissue, origin, size, x, y, z)
+                if to_tissue == to_tissue:
+                    to_bone = _value(bone, origin, size, x, y, z)
+                else:
+                    to_tissue = _value(tissue_whole, origin_whole, size_whole, x, y, z)
+                    to_bone = _value(bone_whole, origin_whole, size_whole, x, y, z)
+                if to_tissue != to_tissue:  # NaN
+                    if room < radius[s]:
+                        unknown = 1.0
+                    continue
+                room = to_tissue
+                least = min(least, to_bone - radius[s])
+                inside = radius[s] - to_tissue
+                if inside > 0.0:
+                    weight = length / (pieces + 1)
+                    touched += weight
+                    deepest = max(deepest, inside)
+                    depth += inside * weight
+        out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = least, touched, deepest, depth, unknown
+    return out

@@ -1,0 +1,185 @@
+"""Orientations of the shaft along a path, ranked by the bone and the soft tissue that the whole tool would meet.
+
+At every station of the path the same orientations are measured: directions in a cone about the path's chord, for a
+bent tool each with turns about the shaft. A ranking takes one of them for the whole path, or lets the orientation
+change from station to station by what the robot can turn meanwhile; the best sequence is found by dynamic programming
+(Viterbi).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.path import SplinePath
+from ..geometry.shaft_directions import ShaftDirections, roll_of, rolled_frame
+from ..robots import Tool
+from .room import Figures, Room
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CONE_DEG, BENT_CONE_DEG = 34.0, 26.0  # half angles of the cone of directions
+DIRECTIONS, BENT_DIRECTIONS, ROLLS = 1000, 140, 24
+SAMPLE_MM = 1.0  # along the tool
+MOST_TURN_DEG_PER_MM = 1.2  # of the shaft along the path: a hand at full speed is 10 mm/s, a long shaft turns at 15°/s
+MOST_ROLL_DEG_PER_MM = 4.0
+_NEIGHBOURS = 48  # of a direction that are looked at
+COMFORT_MM = 1.2  # more clearance than the margin and this is worth nothing more
+_BLOCKED = 100.0  # cost of a pose that leaves the margin; finite, since fields are not exact
+_STEADY = 0.002  # cost of a turn of one degree, squared
+_CHORD = 0.7  # share of the path that its chord spans
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """What an orientation costs: weights of clearance missing to bone, of the depth in tissue and of its length."""
+
+    bone: float = 5.0
+    depth: float = 0.3
+    touched: float = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Orientations: axes (d, 3) of the shaft towards the tip, frames (d · r, 3, 3), r rolls of each axis."""
+
+    axes: Array
+    frames: Array
+    rolls: int
+
+
+def ranked_shafts(
+    room: Room,
+    tool: Tool,
+    path: SplinePath,
+    stations: Array,
+    margin_mm: float,
+    rankings: tuple[Ranking, ...],
+    steady: int,
+    go_on: Callable[[], object] = bool,
+) -> list[ShaftDirections]:
+    """Plans of the shaft along a path: the best changing one of each ranking, and the ``steady`` best unchanging ones.
+
+    Args:
+        stations: (m,) arc lengths at which the plan names the orientation, the path's ends among them.
+        go_on: called between the stations; what it raises ends the search.
+    """
+    grid = _orientations(path, tool)
+    middle = 0.5 * (stations[1:] + stations[:-1])
+    at, between = (_measured(room, tool, grid, path.position(s), go_on) for s in (stations, middle))
+    plans = list[ShaftDirections]()
+    for ranking in rankings:
+        cost = np.stack([_cost(f, ranking, margin_mm) for f in at])
+        half = np.stack([_cost(f, ranking, margin_mm) for f in between])
+        cost[:-1] += 0.5 * half
+        cost[1:] += 0.5 * half
+        plans.append(_plan(stations, grid.frames[_best_sequence(cost, grid, np.diff(stations))], tool))
+    cost = sum(np.stack([_cost(f, rankings[0], margin_mm) for f in part]).sum(axis=0) for part in (at, between))
+    for number in _spread(cost, grid, steady):
+        plans.append(_plan(stations[:1], grid.frames[number][None], tool))
+    return plans
+
+
+def _plan(stations: Array, frames: Array, tool: Tool) -> ShaftDirections:
+    rolls = np.array([roll_of(frame) for frame in frames]) if tool.bend > 0.0 else None
+    return ShaftDirections(stations, -frames[:, :, 1], rolls)
+
+
+def _orientations(path: SplinePath, tool: Tool) -> _Grid:
+    """Directions spread evenly over a cone about the path's chord; their rolls are carried from the chord."""
+    chord = path.position(_CHORD * path.length) - path.position(0.0)
+    chord = chord / np.linalg.norm(chord)
+    bent = tool.bend > 0.0
+    count, cone, rolls = (BENT_DIRECTIONS, BENT_CONE_DEG, ROLLS) if bent else (DIRECTIONS, CONE_DEG, 1)
+    number = np.arange(count) + 0.5
+    along = 1.0 - number / count * (1.0 - np.cos(np.radians(cone)))
+    around = np.pi * (1.0 + np.sqrt(5.0)) * number
+    upright = rolled_frame(-chord, 0.0)
+    side, up = upright[:, 0], upright[:, 2]
+    lean = np.cos(around)[:, None] * side + np.sin(around)[:, None] * up
+    axes = along[:, None] * chord + np.sqrt(1.0 - along**2)[:, None] * lean
+    frames = np.empty((count, rolls, 3, 3))
+    for d, axis in enumerate(axes):
+        carried = _smallest_turn(chord, axis) @ upright
+        x, z = carried[:, 0], carried[:, 2]
+        for r, roll in enumerate(2.0 * np.pi * np.arange(rolls) / rolls):
+            c, s = np.cos(roll), np.sin(roll)
+            frames[d, r] = np.column_stack([c * x + s * z, axis, c * z - s * x])
+    return _Grid(axes, frames.reshape(-1, 3, 3), rolls)
+
+
+def _smallest_turn(first: Array, second: Array) -> Array:
+    """Rotation (3, 3) that takes one unit vector to another, less than 180° away, the shortest way."""
+    v, c = np.cross(first, second), float(first @ second)
+    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    turned: Array = np.eye(3) + cross + cross @ cross / (1.0 + c)
+    return turned
+
+
+def _measured(room: Room, tool: Tool, grid: _Grid, places: Array, go_on: Callable[[], object]) -> list[Figures]:
+    """Figures of every orientation at every place."""
+    found = []
+    for place in places:
+        go_on()
+        there = np.repeat(place[None], len(grid.frames), axis=0)
+        found.append(room.figures(tool, grid.frames, there, SAMPLE_MM))
+    return found
+
+
+def _cost(figures: Figures, ranking: Ranking, margin: float) -> Array:
+    """Cost (n,) of the orientations at one place."""
+    missing = np.clip(margin + COMFORT_MM - figures.bone, 0.0, 10.0)
+    blocked = (figures.bone < margin + 0.05) | (figures.unknown > 0.0)
+    cost: Array = ranking.bone * missing**2 + ranking.depth * figures.depth + ranking.touched * figures.touched
+    return cost + _BLOCKED * (blocked + missing * (figures.bone < margin))
+
+
+def _best_sequence(cost: Array, grid: _Grid, lengths: Array) -> Index:
+    """The orientation (m,) at each station that costs least in all, turning no faster than a robot can (Viterbi)."""
+    from scipy.spatial import cKDTree  # imported here: slow to load
+
+    count = min(_NEIGHBOURS, len(grid.axes))
+    chord, near = cKDTree(grid.axes).query(grid.axes, k=count)
+    angle = np.degrees(2.0 * np.arcsin(0.5 * chord))
+    total = cost[0].reshape(len(grid.axes), grid.rolls)
+    came = list[Index]()
+    step = 360.0 / grid.rolls
+    for here, length in zip(cost[1:], lengths, strict=True):
+        turn = np.where(angle <= MOST_TURN_DEG_PER_MM * length, _STEADY * angle**2, np.inf)
+        most = min(int(MOST_ROLL_DEG_PER_MM * length / step), (grid.rolls - 1) // 2)
+        best = np.full_like(total, np.inf)
+        source = np.zeros(total.shape, dtype=np.int64)
+        for shift in range(-most, most + 1):
+            before = np.roll(total, shift, axis=1) + 0.1 * _STEADY * (shift * step) ** 2
+            through = before[near] + turn[:, :, None]  # (d, neighbour, roll)
+            least = through.argmin(axis=1)
+            value = np.take_along_axis(through, least[:, None], axis=1)[:, 0]
+            better = value < best
+            best[better] = value[better]
+            origin = np.take_along_axis(near, least, axis=1) * grid.rolls
+            source[better] = (origin + (np.arange(grid.rolls) - shift) % grid.rolls)[better]
+        came.append(source.ravel())
+        total = best + here.reshape(total.shape)
+    number = int(total.argmin())
+    found = [number]
+    for source in reversed(came):
+        number = int(source[number])
+        found.append(number)
+    return np.array(found[::-1])
+
+
+def _spread(cost: Array, grid: _Grid, count: int, apart_deg: float = 6.0) -> list[int]:
+    """The numbers of the cheapest orientations, no two of them nearer than ``apart_deg``."""
+    chosen = list[int]()
+    for number in np.argsort(cost):
+        if len(chosen) == count:
+            break
+        axis = grid.axes[number // grid.rolls]
+        others = [float(axis @ grid.axes[other // grid.rolls]) for other in chosen]
+        if all(cosine < np.cos(np.radians(apart_deg)) for cosine in others):
+            chosen.append(int(number))
+    return chosen

@@ -1,0 +1,238 @@
+"""A path from an entry to a target for one tool: the tip's way, plans of the shaft along it, and their dry drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..control import ControlSettings
+from ..errors import StartRefused
+from ..fixtures import Fixture, Zone
+from ..geometry.path import SplinePath
+from ..geometry.proximity import Proximity
+from ..geometry.shaft_directions import ShaftDirections, roll_of
+from ..robots import RobotModel, Tool
+from ..simulation.dry_run import STATION_MM, DryRun
+from ..simulation.placing import place_robot
+from .room import Passage, Room
+from .shafts import Ranking, ranked_shafts
+from .way import smoothed, widest_way
+
+Array = NDArray[np.float64]
+
+# Balanced first: the others spare soft tissue, or keep away from bone.
+RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))
+STEADY = 3  # plans with one orientation for the whole path, beside those that change it
+TIGHT_MM = 0.2  # a clearance this little above the margin is tight
+_SAME_DEG = 3.0  # plans that differ by less than this everywhere are one
+_FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its progress
+
+Tell = Callable[[str, float], object]
+
+
+def _tell_nobody(stage: str, share: float) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What a tool is driven in. tree: the bone, judged exactly; room: bone and soft tissue as fields, for ranking.
+
+    zones, fixtures, structure_names: as of ``Scene``.
+    """
+
+    tree: Proximity
+    room: Room
+    zones: tuple[Zone, ...] = ()
+    fixtures: tuple[Fixture, ...] = ()
+    structure_names: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """A plan of path and shaft, and how the controller drove it.
+
+    points: (m, 3) path points; directions (m, 3) of the shaft at each, from the tip towards the tail; rolls (m,) in
+    rad of a bent tool, None of a straight one.
+    base (4, 4), q_start: the placing; run: its dry drive; passage: what it passed of soft tissue.
+    """
+
+    points: Array
+    directions: Array
+    rolls: Array | None
+    base: Array
+    q_start: Array
+    run: DryRun
+    passage: Passage
+
+    @property
+    def least_clearance_mm(self) -> float:
+        """Least distance of the whole tool to bone in the drive."""
+        return float(self.run.clearance.min())
+
+    @property
+    def tightest_mm(self) -> float:
+        """Arc length at which the tip is then."""
+        return float(self.run.s[self.run.clearance.argmin()])
+
+    def rank(self, margin_mm: float) -> tuple[bool, float, bool, float, float, float]:
+        """Sorts those that arrive first, then those that are not tight, then by the figures that are told.
+
+        These are the length of the tool in soft tissue and its depth, as they are told (in mm and tenths), and of
+        equals the one with more bone clearance.
+        """
+        tight = self.least_clearance_mm < margin_mm + TIGHT_MM
+        short = 0.0 if self.run.completed else -self.run.reached_mm
+        length, depth = self.passage.tissue_mm or 0.0, self.passage.tissue_depth_mm or 0.0
+        return not self.run.completed, short, tight, round(length), round(depth, 1), -self.least_clearance_mm
+
+
+@dataclass(frozen=True, eq=False)
+class NoWay:
+    """Why there is no path. ends_at: (3,) where the way ends; gap_mm: how far that is from the target.
+
+    reason: in words; searched: in words, what was looked through.
+    """
+
+    ends_at: Array
+    gap_mm: float
+    reason: str
+    searched: str
+
+
+@dataclass(frozen=True, eq=False)
+class Suggestion:
+    """Alternatives, the best one first, of which the first arrives; or why there is none."""
+
+    alternatives: tuple[Alternative, ...]
+    none: NoWay | None = None
+
+
+def suggest_path(
+    around: Surroundings,
+    robot: RobotModel,
+    tool: Tool,
+    entry: ArrayLike,
+    target: ArrayLike,
+    settings: ControlSettings,
+    tell: Tell = _tell_nobody,
+) -> Suggestion:
+    """The widest way of the tip, with the plans of the shaft that the controller drives best.
+
+    Args:
+        tell: gets the stage in words and the share of the work before each part; what it raises ends the search.
+
+    Raises:
+        InputError: entry or target cannot be used.
+    """
+    tell("Looking for the widest way of the tip", _FIELD_SHARE)
+    way = widest_way(around.room, entry, target, float(tool.radius[0]), settings.kept_mm)
+    searched = f"the air within 15 mm around entry and target, with room for a tip of {2.0 * tool.radius[0]:.1f} mm"
+    if not way.reached:
+        reason = f"{way.in_the_way} lies between the end of the widest way and the target"
+        return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, searched))
+    found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell)
+    if found and found[0].run.completed:
+        return Suggestion(tuple(one for one in found if one.run.completed))
+    return Suggestion((), _none_arrives(found, tool, np.asarray(target, dtype=np.float64), way.places[0], searched))
+
+
+def best_drives(
+    around: Surroundings,
+    robot: RobotModel,
+    tool: Tool,
+    points: Array,
+    settings: ControlSettings,
+    rankings: tuple[Ranking, ...] = RANKINGS,
+    steady: int = STEADY,
+    tell: Tell = _tell_nobody,
+) -> list[Alternative]:
+    """Drives of a tool along a path (m, 3) with the best plans of its shaft, the best one first.
+
+    None where the tool does not fit at the entry in any of them.
+    """
+    tell("Ranking directions of the shaft by bone and soft tissue", _FIELD_SHARE)
+    path = SplinePath(points)
+    stations = _stations(path)
+    plans = ranked_shafts(
+        around.room, tool, path, stations, settings.kept_mm, rankings, steady,
+        lambda: tell("Ranking directions of the shaft by bone and soft tissue", _FIELD_SHARE),
+    )  # fmt: skip
+    plans, found = _different(plans, stations), list[Alternative]()
+    for number, plan in enumerate(plans):
+        share = _RANKED_SHARE + (1.0 - _RANKED_SHARE) * number / len(plans)
+        go_on = partial(tell, f"Driving alternative {number + 1} of {len(plans)}", share)
+        one = drive_plan(around, robot, tool, path, plan, settings, go_on)
+        if one is not None:
+            found.append(one)
+    return sorted(found, key=lambda one: one.rank(settings.kept_mm))
+
+
+def drive_plan(
+    around: Surroundings,
+    robot: RobotModel,
+    tool: Tool,
+    path: SplinePath,
+    plan: ShaftDirections,
+    settings: ControlSettings,
+    go_on: Callable[[], object] = bool,
+) -> Alternative | None:
+    """The dry drive of a path with a plan of its shaft, taken at the path's points; None where it does not fit."""
+    stations = _stations(path)
+    frames, rolled = plan.frame(stations), plan.has_roll and tool.bend > 0.0
+    rolls = np.array([roll_of(frame) for frame in frames]) if rolled else None
+    shaft = ShaftDirections(stations, -frames[:, :, 1], rolls)
+    try:
+        placing = place_robot(
+            around.tree, robot, tool, path, settings, around.zones, around.fixtures, go_on, around.structure_names,
+            shaft=shaft,
+        )  # fmt: skip
+    except StartRefused:
+        return None
+    run = placing.run
+    rows = np.unique(np.rint(run.s / STATION_MM), return_index=True)[1]
+    placed = robot.placed(placing.base, tool)
+    tips = [placed.tip(run.q[row]) for row in rows]
+    passage = around.room.passed(tool, np.stack([t.rotation for t in tips]), np.stack([t.position for t in tips]))
+    return Alternative(path.points, np.array(shaft.directions), rolls, placing.base, placing.q_start, run, passage)
+
+
+def _stations(path: SplinePath) -> Array:
+    """Arc length of each of the path's points."""
+    found = np.array([path.closest(point)[0] for point in path.points])
+    found[0], found[-1] = 0.0, path.length
+    return np.maximum.accumulate(found + 1e-9 * np.arange(len(found)))
+
+
+def _different(plans: list[ShaftDirections], stations: Array) -> list[ShaftDirections]:
+    """The plans without those that are nearly the same as an earlier one."""
+    kept = list[ShaftDirections]()
+    for plan in plans:
+        frames = plan.frame(stations)
+        if all(_apart_deg(frames, other.frame(stations), plan.has_roll) > _SAME_DEG for other in kept):
+            kept.append(plan)
+    return kept
+
+
+def _apart_deg(first: Array, second: Array, with_roll: bool) -> float:
+    """The largest angle between two sequences of frames (m, 3, 3), of the shafts alone without roll."""
+    if with_roll:
+        cosine = 0.5 * (np.einsum("nij,nij->n", first, second) - 1.0)
+    else:
+        cosine = np.einsum("ni,ni->n", first[:, :, 1], second[:, :, 1])
+    return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)).max()))
+
+
+def _none_arrives(found: list[Alternative], tool: Tool, target: Array, entry: Array, searched: str) -> NoWay:
+    """What to say where the tip has a way but the tool has none."""
+    searched = f"{searched}; directions of the shaft along it for {tool.title}"
+    if not found:
+        return NoWay(entry, float(np.linalg.norm(target - entry)), "the tool does not fit at the entry", searched)
+    best = max(found, key=lambda one: one.run.reached_mm)
+    end = best.run.tip[-1]
+    reason = f"the tip has a way, the tool gets {best.run.reached_mm:.0f} of {best.run.length_mm:.0f} mm: "
+    return NoWay(end, float(np.linalg.norm(target - end)), reason + best.run.reason, searched)
