@@ -349,7 +349,7 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
     page.keyboard.press("Tab")
     station.wait_for("the moved volume", lambda: grey() == pytest.approx(alone, abs=0.5))
     station.wait_for("no alert any more", lambda: "16 numbers" not in page.locator("#alerts").inner_text())
-    assert page.locator("#overlay-z").input_value() == "80"
+    station.wait_for("the six numbers", lambda: page.locator("#overlay-z").input_value() == "80")
     kept = lambda: (station.state("second_volume") or {}).get("laid") or {}  # noqa: E731
     station.wait_for("what the plan keeps", lambda: kept().get("opacity") == 1 and kept()["transform"][11] == 80)
     page.select_option("#overlay-window", "bone")
