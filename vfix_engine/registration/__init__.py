@@ -1,0 +1,16 @@
+"""Registration: how an image lies on a patient, found by points, with the errors to expect. LPS, mm.
+
+``transform`` of a result takes the moving frame to the fixed frame. To place an image on a patient the fixed points are
+those measured at the patient and the moving points those of the image: the transform is then
+``transform_image_to_patient`` of ``vfix_engine.frames.ImageRegistration``.
+"""
+
+from .expected_error import expected_fre_mm, fle_from_fre_mm
+from .points import Registration, register_points
+
+__all__ = [
+    "Registration",
+    "expected_fre_mm",
+    "fle_from_fre_mm",
+    "register_points",
+]
