@@ -107,17 +107,22 @@ class Verdict:
         return "".join(part.words for part in self.parts)
 
 
+def _nothing_known(places: Floats) -> Floats | None:
+    """No registration says by how much places are off."""
+    return None
+
+
 def profile_of(
     run: DryRun,
     tool: Tool,
     path: SplinePath,
     tissue: DistanceField | None,
     spared: ZoneSet = _NONE_SPARED,
-    off_mm: Callable[[Floats], Floats] | None = None,
+    off_mm: Callable[[Floats], Floats | None] = _nothing_known,
 ) -> Profile:
     """The dry run at one pose for every 0.5 mm; each with the least bone clearance of the poses around it.
 
-    off_mm: what a registration may be off by (n,) at places (n, 3) of the image, 95 % of the time at most.
+    off_mm: what a registration may be off by (n,) at places (n, 3) of the image, 95 of 100 times at most, or None.
     """
     stations = np.rint(run.s / STATION_MM)
     _, rows, group = np.unique(stations, return_index=True, return_inverse=True)
@@ -128,7 +133,7 @@ def profile_of(
         pressed = tool_depth(tissue, start, end, tool.radius, path.position(0.0), NOSTRIL_MM)
     away = np.array([_zone_clearance(zone, start, end, tool.radius) for zone in spared.zones])
     soft = soft_depths(run, rows, tool, spared.soft_zones)
-    off = None if off_mm is None else off_mm(run.tip[rows])
+    off = off_mm(run.tip[rows])
     return Profile(run.s[rows], least, rows, pressed, spared.zones, away.reshape(-1, len(rows)), soft, off)
 
 
@@ -167,8 +172,9 @@ def verdict_of(
     at_nostril = None if found is None else float(found.near_length[longest])
     deepest_s = None if found is None else float(profile.s[deepest])
     off = case.uncertainty.off_mm if nearest in case.structure_names().values() else -np.inf
+    margin = _margin_words(kept_mm, margin_mm, case) if near else ""
     parts = (
-        *_bone_parts(run, level, least, nearest, part, s_mm, off, _margin_words(kept_mm, margin_mm, case) if near else ""),
+        *_bone_parts(run, level, least, nearest, part, s_mm, off, margin),
         *_doubt_parts(doubt),
         *_soft_parts(profile.soft),
         *_tissue_parts(length, at_nostril, depth, deepest_s, complete),
