@@ -5,12 +5,18 @@ those measured at the patient and the moving points those of the image: the tran
 ``transform_image_to_patient`` of ``vfix_engine.frames.ImageRegistration``.
 """
 
+from .beads import Bead, BeadSearch, NoBead, find_beads, smallest_bead_mm
 from .expected_error import expected_fre_mm, fle_from_fre_mm
 from .points import Registration, register_points
 
 __all__ = [
+    "Bead",
+    "BeadSearch",
+    "NoBead",
     "Registration",
     "expected_fre_mm",
+    "find_beads",
     "fle_from_fre_mm",
     "register_points",
+    "smallest_bead_mm",
 ]
