@@ -16,8 +16,8 @@ Floats = npt.NDArray[np.float64]
 BEAD_HU = 2200.0
 SKIN_HU = -300.0  # halfway between air and skin
 
-_ACROSS = 64  # samples across a bead's diameter, at least
-_MOST_SAMPLES = 96  # along one side of a voxel
+_ACROSS = 24  # samples across a bead's diameter, at least
+_MOST_SAMPLES = 32  # along one side of a voxel
 _BONE_HU = 250.0
 _STEP_MM = 0.1
 _DEPTH_MM = 3.0  # tissue that a site has below it: a strap or a noisy voxel has less
@@ -51,7 +51,7 @@ def place_beads(volume: Volume, positions: npt.ArrayLike, diameter_mm: float, hu
     """A CT with beads in it, whose voxels are filled in part as a scanner's are.
 
     A voxel has the mean of the values in it: HU (1 − f) + bead f, with f the share of its volume in the bead, from at
-    least 64 samples across a diameter.
+    least 24 samples across a diameter.
 
     Args:
         volume: CT; it is not changed.

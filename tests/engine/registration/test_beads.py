@@ -177,7 +177,7 @@ def test_placed_beads_have_their_volume() -> None:
         assert hu.sum() / 10000.0 * 0.7 * 0.5 * 1.3 == pytest.approx(np.pi / 6.0 * 27.0, rel=0.01)
         share = hu[hu > 0] / hu.sum()
         at = empty.index_to_lps(np.stack(np.nonzero(hu)[::-1], axis=1))
-        assert share @ at == pytest.approx(centre, abs=0.01)
+        assert share @ at == pytest.approx(centre, abs=0.02)  # of voxels filled in part
 
 
 def test_wrong_numbers_are_refused() -> None:
