@@ -687,7 +687,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads";
   case_id: string | null;
   subject: string;
   created: string;
@@ -761,6 +761,7 @@ export interface PlanPublic {
   removed_bone: RemovedBonePublic[];
   notes: string;
   second_volume: SecondVolumePublic | null;
+  registration: string | null;
 }
 
 /**
