@@ -137,6 +137,7 @@ class PlanPublic(BaseModel):
     removed_bone: list[RemovedBonePublic]
     notes: str
     second_volume: SecondVolumePublic | None
+    registration: Annotated[str | None, Field(description="id of the registration that it uses")]
 
     @classmethod
     def of(cls, plan: Plan) -> "PlanPublic":

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
+    from app.services.registering import Registering
     from app.services.registration import RegistrationContent
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
@@ -54,6 +55,7 @@ class Services:
     versions: PlanVersions
     instruments: Instruments
     registrations: Documents[RegistrationContent]
+    registering: Registering
     fields: Fields
     planning: Planning
     importing: ImportService
@@ -111,6 +113,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
+    from app.services.registering import Registering
     from app.services.registration import REGISTRATION
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
@@ -138,6 +141,7 @@ def build_services(settings: Settings) -> Services:
         versions=PlanVersions(store, plans),
         instruments=instruments,
         registrations=registrations,
+        registering=Registering(registrations, cases, plans, jobs),
         fields=fields,
         planning=planning,
         importing=importing,

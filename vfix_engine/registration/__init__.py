@@ -5,12 +5,25 @@ those measured at the patient and the moving points those of the image: the tran
 ``transform_image_to_patient`` of ``vfix_engine.frames.ImageRegistration``.
 """
 
+from .beads import Bead, BeadSearch, NoBead, find_beads, smallest_bead_mm
+from .correspondence import Candidate, Match, match_points
 from .expected_error import expected_fre_mm, fle_from_fre_mm
+from .outlier import Outlier, find_outlier
 from .points import Registration, register_points
 
 __all__ = [
+    "Bead",
+    "BeadSearch",
+    "Candidate",
+    "Match",
+    "NoBead",
+    "Outlier",
     "Registration",
     "expected_fre_mm",
+    "find_beads",
+    "find_outlier",
     "fle_from_fre_mm",
+    "match_points",
     "register_points",
+    "smallest_bead_mm",
 ]

@@ -689,7 +689,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads";
   case_id: string | null;
   subject: string;
   created: string;
@@ -763,6 +763,7 @@ export interface PlanPublic {
   removed_bone: RemovedBonePublic[];
   notes: string;
   second_volume: SecondVolumePublic | null;
+  registration: string | null;
 }
 
 /**
