@@ -96,6 +96,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
+    from app.services.driven_registration import driven_registration
     from app.services.dry_runs import DryRuns
     from app.services.embedded import ensure_head_phantom
     from app.services.fields import Fields
@@ -126,10 +127,12 @@ def build_services(settings: Settings) -> Services:
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
     instruments, fields = Instruments(store.files), Fields(cases)
-    planning, importing, jobs = Planning(cases, instruments, fields), ImportService(cases), Jobs()
+    importing, jobs, registrations = ImportService(cases), Jobs(), Documents(store, REGISTRATION)
+    registering = Registering(registrations, cases, plans, jobs)
+    planning = Planning(cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan)))
     runs, dry_runs = RunService(store), DryRuns(jobs, planning)
     removed_volumes = RemovedVolumeService(cases)
-    registrations, import_jobs = Documents(store, REGISTRATION), ImportJobs(jobs, importing)
+    import_jobs = ImportJobs(jobs, importing)
     return Services(
         settings=settings,
         store=store,
@@ -141,7 +144,7 @@ def build_services(settings: Settings) -> Services:
         versions=PlanVersions(store, plans),
         instruments=instruments,
         registrations=registrations,
-        registering=Registering(registrations, cases, plans, jobs),
+        registering=registering,
         fields=fields,
         planning=planning,
         importing=importing,

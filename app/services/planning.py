@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from app.services.cache import Cache
 from app.services.case_settings import settings_in_case
 from app.services.cases import Case, CaseService
+from app.services.driven_registration import DrivenRegistration, no_registration
 from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
 from app.services.fields import Fields
@@ -22,14 +23,13 @@ from app.services.openings import Openings, PlanBone
 from app.services.placing import StoredPlacing
 from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
-from app.services.plan_registration import PlanRegistration, no_registration
 from app.services.plan_shaft import shaft_of
 from app.services.plan_zones import PlanZone, check_zone, zone_to_json
 from app.services.remote_centre import path_of
 from app.services.switches import NO_SWITCHES, Standing, Switches, standing
 from app.services.verdict import Profile, Verdict, profile_of, verdict_of
 from app.services.zone_sets import check_kept, near_zones, with_errors, zone_set
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import InputError, PlanError, VfixError
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.frames import placement_of
 from vfix_engine.geometry.distance_field import DistanceField
@@ -98,7 +98,7 @@ class PlanEvaluation:
     tool_radius: Array
     zones: ZoneSet
     removed_mm3: float = 0.0
-    registered: PlanRegistration | None = None
+    registered: DrivenRegistration | None = None
 
     @property
     def min_clearance_mm(self) -> float:
@@ -131,7 +131,7 @@ class Planning:
         cases: CaseService,
         instruments: Instruments,
         fields: Fields | None = None,
-        registered: Callable[[Plan], PlanRegistration | None] = no_registration,
+        registered: Callable[[Plan], DrivenRegistration | None] = no_registration,
     ) -> None:
         self._cases, self._instruments, self._registered = cases, instruments, registered
         self._fields = fields or Fields(cases)
@@ -209,18 +209,27 @@ class Planning:
         case = self._cases.get(plan.case_id)
         check_kept(check_zone(zone), partial(self._cases.structure_mesh, case.id), case.anatomy.id)
 
-    def registration(self, plan: Plan) -> PlanRegistration | None:
-        """The registration that a plan goes by; None where image and patient are one frame."""
+    def registration(self, plan: Plan) -> DrivenRegistration | None:
+        """The registration that a plan goes by; None where image and patient are one frame.
+
+        Raises PlanError where the plan refers to one that cannot be used.
+        """
         return self._registered(plan)
+
+    def registration_key(self, plan: Plan) -> str:
+        """Equal for plans whose registrations are driven and judged alike; '' without one."""
+        try:
+            registered = self._registered(plan)
+        except PlanError as error:
+            return str(error)
+        return "" if registered is None else repr(registered.key)
 
     def content_key(self, plan: Plan, switches: Switches = NO_SWITCHES) -> str:
         """Equal for plans that are driven alike."""
         case_hash = self._cases.get(plan.case_id).content_hash
         # A point that the remote centre is at is known by its id.
         on, ids = asdict(switches.in_force), [point.id for point in plan.points] if switches.centre.point else []
-        registered = self.registration(plan)
-        beside = None if registered is None else registered.key
-        return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids, beside])
+        return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids, self.registration_key(plan)])
 
     def is_evaluated(self, plan: Plan, switches: Switches = NO_SWITCHES) -> bool:
         """Whether the answer for a plan is there already."""
@@ -327,7 +336,7 @@ class Planning:
         )
 
     def _profile(
-        self, plan: Plan, run: DryRun, zones: ZoneSet, registered: PlanRegistration | None, tell: Tell
+        self, plan: Plan, run: DryRun, zones: ZoneSet, registered: DrivenRegistration | None, tell: Tell
     ) -> Profile:
         """Bone clearance and soft tissue along a dry run; without tissue where no place of the plan is in the scan."""
         try:

@@ -5,10 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from app.services import Services
+from app.services.driven_registration import DrivenRegistration
 from app.services.embedded import SAMPLE_PLAN
-from app.services.plan_registration import PlanRegistration
 from app.services.planning import Planning
-from vfix_engine.errors import StartRefused
+from app.services.registration import FiducialPair, RegistrationContent
+from app.services.registration_fit import refitted
+from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points
 
@@ -18,14 +20,14 @@ MOTION[:3, :3] = Rotation.from_euler("zyx", [40.0, -25.0, 10.0], degrees=True).a
 MOTION[:3, 3] = [300.0, -120.0, 850.0]
 
 
-def measured(seed: int, sigma: float) -> PlanRegistration:
+def measured(seed: int, sigma: float) -> DrivenRegistration:
     """A registration by five beads that were touched with this noise per axis."""
     touched = BEADS @ MOTION[:3, :3].T + MOTION[:3, 3] + np.random.default_rng(seed).normal(0.0, sigma, BEADS.shape)
     fit = register_points(touched, BEADS)
-    return PlanRegistration("registration-1", "OR", ImageRegistration(fit.transform), fit, np.sqrt(3.0) * sigma)
+    return DrivenRegistration("registration-1", "OR", ImageRegistration(fit.transform), fit, np.sqrt(3.0) * sigma)
 
 
-def planning(services: Services, registered: PlanRegistration | None) -> Planning:
+def planning(services: Services, registered: DrivenRegistration | None) -> Planning:
     return Planning(services.cases, services.instruments, services.fields, lambda plan: registered)
 
 
@@ -65,13 +67,40 @@ def test_a_robot_beside_the_patient_is_driven_from_where_the_registration_says(p
     plan = phantom_services.plans.get(SAMPLE_PLAN)
     alone = phantom_services.planning.evaluate(plan)
     to_base = ImageRegistration(np.linalg.inv(alone.base), "base")
-    behind = planning(phantom_services, PlanRegistration("registration-2", "Robot", to_base)).evaluate(plan)
+    behind = planning(phantom_services, DrivenRegistration("registration-2", "Robot", to_base)).evaluate(plan)
     assert behind.completed
     assert behind.placement is None
     np.testing.assert_allclose(behind.base, alone.base, atol=1e-9)
     np.testing.assert_allclose(behind.run.tip[-1], alone.run.tip[-1], atol=1e-3)
     away = to_base.transform.copy()
     away[:3, 3] += 600.0
-    far = PlanRegistration("registration-3", "Robot", ImageRegistration(away, "base"))
+    far = DrivenRegistration("registration-3", "Robot", ImageRegistration(away, "base"))
     with pytest.raises(StartRefused, match="from where it stands"):
         planning(phantom_services, far).evaluate(plan)
+
+
+def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phantom_services: Services) -> None:
+    """Nothing is driven as if there were no registration."""
+    services = phantom_services
+    plan = services.plans.duplicate(SAMPLE_PLAN)
+    fit = measured(3, 0.5).fit
+    assert fit is not None
+    pairs = tuple(
+        FiducialPair(f"Bead {n}", tuple(image), tuple(touched), id=f"p{n}")
+        for n, (image, touched) in enumerate(zip(fit.moving.tolist(), fit.fixed.tolist(), strict=True), 1)
+    )
+    content = refitted(RegistrationContent(pairs=pairs, fle_mm=1.2))
+    made = services.registrations.create(plan.case_id, "OR", content)
+    before = services.planning.content_key(plan)
+    plan = services.registering.use(plan.id, made.id)
+    assert services.planning.content_key(plan) != before
+    evaluation = services.planning.evaluate(plan)
+    assert evaluation.registered is not None
+    np.testing.assert_allclose(evaluation.registered.image.transform, fit.transform, atol=1e-9)
+    assert evaluation.profile.off_mm is not None
+    np.testing.assert_allclose(
+        evaluation.profile.off_mm, fit.tre_95_mm(evaluation.run.tip[evaluation.profile.rows], 1.2)
+    )
+    services.registrations.delete(made.id)
+    with pytest.raises(PlanError, match="was deleted"):
+        services.planning.evaluate(plan)

@@ -14,6 +14,7 @@ from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.live import LiveRuns
 from app.views.views import Views
+from vfix_engine.errors import PlanError
 
 
 class Judged:
@@ -53,7 +54,10 @@ class Judged:
 
     def error_balls(self, plan: Plan) -> tuple[tuple[Position, float], ...]:
         """Each target, and what it may be off by behind the plan's registration, 95 of 100 times at most; LPS mm."""
-        registered = self._services.planning.registration(plan)
+        try:
+            registered = self._services.planning.registration(plan)
+        except PlanError:  # the dry run's words say why
+            return ()
         places = [target.position for target in plan.targets]
         off = None if registered is None else registered.off_mm(places)
         return () if off is None else tuple(zip(places, off.tolist(), strict=True))
@@ -75,8 +79,7 @@ class Judged:
     def _refresh_stored(self, edited: EditedPlan) -> None:
         plan = edited.plan
         switches = self._services.switches.of(plan.id).in_force
-        registered = self._services.planning.registration(plan)
-        key = (plan.id, switches, repr(drive_parts(plan)), None if registered is None else repr(registered.key))
+        key = (plan.id, switches, repr(drive_parts(plan)), self._services.planning.registration_key(plan))
         if key == self._key:
             return
         before, self._key = self._before(plan), key

@@ -111,7 +111,7 @@ class DriveFollower(Step):
         self._changed = now.prepared is not None and not (plan is not None and now.is_for(self._key(plan)))
 
     def _key(self, plan: Plan) -> Any:
-        return plan_key(plan, self._services.planning.registration(plan))
+        return plan_key(plan, self._services.planning.registration_key(plan))
 
     def give_up(self) -> None:
         """The robot pauses where it is and the handle is free."""

@@ -12,7 +12,6 @@ from app.services import Services
 from app.services.case_settings import settings_in_case
 from app.services.instruments import plan_tool
 from app.services.plan_model import drive_parts
-from app.services.plan_registration import PlanRegistration
 from app.services.plan_shaft import shaft_of
 from app.services.plans import Plan
 from app.services.recordings import Recording
@@ -54,14 +53,14 @@ class Prepared:
         return ids.index(target_id)
 
 
-def plan_key(plan: Plan, registered: PlanRegistration | None = None) -> Any:
-    """What a rehearsal depends on: another key, another placing. registered: the registration that the plan goes by."""
+def plan_key(plan: Plan, registered: str = "") -> Any:
+    """What a rehearsal depends on: another key, another placing. registered: key of the plan's registration."""
     return (
         plan.id,
         plan.case_hash,
         repr(drive_parts(plan)),
         tuple((target.id, tuple(target.position)) for target in plan.targets),
-        None if registered is None else repr(registered.key),
+        registered,
     )
 
 
