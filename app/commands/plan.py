@@ -38,6 +38,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["export"].add_argument("file", metavar="FILE", type=Path, help=f"ends in {', '.join(FORMATS)}")
     every["export"].add_argument("--format", choices=FORMATS, help="instead of the one the file's ending tells")
     every["rename"].add_argument("name", metavar="NAME", help="the new name")
+    every["export-slicer"] = actions.add_parser("export-slicer", help="write plan and head as a folder for 3D Slicer")
+    every["export-slicer"].add_argument("plan", metavar="PLAN", help="id or name")
+    every["export-slicer"].add_argument("folder", metavar="FOLDER", type=Path, help="one that is not there yet")
     every["import"] = actions.add_parser("import", help="make a plan of a file")
     _add_import_options(every["import"])
     every["evaluate"] = plan_evaluate.add_parser(actions)
@@ -92,6 +95,12 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
         write_export(args.file, export_text(plan, form, curve, remark, urdf))
         answer = {**summary(plan), "file": str(args.file), "format": form}
         _say(args, answer, [f"{args.file} written. Not for clinical use."])
+        return
+    if args.action == "export-slicer":
+        plan = services.plans.get(plan_id)
+        names = services.slicer.write(plan, args.folder)
+        answer = {**summary(plan), "folder": str(args.folder), "files": list(names)}
+        _say(args, answer, [f"{args.folder / names[0]} written, with {len(names) - 1} files. Not for clinical use."])
         return
     if args.action == "rename":
         plan = services.plans.rename(plan_id, args.name)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
     from app.services.segmenting import Segmenting
+    from app.services.slicer import SlicerExport
     from app.services.suggestions import Suggestions
     from app.services.switches import SwitchBoard
     from app.settings import Settings
@@ -70,6 +71,7 @@ class Services:
     segmenting: Segmenting
     labels: Labels
     islands: IslandPreviews
+    slicer: SlicerExport
 
     def sweep(self) -> None:
         """Remove what planners that ended without doing so have left."""
@@ -115,6 +117,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
     from app.services.segmenting import Segmenting
+    from app.services.slicer import SlicerExport
     from app.services.suggestions import Suggestions
     from app.services.switches import SwitchBoard
     from app.store import Store
@@ -154,4 +157,5 @@ def build_services(settings: Settings) -> Services:
         segmenting=Segmenting(cases, jobs),
         labels=Labels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),
+        slicer=SlicerExport(cases, planning, registrations),
     )
