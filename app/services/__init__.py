@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from app.link import TrackerClient
     from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from app.services.island_previews import IslandPreviews
     from app.services.jobs import Jobs
     from app.services.labels import Labels
+    from app.services.live_link import LiveBoard
     from app.services.overlays import Overlays
     from app.services.path_reports import PathReports
     from app.services.plan_versions import PlanVersions
@@ -72,6 +74,8 @@ class Services:
     labels: Labels
     islands: IslandPreviews
     slicer: SlicerExport
+    live: LiveBoard
+    tracker: TrackerClient | None
 
     def sweep(self) -> None:
         """Remove what planners that ended without doing so have left."""
@@ -87,6 +91,8 @@ class Services:
     def close(self) -> None:
         """End what runs, remove what is temporary, and let go of the database."""
         self.end()
+        if self.tracker is not None:
+            self.tracker.close()
         self.jobs.close()
         self.store.close()
 
@@ -105,6 +111,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.island_previews import IslandPreviews
     from app.services.jobs import Jobs
     from app.services.labels import Labels
+    from app.services.live_link import LiveBoard
     from app.services.overlays import Overlays
     from app.services.path_reports import PathReports
     from app.services.plan_versions import PlanVersions
@@ -158,4 +165,16 @@ def build_services(settings: Settings) -> Services:
         labels=Labels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),
         slicer=SlicerExport(cases, planning, registrations),
+        live=LiveBoard(),
+        tracker=_tracker(settings),
     )
+
+
+def _tracker(settings: Settings) -> TrackerClient | None:
+    if settings.tracker is None:
+        return None
+    from app.link import TrackerClient
+
+    client = TrackerClient(settings.tracker.host, settings.tracker.port, settings.tracker.name)
+    client.start()
+    return client
