@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from app.services.cases import CaseService
     from app.services.documents import Documents
     from app.services.dry_runs import DryRuns
+    from app.services.exchange_base import BaseExport
     from app.services.fields import Fields
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
@@ -74,6 +75,7 @@ class Services:
     labels: Labels
     islands: IslandPreviews
     slicer: SlicerExport
+    base_export: BaseExport
     live: LiveBoard
     tracker: TrackerClient | None
 
@@ -104,6 +106,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.documents import Documents
     from app.services.dry_runs import DryRuns
     from app.services.embedded import ensure_head_phantom
+    from app.services.exchange_base import BaseExport
     from app.services.fields import Fields
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
@@ -165,6 +168,7 @@ def build_services(settings: Settings) -> Services:
         labels=Labels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),
         slicer=SlicerExport(cases, planning, registrations),
+        base_export=BaseExport(planning, registrations),
         live=LiveBoard(),
         tracker=_tracker(settings),
     )
