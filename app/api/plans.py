@@ -94,6 +94,16 @@ def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep, 
     return _told(condition, plan)
 
 
+@router.post("/plans/{plan_id}/placing")
+def place_robot(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
+    """Keep the placing that the dry run finds for the plan's robot with the plan, as one edit."""
+    expected = condition.expected()
+    plan = services.plans.get(plan_id)
+    robot = services.planning.placed_robot(plan)
+    seen = plan.revision if expected is None else expected
+    return _told(condition, services.plans.editor(plan_id).set_robot(robot, expected_revision=seen))
+
+
 @router.delete("/plans/{plan_id}")
 def delete_plan(
     plan_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None

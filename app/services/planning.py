@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -271,6 +272,11 @@ class Planning:
         removed = f"{evaluation.removed_mm3:.0f} mm³ of bone are removed first." if evaluation.removed_mm3 else ""
         held = f"The tool gets {evaluation.reached_mm:.1f} of {evaluation.length_mm:.1f} mm: {evaluation.reason}."
         return evaluation.samples(), " ".join(filter(None, ["" if evaluation.completed else held, removed]))
+
+    def placed_robot(self, plan: Plan) -> dict[str, Any]:
+        """The plan's robot with the placing of its dry run, for `PlanEditor.set_robot`. Raises what `evaluate` does."""
+        found = self.evaluate(plan)
+        return {**plan.robot, "base": found.base.ravel().tolist(), "q_start": found.q_start.tolist()}
 
     def prospect(
         self, plan: Plan, placing: StoredPlacing, progress: Tell = _tell_nobody, switches: Switches = NO_SWITCHES

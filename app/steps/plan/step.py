@@ -99,6 +99,7 @@ class PlanStep(Step):
         self._check_own(plan_id)
         self._shafts.clear()
         self._edited = EditedPlan(self._services, plan_id)
+        self._services.live.opened(plan_id)
         points = self._edited.points()
         self._judged.again()
         if points:

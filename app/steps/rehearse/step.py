@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from app.messages.fields import Command
 from app.scene.centre import CentreNodes
 from app.scene.drive import DriveNodes
@@ -45,6 +47,7 @@ class RehearseStep(DriveFollower):
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
         self._centre = CentrePlaces(views.services, views.executor, views.post)
         self._shown_options: tuple[object, OptionsSection] | None = None  # with what it depends on
+        self._told_of: Snapshot | None = None  # the pose that others were told last
         self._told = NO_SWITCHES  # the switches as they were when everything was published last
 
     def available(self) -> bool:
@@ -190,9 +193,19 @@ class RehearseStep(DriveFollower):
         self.views.stale |= edited
         if self._run_when_ready:
             self._run_if_ready(self.now)
+        if self._services.live.wanted:
+            self._tell_tool(self.now)
         drawn, told, self._told = self.driven, self._told, self.wanted
         self._compare(self.now)
         return edited or self.driven is not drawn or told != self._told
+
+    def _tell_tool(self, now: DriveRecord) -> None:
+        """Say where the tool is, for those who are connected to the planner; the client that drives says it."""
+        if now.mine and now.snapshot is not None and now.robot is not None and now.snapshot is not self._told_of:
+            self._told_of = now.snapshot
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = now.robot.tip_pose(now.snapshot.q)
+            self._services.live.show_tool(pose)
 
     def _run_if_ready(self, now: DriveRecord) -> None:
         """Start was pressed before the robot had come; one that came with other switches comes again."""
