@@ -10,6 +10,7 @@ from .correspondence import Candidate, Match, match_points
 from .expected_error import expected_fre_mm, fle_from_fre_mm
 from .outlier import Outlier, find_outlier
 from .points import Registration, register_points
+from .surface import SurfaceRefinement, refine_on_surface
 
 __all__ = [
     "Bead",
@@ -19,11 +20,13 @@ __all__ = [
     "NoBead",
     "Outlier",
     "Registration",
+    "SurfaceRefinement",
     "expected_fre_mm",
     "find_beads",
     "find_outlier",
     "fle_from_fre_mm",
     "match_points",
+    "refine_on_surface",
     "register_points",
     "smallest_bead_mm",
 ]
