@@ -175,7 +175,7 @@ def build_services(settings: Settings) -> Services:
         labels=Labels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),
         slicer=SlicerExport(cases, planning, registrations),
-        base_export=BaseExport(planning, registrations),
+        base_export=BaseExport(planning, registering),
         live=LiveBoard(),
         tracker=_tracker(settings),
     )

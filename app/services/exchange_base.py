@@ -9,18 +9,19 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from app.services.documents import Document, Documents
+from app.services.documents import Document
 from app.services.errors import NotFound
 from app.services.exchange_csv import shielded
 from app.services.exchange_parts import to_json_text
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.planning import Planning
+from app.services.registering import Registering
 from app.services.registration import RegistrationContent
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import transform_image_to_base
@@ -49,31 +50,36 @@ class BasePoint:
 class BaseExport:
     """Plans in their robot's frame; a call may take seconds and may run in any thread."""
 
-    def __init__(self, planning: Planning, registrations: Documents[RegistrationContent]) -> None:
-        self._planning, self._registrations = planning, registrations
+    def __init__(self, planning: Planning, registering: Registering) -> None:
+        self._planning, self._registering = planning, registering
 
     def text(self, plan: Plan, form: str, registration: str | None = None) -> str:
         """The plan's points and targets, and the path as driven with the shaft's directions, as a file.
 
-        registration: id or name of the one of the image; without one, image and patient are one frame, as in a
-            simulation.
-        Raises PlanError where the robot is not placed or for another form, and NotFound for an unknown registration.
+        registration: id or name of one of the plan's head instead of the one that the plan uses; without either, image
+            and patient are one frame, as in a simulation.
+        Raises PlanError where the robot is not placed, the registration cannot be used or for another form, and
+        NotFound for an unknown registration.
         """
         if form not in ("json", "csv"):
             raise PlanError(f"a plan in the robot's frame is written as json or csv, not as {form:.20}.")
-        found = None if registration is None else self._registration(plan, registration)
+        if registration is not None:
+            plan = replace(plan, registration=self._named(plan, registration))
+        used = self._registering.registration_of(plan)
+        if used.state not in ("none", "ready"):
+            raise PlanError(used.words)
+        found = used.document
         transform = _transform(plan, found)
         driven, remark = self._driven(plan)
         points = [_moved(point, transform) for point in (*_planned(plan), *driven)]
         head = _head(plan, transform, found, remark)
         return _json(head, points) if form == "json" else _table(head, points)
 
-    def _registration(self, plan: Plan, name: str) -> Document[RegistrationContent]:
-        listed = self._registrations.list(plan.case_id)
+    def _named(self, plan: Plan, name: str) -> str:
+        """The id of the registration of that id or name; of several with one name that of the newest."""
+        listed = self._registering.documents.list(plan.case_id)
         for one in [*(one for one in listed if one.id == name), *(one for one in reversed(listed) if one.name == name)]:
-            if one.unreadable:
-                raise PlanError(one.unreadable)
-            return one
+            return one.id
         known = ", ".join(repr(one.name) for one in listed) or "none"
         raise NotFound(f"there is no registration {name!r:.80} of this plan's head; there are: {known}.")
 

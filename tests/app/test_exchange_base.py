@@ -43,6 +43,7 @@ def registration(phantom_services: Services, plan: Plan) -> str:
         "patient",
         tuple(TURN.ravel().tolist()),
         (FiducialPair("A", (0.0, 0.0, 0.0), (5.5, -7.25, 1 / 3 + 0.5)),),
+        made_from="given",
     )
     return phantom_services.registrations.create(plan.case_id, "On the table", content).id
 
@@ -122,7 +123,7 @@ def test_a_robot_that_is_not_placed_is_refused(phantom_services: Services, plan:
 
 
 def test_a_registration_to_the_base_needs_no_placing(phantom_services: Services, plan: Plan) -> None:
-    content = RegistrationContent("base", tuple(TURN.ravel().tolist()))
+    content = RegistrationContent("base", tuple(TURN.ravel().tolist()), made_from="given")
     phantom_services.registrations.create(plan.case_id, "Hand-eye", content)
     unplaced = replace(plan, robot=without_placing(plan.robot))
     data = json.loads(phantom_services.base_export.text(unplaced, "json", "Hand-eye"))

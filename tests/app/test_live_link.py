@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from app.link import LinkFault, Point, PointList, Text, Transform
-from app.services.cases import Case
+from app.services.cases import Case, CaseService
 from app.services.documents import Documents
 from app.services.errors import PlanLocked
+from app.services.jobs import Jobs
 from app.services.live_link import LiveBoard, LiveLink, frames
 from app.services.live_link import incoming as module
 from app.services.live_link.incoming import Intake
@@ -20,6 +21,7 @@ from app.services.live_link.outgoing import plan_messages
 from app.services.plan_model import Plan, PlanContent, PlanPoint
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
+from app.services.registering import Registering
 from app.services.registration import REGISTRATION, RegistrationContent
 from app.settings import LinkAddress, Settings, link_address, tracker_address
 from app.store import Store
@@ -41,11 +43,14 @@ class Parts:
     plans: PlanService
     versions: PlanVersions
     registrations: Documents[RegistrationContent]
+    registering: Registering
 
 
 @pytest.fixture
-def parts(store: Store, plans: PlanService) -> Parts:
-    return Parts(LiveBoard(), plans, PlanVersions(store, plans), Documents(store, REGISTRATION))
+def parts(store: Store, cases: CaseService, plans: PlanService) -> Parts:
+    registrations = Documents(store, REGISTRATION)
+    registering = Registering(registrations, cases, plans, Jobs())
+    return Parts(LiveBoard(), plans, PlanVersions(store, plans), registrations, registering)
 
 
 @pytest.fixture
@@ -239,7 +244,8 @@ def test_another_implementation_hears_the_plan_and_its_changes(parts: Parts, pla
     np.testing.assert_allclose(positions(path), [p.position for p in POINTS], rtol=1e-7)
     assert path.names == ["entry", "end"]
     assert peer.wait_for_message("Targets", timeout=5).names == ["Öffnung"]
-    parts.registrations.create(plan.case_id, "R", RegistrationContent("patient", tuple(TURN.ravel().tolist())))
+    content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
+    parts.registering.use(plan.id, parts.registrations.create(plan.case_id, "R", content).id)
     matrix = peer.wait_for_message("Registration", timeout=5).matrix
     np.testing.assert_allclose(matrix, frames.registration_to_ras(TURN), rtol=1e-6, atol=1e-7)
     parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))

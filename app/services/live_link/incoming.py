@@ -120,7 +120,7 @@ class Intake:
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:
             raise PlanError(f"{MAX_REGISTRATIONS} registrations came from outside; delete some of them first.")
         name = _unused(FROM, taken)
-        content = RegistrationContent("patient", tuple(transform.ravel().tolist()))
+        content = RegistrationContent("patient", tuple(transform.ravel().tolist()), made_from="given")
         self._registrations.create(plan.case_id, name, content)
         return f"Stored as registration {name!r}; check it before it is used."
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from app.link import Message, Point, PointList, Text, Transform
 from app.link.messages import MAX_POINT_NAME, cut_name
-from app.services.documents import Document
+from app.link.server import STATUS
 from app.services.live_link.frames import registration_to_ras, to_ras
 from app.services.plan_model import NOTICE, Plan, PlanPoint
-from app.services.registration import RegistrationContent
+from app.services.registering import PlanRegistration
 
 PATH, TARGETS, REGISTRATION, TOOL, PLAN = "Path", "Targets", "Registration", "ToolTip", "Plan"
 _PATH_COLOUR, _TARGET_COLOUR = (109, 179, 242, 255), (229, 143, 208, 255)
@@ -28,13 +28,11 @@ def plan_messages(plan: Plan) -> list[Message]:
     ]
 
 
-def registration_message(registrations: Sequence[Document[RegistrationContent]]) -> list[Message]:
-    """The newest registration of the plan's image; none where there is none."""
-    readable = [one for one in registrations if not one.unreadable]
-    if not readable:
-        return []
-    transform = readable[-1].content.registration.transform
-    return [Transform(REGISTRATION, registration_to_ras(transform))]
+def registration_message(used: PlanRegistration) -> list[Message]:
+    """The registration that the plan uses; in words why there is none to be told, where it refers to one."""
+    if used.registration is not None:
+        return [Transform(REGISTRATION, registration_to_ras(used.registration.transform))]
+    return [] if used.state == "none" else [Text(STATUS, used.words)]
 
 
 def _listed(points: Sequence[PlanPoint], colour: tuple[int, int, int, int]) -> tuple[Point, ...]:
