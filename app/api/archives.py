@@ -15,7 +15,8 @@ from starlette.types import Receive, Scope, Send
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.uploads import form_of, receive, safe_name
+from app.api.uploads import Upload, form_of, receive, safe_name
+from app.services import Services
 from app.services.errors import JobCancelled
 from app.services.jobs import Progress
 from app.services.plan_model import NOTICE
@@ -87,9 +88,13 @@ async def import_archive(request: Request, services: ServicesDep) -> JobPublic:
 
     Every name, size and checksum is examined; nothing is left of an archive that is refused.
     """
-    upload = await receive(request, services.store.scratch, MAX_ARCHIVE_BYTES, ())
+    return start_import(services, await receive(request, services.store.scratch, MAX_ARCHIVE_BYTES, ()))
+
+
+def start_import(services: Services, upload: Upload) -> JobPublic:
+    """Import a received archive as a job."""
 
     def work(progress: Progress) -> str:
         return services.archive_reader.read(upload.path, progress).id
 
-    return JobPublic.of(services.jobs.submit(work, upload.remove, kind="import", lane="import", subject="Archive"))
+    return JobPublic.of(services.jobs.submit(work, upload.remove, kind="import", lane="import", subject="Saved head"))

@@ -33,6 +33,15 @@ _PLAIN = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 Tell = Callable[[float], object]
 
 
+def is_archive(path: Path) -> bool:
+    """Whether a file is an archive of a case, rather than the zip of something else."""
+    try:
+        with zipfile.ZipFile(path) as packed:
+            return {MANIFEST, CASE, SUMS} <= set(packed.namelist())
+    except _DAMAGED:
+        return False
+
+
 class CheckedArchive:
     """An archive whose names and sizes were examined; a context manager. Raises InputError, TooLarge for a bomb."""
 
