@@ -14,6 +14,7 @@ from .pointer import PivotCalibration, TracedPath, calibrate_pivot, traced_path
 from .points import Registration, register_points
 from .surface import SurfaceRefinement, refine_on_surface
 from .tracker import SimulatedTracker
+from .transform_files import read_transform, write_transform
 
 __all__ = [
     "Bead",
@@ -34,9 +35,11 @@ __all__ = [
     "find_outlier",
     "fle_from_fre_mm",
     "match_points",
+    "read_transform",
     "refine_on_surface",
     "register_points",
     "register_robot_to_tracker",
     "smallest_bead_mm",
     "traced_path",
+    "write_transform",
 ]
