@@ -17,6 +17,7 @@ ENGINE_ROOMS = {
     "geometry": 2,
     "imaging": 3,
     "robots": 3,
+    "registration": 4,
     "fixtures": 4,
     "control": 5,
     "runtime": 6,

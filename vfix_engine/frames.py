@@ -23,7 +23,7 @@ Image and base
 
     placement     ``transform_base_to_patient``: the robot's base placement. A plan may contain it.
     registration  ``transform_image_to_patient``, or directly ``transform_image_to_base``: how the image lies on the
-                  patient. A document of its own; see ``Registration``.
+                  patient. A document of its own; see ``ImageRegistration``.
 
     Nothing else composes them: ``transform_image_to_base`` and ``transform_base_to_image`` here do.
 """
@@ -47,7 +47,7 @@ RAS_TO_LPS.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)
-class Registration:
+class ImageRegistration:
     """How the image lies on the patient.
 
     transform: ``transform_image_to_patient`` (4, 4), rigid, mm; or ``transform_image_to_base`` where ``to`` is 'base',
@@ -80,7 +80,9 @@ def inverse(transform: ArrayLike) -> Array:
     return result
 
 
-def transform_base_to_image(transform_base_to_patient: ArrayLike, registration: Registration | None = None) -> Array:
+def transform_base_to_image(
+    transform_base_to_patient: ArrayLike, registration: ImageRegistration | None = None
+) -> Array:
     """From the robot's base to the image (4, 4), mm: the transform with which a robot is drawn, placed and driven.
 
     registration: None where image and patient are one frame, as in a simulation; the result is then the placement.
@@ -96,7 +98,9 @@ def transform_base_to_image(transform_base_to_patient: ArrayLike, registration: 
     return back if registration.to == "base" else back @ placement
 
 
-def transform_image_to_base(transform_base_to_patient: ArrayLike, registration: Registration | None = None) -> Array:
+def transform_image_to_base(
+    transform_base_to_patient: ArrayLike, registration: ImageRegistration | None = None
+) -> Array:
     """From the image to the robot's base (4, 4), mm: placement⁻¹ ∘ registration."""
     if registration is None:
         return inverse(transform_base_to_patient)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.frames import Registration, transform_base_to_image
+from vfix_engine.frames import ImageRegistration, transform_base_to_image
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ class StoredPlacing(NamedTuple):
     q_start: Array
 
 
-def stored_placing(robot: Mapping[str, Any], registration: Registration | None = None) -> StoredPlacing | None:
+def stored_placing(robot: Mapping[str, Any], registration: ImageRegistration | None = None) -> StoredPlacing | None:
     """The placing that a plan holds for its robot; None where it holds none and the robot is to be placed.
 
     registration: of the image to the patient beside the robot; None in a simulation, where they are one.

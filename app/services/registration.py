@@ -12,7 +12,7 @@ from app.services.documents import DocumentKind
 from app.services.names import check_label
 from app.services.plan_model import Position, check_position, number
 from vfix_engine.errors import InputError
-from vfix_engine.frames import RegisteredTo, Registration
+from vfix_engine.frames import ImageRegistration, RegisteredTo
 from vfix_engine.given import rigid_transform
 
 SCHEMA = "vfix-registration/1"
@@ -41,9 +41,9 @@ class RegistrationContent:
     pairs: tuple[FiducialPair, ...] = ()
 
     @property
-    def registration(self) -> Registration:
+    def registration(self) -> ImageRegistration:
         """What `vfix_engine.frames` composes."""
-        return Registration(np.array(self.transform).reshape(4, 4), self.to)
+        return ImageRegistration(np.array(self.transform).reshape(4, 4), self.to)
 
     @property
     def fre_mm(self) -> float | None:

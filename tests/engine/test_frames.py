@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from vfix_engine import frames
 from vfix_engine.errors import InputError
 from vfix_engine.frames import (
-    Registration,
+    ImageRegistration,
     direction_in_base,
     inverse,
     transform_base_to_image,
@@ -42,14 +42,14 @@ def test_a_point_of_the_image_is_the_same_point_in_the_base(
     """Step by step: image to patient by the registration, patient to base by the placement's inverse."""
     in_image = np.array([*point, 1.0])
     in_base = np.linalg.inv(placement) @ (registration @ in_image)
-    known = Registration(registration)
+    known = ImageRegistration(registration)
     np.testing.assert_allclose(transform_image_to_base(placement, known) @ in_image, in_base, atol=1e-8)
     np.testing.assert_allclose(transform_base_to_image(placement, known) @ in_base, in_image, atol=1e-8)
 
 
 @given(poses, poses)
 def test_a_registration_to_the_base_needs_no_placement(placement: frames.Array, to_base: frames.Array) -> None:
-    known = Registration(to_base, to="base")
+    known = ImageRegistration(to_base, to="base")
     np.testing.assert_array_equal(transform_image_to_base(placement, known), to_base)
     np.testing.assert_allclose(transform_base_to_image(placement, known) @ to_base, np.eye(4), atol=1e-10)
 
@@ -80,11 +80,11 @@ def test_the_change_between_ras_and_lps_is_its_own_inverse() -> None:
 )
 def test_what_is_not_rigid_is_refused(matrix: frames.Array) -> None:
     """HAZ-14: a scaled or mirrored image would put every point of a plan elsewhere."""
-    for make in (Registration, inverse, transform_base_to_image, transform_image_to_base):
+    for make in (ImageRegistration, inverse, transform_base_to_image, transform_image_to_base):
         with pytest.raises(InputError, match="is not rigid"):
             make(matrix)
 
 
 def test_an_image_is_registered_to_the_patient_or_to_the_base() -> None:
     with pytest.raises(InputError, match="'patient' or to 'base', not to 'tracker'"):
-        Registration(np.eye(4), to="tracker")  # type: ignore[arg-type]
+        ImageRegistration(np.eye(4), to="tracker")  # type: ignore[arg-type]

@@ -1,0 +1,140 @@
+"""Which measured point is which: the order in which two sets of points fit best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from .points import Registration, checked_points, register_points
+from .rigid_fit import residual_lengths, rigid_fits
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+MOST_POINTS = 8  # of the smaller set; 40,320 orders
+MOST_IN_LARGER = 40
+AMBIGUOUS_RATIO = 3.0  # an order fits about as well below that multiple of the best order's FRE,
+AMBIGUOUS_MM = 1.0  # or below that FRE
+
+_KEPT = 50_000  # partial orders that are followed at once: all there are of 8 points and 8,
+_KEPT_OF_MORE = 10_000  # and these where there are more in the larger set
+_FITTED = 600  # orders that are fitted, those whose mutual distances agree best; a cube has 48 alike
+_SHOWN = 24  # candidates at most
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One order. fixed, moving: (k,) indices of the pairs, ascending in the smaller set."""
+
+    fixed: Indices
+    moving: Indices
+    registration: Registration
+
+    @property
+    def fre_mm(self) -> float:
+        """How well this order fits, as ``Registration.fre_mm``."""
+        return self.registration.fre_mm
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """The order that fits best, and those that fit about as well.
+
+    candidates: best first; more than one where the layout is symmetric or the points too few, at most 24.
+    second_fre_mm: FRE of the second-best order, whether it is a candidate or not; None where there is no other.
+    """
+
+    candidates: tuple[Candidate, ...]
+    second_fre_mm: float | None
+
+    @property
+    def registration(self) -> Registration:
+        """The fit of the best order."""
+        return self.candidates[0].registration
+
+    @property
+    def fixed(self) -> Indices:
+        """Indices (k,) of the fixed points in the best order; pair i is ``fixed[i]`` and ``moving[i]``."""
+        return self.candidates[0].fixed
+
+    @property
+    def moving(self) -> Indices:
+        """Indices (k,) of the moving points in the best order."""
+        return self.candidates[0].moving
+
+    @property
+    def fre_mm(self) -> float:
+        """FRE of the best order."""
+        return self.candidates[0].fre_mm
+
+    @property
+    def ambiguous(self) -> bool:
+        """Whether another order fits about as well, so that the user has to say which one is right."""
+        return len(self.candidates) > 1
+
+
+def match_points(fixed: ArrayLike, moving: ArrayLike) -> Match:
+    """Finds which moving point belongs to which fixed point.
+
+    All orders are tried, point by point; where there are more than 50,000 (10,000 if the larger set has more than 8
+    points), those go on whose mutual distances agree best. The 600 best of the complete orders are fitted, so that a
+    mirrored order, whose distances agree as well, is told apart. Where one set has more points than the other, every
+    point of the smaller one is taken and the best subset of the larger.
+
+    An order is a candidate as well if its FRE is below three times the best one, or below 1 mm.
+
+    Args:
+        fixed, moving: (n, 3) and (m, 3) in mm; the smaller set has 3 to 8 points, the larger 40 at most.
+
+    Raises:
+        InputError: too few or too many points, or every subset lies on a line.
+    """
+    a, b = checked_points("the fixed points", fixed, 3), checked_points("the moving points", moving, 3)
+    few, many = (a, b) if len(a) <= len(b) else (b, a)
+    if len(few) > MOST_POINTS or len(many) > MOST_IN_LARGER:
+        raise InputError(
+            f"{len(a)} and {len(b)} points are too many for all orders; at most {MOST_POINTS} of the smaller set and "
+            f"{MOST_IN_LARGER} of the larger can be matched: leave out some, or give them in the same order"
+        )
+    orders = _orders(few, many)
+    rotations, translations = rigid_fits(few[None], many[orders], np.ones(len(few)))
+    squares = (residual_lengths(few[None], many[orders], rotations, translations) ** 2).mean(axis=1)
+    ranked = np.argsort(squares, kind="stable")
+    fre = np.sqrt(squares[ranked])
+    last = max(AMBIGUOUS_RATIO * fre[0], AMBIGUOUS_MM)
+    candidates, problem = [], None
+    for order in orders[ranked[fre <= last]]:
+        every = np.arange(len(few), dtype=np.intp)
+        first, second = (every, order) if few is a else (order, every)
+        try:
+            candidates.append(Candidate(first, second, register_points(a[first], b[second])))
+        except InputError as error:  # a subset on a line
+            problem = error
+        if len(candidates) == _SHOWN:
+            break
+    if not candidates:
+        raise problem or InputError("no order of these points can be fitted; they lie on a line")
+    return Match(tuple(candidates), float(fre[1]) if len(fre) > 1 else None)
+
+
+def _orders(few: Array, many: Array) -> Indices:
+    """Orders (k, n): row r takes point i of ``few`` to point ``r[i]`` of ``many``, those that agree best first."""
+    apart_few = np.linalg.norm(few[:, None] - few[None], axis=2)
+    apart_many = np.linalg.norm(many[:, None] - many[None], axis=2)
+    orders, misfit = np.arange(len(many), dtype=np.intp)[:, None], np.zeros(len(many))
+    kept = _KEPT if len(many) <= MOST_POINTS else _KEPT_OF_MORE
+    for point in range(1, len(few)):
+        before = np.arange(point)
+        grown = np.abs(apart_many[orders] - apart_few[point, before][None, :, None]) ** 2  # (k, before, many)
+        total = misfit[:, None] + grown.sum(axis=1)
+        free = np.ones_like(total, dtype=bool)
+        np.put_along_axis(free, orders, False, axis=1)
+        row, chosen = np.nonzero(free)
+        misfit = total[row, chosen]
+        orders = np.concatenate([orders[row], chosen[:, None]], axis=1)
+        best = np.argsort(misfit, kind="stable")[: kept if point < len(few) - 1 else _FITTED]
+        orders, misfit = orders[best], misfit[best]
+    return orders
