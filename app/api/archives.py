@@ -5,16 +5,15 @@ from __future__ import annotations
 import asyncio
 import shutil
 import threading
-from pathlib import Path
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import FileResponse
 from starlette.concurrency import run_in_threadpool
-from starlette.types import Receive, Scope, Send
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
+from app.api.passing_file import PassingFile
 from app.api.uploads import Upload, form_of, receive, safe_name
 from app.services import Services
 from app.services.errors import JobCancelled
@@ -28,16 +27,6 @@ MAX_ARCHIVE_BYTES = 8 << 30
 _LOOK_S = 0.2  # between looks whether the client is still there
 _FORM = form_of({"file": "a .zip that GET /api/cases/{case_id}/archive made"}, {}, frame=False)
 _ZIP = "application/zip"
-
-
-class PassingFile(FileResponse):
-    """A file that is deleted once it was sent, or the client is gone."""
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        try:
-            await super().__call__(scope, receive, send)
-        finally:
-            await run_in_threadpool(shutil.rmtree, Path(self.path).parent, ignore_errors=True)
 
 
 @router.get(
