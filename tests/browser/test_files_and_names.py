@@ -286,9 +286,10 @@ def test_a_window_that_is_refused_waits_and_says_so(open_page: Open) -> None:
 
 def test_a_head_is_saved_as_one_zip_and_such_a_zip_is_imported(open_page: Open, rest: Rest, tmp_path: Path) -> None:
     station = open_page().ready()
-    station.go_to_step("patient")
+    station.page.click("[data-step=patient]")
+    station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
     page = station.page
-    row = page.locator("#cases li").first
+    row = page.locator("#cases li", has_text="Head phantom").first
     row.hover()
     with page.expect_download(timeout=60_000) as waiting:
         row.get_by_role("button", name="Save as one zip").click()
