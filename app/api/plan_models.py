@@ -137,6 +137,7 @@ class PlanPublic(BaseModel):
     removed_bone: list[RemovedBonePublic]
     notes: str
     second_volume: SecondVolumePublic | None
+    registration: Annotated[str | None, Field(description="id of the registration that it uses")]
 
     @classmethod
     def of(cls, plan: Plan) -> "PlanPublic":
@@ -275,6 +276,7 @@ class EvaluationPublic(BaseModel):
     reached_mm: float
     length_mm: float
     degree: int
-    transform_base_to_patient: list[list[float]]
+    transform_base_to_patient: list[list[float]] | None
+    transform_base_to_image: list[list[float]]
     q_start: list[float]
     removed_mm3: float

@@ -216,7 +216,8 @@ def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
         reached_mm=result.reached_mm,
         length_mm=result.length_mm,
         degree=result.degree,
-        transform_base_to_patient=result.base.tolist(),
+        transform_base_to_patient=None if result.placement is None else result.placement.tolist(),
+        transform_base_to_image=result.base.tolist(),
         q_start=result.q_start.tolist(),
         removed_mm3=result.removed_mm3,
     )

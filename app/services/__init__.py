@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
+    from app.services.registering import Registering
     from app.services.registration import RegistrationContent
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
@@ -59,6 +60,7 @@ class Services:
     versions: PlanVersions
     instruments: Instruments
     registrations: Documents[RegistrationContent]
+    registering: Registering
     fields: Fields
     planning: Planning
     importing: ImportService
@@ -108,6 +110,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
+    from app.services.driven_registration import driven_registration
     from app.services.dry_runs import DryRuns
     from app.services.embedded import ensure_head_phantom
     from app.services.exchange_base import BaseExport
@@ -127,6 +130,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
+    from app.services.registering import Registering
     from app.services.registration import REGISTRATION
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
@@ -140,10 +144,12 @@ def build_services(settings: Settings) -> Services:
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
     instruments, fields = Instruments(store.files), Fields(cases)
-    planning, importing, jobs = Planning(cases, instruments, fields), ImportService(cases), Jobs()
+    importing, jobs, registrations = ImportService(cases), Jobs(), Documents(store, REGISTRATION)
+    registering = Registering(registrations, cases, plans, jobs)
+    planning = Planning(cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan)))
     runs, dry_runs = RunService(store), DryRuns(jobs, planning)
     removed_volumes = RemovedVolumeService(cases)
-    registrations, import_jobs = Documents(store, REGISTRATION), ImportJobs(jobs, importing)
+    import_jobs = ImportJobs(jobs, importing)
     return Services(
         settings=settings,
         store=store,
@@ -155,6 +161,7 @@ def build_services(settings: Settings) -> Services:
         versions=PlanVersions(store, plans),
         instruments=instruments,
         registrations=registrations,
+        registering=registering,
         fields=fields,
         planning=planning,
         importing=importing,

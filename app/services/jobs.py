@@ -15,7 +15,9 @@ from app.clock import utc_now
 from app.services.errors import JobCancelled, NotFound, PlannerEnds
 from vfix_engine.errors import VfixError
 
-JobKind = Literal["import", "structures", "dry_run", "run", "suggestion", "tools", "segmentation", "islands", "overlay"]
+JobKind = Literal[
+    "import", "structures", "dry_run", "run", "suggestion", "tools", "segmentation", "islands", "overlay", "beads"
+]  # fmt: skip
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[JobState] = frozenset({"done", "failed", "cancelled"})
 

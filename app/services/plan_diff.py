@@ -39,6 +39,7 @@ def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
     found += _listed(before.removed_bone, after.removed_bone, lambda bone: f"Bone to be removed ‘{bone.name}’", _region)
     found += _settings(before.settings, after.settings)
     found += _second(before.second_volume, after.second_volume)
+    found += _registration(before.registration, after.registration)
     if before.notes != after.notes:
         found.append("The notes were changed.")
     return tuple(found)
@@ -151,6 +152,16 @@ def _second(was: SecondVolume | None, now: SecondVolume | None) -> Iterable[str]
         yield f"Opacity of the second volume: {100 * now.opacity:.0f} % instead of {100 * was.opacity:.0f} %."
     if (was.window, was.level) != (now.window, now.level):
         yield "The second volume has other grey values."
+
+
+def _registration(was: str | None, now: str | None) -> Iterable[str]:
+    """Names of registrations are not part of a plan."""
+    if was == now:
+        return
+    if now is None:
+        yield "The plan uses no registration any more."
+    else:
+        yield "The plan uses a registration." if was is None else "The plan uses another registration."
 
 
 def _settings(before: Mapping[str, float], after: Mapping[str, float]) -> Iterable[str]:

@@ -18,6 +18,7 @@ from app.services.plan_model import (
     PlanPoint,
     check_content,
     check_position,
+    check_registration_id,
     check_robot,
     check_tool_shape,
     new_point_id,
@@ -206,6 +207,14 @@ class PlanEditor:
         """Lay a second volume over the head's slices; None takes it away."""
         checked = check_second(second)
         return self._edit(lambda content: replace(content, second_volume=checked), expected_revision)
+
+    def use_registration(self, registration_id: str | None, *, expected_revision: int | None = None) -> Plan:
+        """Refer to a registration of the plan's case by its id; None refers to none.
+
+        Whether it is there is for `Registering.check_use` to say.
+        """
+        checked = check_registration_id(registration_id)
+        return self._edit(lambda content: replace(content, registration=checked), expected_revision)
 
     def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> Plan:
         """Lock the plan against edits, or unlock it; not a step of the history."""

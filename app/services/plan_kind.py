@@ -29,9 +29,10 @@ def _with_paths(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _refs(content: PlanContent) -> tuple[Ref, ...]:
-    """The structure that the controller keeps away from, and those that zones are parts of."""
+    """The structure that the controller keeps away from, those that zones are parts of, and the registration."""
     named = [zone.shape["structure"] for zone in content.zones if "structure" in zone.shape]
-    return tuple(Ref("structure", one) for one in dict.fromkeys([BONE, *named]))
+    structures = tuple(Ref("structure", one) for one in dict.fromkeys([BONE, *named]))
+    return structures if content.registration is None else (*structures, Ref("document", content.registration))
 
 
 PLAN = DocumentKind(

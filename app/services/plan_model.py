@@ -67,6 +67,7 @@ __all__ = [
     "RemovedBone",
     "check_content",
     "check_position",
+    "check_registration_id",
     "check_robot",
     "check_size",
     "check_stored",
@@ -101,6 +102,7 @@ class PlanContent:
     zones: structures to spare; removed_bone: bone that is taken away first. Both are of every path.
     notes: what the planner writes down, in lines.
     second_volume: what is laid over the head's slices; None for nothing.
+    registration: id of the registration that says how the image lies on the patient; None for none.
     """
 
     points: tuple[PlanPoint, ...] = ()
@@ -115,6 +117,7 @@ class PlanContent:
     removed_bone: tuple[RemovedBone, ...] = ()
     notes: str = ""
     second_volume: SecondVolume | None = None
+    registration: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "paths", with_chosen(self.paths, self.path_id, _chosen(self)))
@@ -189,6 +192,7 @@ class Plan:
     removed_bone: tuple[RemovedBone, ...] = ()
     notes: str = ""
     second_volume: SecondVolume | None = None
+    registration: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "paths", with_chosen(self.paths, self.path_id, _chosen(self)))
@@ -309,7 +313,13 @@ def check_stored(content: PlanContent) -> PlanContent:
         removed_bone=check_removed(content.removed_bone),
         notes=check_text(content.notes, "notes", MAX_NOTES),
         second_volume=check_second(content.second_volume),
+        registration=check_registration_id(content.registration),
     )
+
+
+def check_registration_id(value: Any) -> str | None:
+    """Id of a registration; None stays None. Raises PlanError."""
+    return None if value is None else check_id(value, "a registration")
 
 
 def content_to_json(content: PlanContent) -> dict[str, Any]:
@@ -330,6 +340,7 @@ def content_to_json(content: PlanContent) -> dict[str, Any]:
         "removed_bone": [removed_to_json(region) for region in content.removed_bone],
         "notes": content.notes,
         "second_volume": second_to_json(content.second_volume),
+        "registration": content.registration,
     }
 
 
@@ -356,5 +367,6 @@ def content_from_json(data: Mapping[str, Any]) -> PlanContent:
             removed_from_json(data.get("removed_bone", [])),
             data.get("notes", ""),
             second_from_json(data.get("second_volume")),
+            check_registration_id(data.get("registration")),
         )
     )

@@ -52,7 +52,8 @@ class PlanService:
         """Make a plan out of an imported file. `name` wins over the file's.
 
         Raises OtherCase when the file was made for another head, unless `other_case` says that this is known; the
-        robot's placing is dropped then. Raises RobotError for a tool, its shape or a robot that cannot be.
+        robot's placing and the registration are dropped then. Raises RobotError for a tool, its shape or a robot that
+        cannot be.
         """
         content = file.content
         shaped_tool(content.tool, **content.tool_shape)
@@ -62,7 +63,7 @@ class PlanService:
         if case is not None and file.case_hash not in (None, case.content_hash):
             if not other_case:
                 raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
-            content = replace(content, robot=without_placing(content.robot))
+            content = replace(content, robot=without_placing(content.robot), registration=None)
         return self.create(case_id, file.name if name is None else name, content)
 
     def _keep_urdf(self, file: PlanFile) -> None:

@@ -1,108 +1,220 @@
-"""Registrations as documents: how the image of a case lies on the patient."""
+"""Registrations as documents: how the image of a case lies on the patient, and the fiducials that say so."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from app.services.documents import DocumentKind
 from app.services.names import check_label
 from app.services.plan_model import Position, check_position, number
+from app.services.plan_points import check_id
+from app.services.registration_beads import (
+    BeadSearchRecord,
+    FoundBead,
+    bead_from_json,
+    bead_to_json,
+    check_beads,
+    search_from_json,
+    search_to_json,
+)
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
 from vfix_engine.given import rigid_transform
 
-SCHEMA = "vfix-registration/1"
+SCHEMA = "vfix-registration/2"
+BEFORE_SOURCES = "vfix-registration/1"
 MAX_PAIRS = 100
-_IDENTITY = tuple(np.eye(4).ravel().tolist())
+MAX_FLE_MM = 50.0
+MAX_WEIGHT = 1e6
+IDENTITY = tuple(np.eye(4).ravel().tolist())
+
+MeasuredFrom = Literal["typed", "file", "simulated", "tracker"]
+MadeFrom = Literal["none", "pairs", "given"]
 
 
 @dataclass(frozen=True)
 class FiducialPair:
-    """One point seen twice, in mm: in the image (LPS), and measured in the frame that is registered to."""
+    """One point seen twice, in mm: in the image (LPS), and measured in the frame that is registered to.
+
+    Either may be missing while a registration is made. measured_from: how it was measured. bead: id of the bead found
+    in the CT that `in_image` is the centre of, '' for another place. Only an enabled pair is fitted, by its weight.
+    """
 
     label: str
-    in_image: Position
-    measured: Position
+    in_image: Position | None
+    measured: Position | None
+    id: str = ""
+    enabled: bool = True
+    weight: float = 1.0
+    measured_from: MeasuredFrom = "typed"
+    bead: str = ""
+
+    @property
+    def complete(self) -> bool:
+        """Whether it was seen in the image and measured."""
+        return self.in_image is not None and self.measured is not None
 
 
 @dataclass(frozen=True)
 class RegistrationContent:
     """transform: 16 numbers, row by row, from the image to the frame `to`, see `vfix_engine.frames`; mm.
 
-    pairs: the fiducials that it was found with, or is judged by.
+    pairs: the fiducials that it was found with, or is judged by. made_from: 'pairs' of a transform that was fitted to
+    them, 'given' of one that came from elsewhere, 'none' while there is none: the transform means nothing then.
+    fle_mm: rms length of the localisation error of one fiducial, as stated; None where it is estimated from the fit.
+    beads, search: what was found in the CT, and how it was looked for.
     """
 
     to: RegisteredTo = "patient"
-    transform: tuple[float, ...] = _IDENTITY
+    transform: tuple[float, ...] = IDENTITY
     pairs: tuple[FiducialPair, ...] = ()
+    made_from: MadeFrom = "none"
+    fle_mm: float | None = None
+    beads: tuple[FoundBead, ...] = ()
+    search: BeadSearchRecord | None = None
 
     @property
     def registration(self) -> ImageRegistration:
-        """What `vfix_engine.frames` composes."""
+        """What `vfix_engine.frames` composes; it means nothing while `made_from` is 'none'."""
         return ImageRegistration(np.array(self.transform).reshape(4, 4), self.to)
 
     @property
+    def used_pairs(self) -> tuple[FiducialPair, ...]:
+        """The pairs that a fit uses."""
+        return tuple(pair for pair in self.pairs if pair.enabled and pair.complete)
+
+    @property
     def fre_mm(self) -> float | None:
-        """Fiducial registration error: the root mean square of the pairs' distances; None without a pair.
+        """Fiducial registration error: the root mean square of the used pairs' distances; None without a pair.
 
         It tells how well the pairs fit, not how far a target is off.
         """
-        if not self.pairs:
-            return None
+        residuals = self.residuals_mm(self.used_pairs)
+        return float(np.sqrt(np.mean(np.square(residuals)))) if residuals else None
+
+    def residuals_mm(self, pairs: tuple[FiducialPair, ...]) -> list[float]:
+        """The distances of complete pairs under the transform."""
+        if not pairs:
+            return []
         transform = self.registration.transform
-        placed = np.array([pair.in_image for pair in self.pairs]) @ transform[:3, :3].T + transform[:3, 3]
-        off = placed - np.array([pair.measured for pair in self.pairs])
-        return float(np.sqrt((off**2).sum(axis=1).mean()))
+        placed = np.array([pair.in_image for pair in pairs]) @ transform[:3, :3].T + transform[:3, 3]
+        distances: list[float] = np.linalg.norm(placed - np.array([pair.measured for pair in pairs]), axis=1).tolist()
+        return distances
 
 
 def registration_to_json(content: RegistrationContent) -> dict[str, Any]:
     """The content as plain JSON values, each number unrounded."""
-    pairs = [
-        {"label": pair.label, "in_image": list(pair.in_image), "measured": list(pair.measured)}
-        for pair in content.pairs
-    ]
-    return {"to": content.to, "transform": list(content.transform), "pairs": pairs}
+    return {
+        "to": content.to,
+        "transform": list(content.transform),
+        "pairs": [pair_to_json(pair) for pair in content.pairs],
+        "made_from": content.made_from,
+        "fle_mm": content.fle_mm,
+        "beads": [bead_to_json(bead) for bead in content.beads],
+        "search": search_to_json(content.search),
+    }
+
+
+def pair_to_json(pair: FiducialPair) -> dict[str, Any]:
+    """A pair as plain JSON values."""
+    places = {"in_image": pair.in_image, "measured": pair.measured}
+    return {**vars(pair), **{name: None if place is None else list(place) for name, place in places.items()}}
 
 
 def registration_from_json(data: Mapping[str, Any]) -> RegistrationContent:
     """The inverse of `registration_to_json`, checked. Raises InputError or one of its kinds."""
-    known = {"to", "transform", "pairs"}
+    known = set(RegistrationContent.__dataclass_fields__)
     if set(data) != known:
         raise InputError(f"a registration has {', '.join(sorted(known))}, and says each of them.")
     if not isinstance(data["transform"], list) or len(data["transform"]) != 16:
         raise InputError("a registration's transform has 16 numbers, row by row.")
-    if not isinstance(data["pairs"], list):
-        raise InputError("a registration's pairs must be a list.")
-    transform = tuple(number(value, "the registration's transform") for value in data["transform"])
-    return check_registration(RegistrationContent(data["to"], transform, tuple(_pair(item) for item in data["pairs"])))
+    if not isinstance(data["pairs"], list) or not isinstance(data["beads"], list):
+        raise InputError("a registration's pairs and beads must be lists.")
+    return check_registration(
+        RegistrationContent(
+            data["to"],
+            tuple(number(value, "the registration's transform") for value in data["transform"]),
+            tuple(_pair(item) for item in data["pairs"]),
+            data["made_from"],
+            data["fle_mm"],
+            tuple(bead_from_json(item) for item in data["beads"]),
+            search_from_json(data["search"]),
+        )
+    )
 
 
 def check_registration(content: RegistrationContent) -> RegistrationContent:
     """The content, where it is a rigid transform and its pairs are places. Raises InputError or one of its kinds."""
     if content.to not in get_args(RegisteredTo):
         raise InputError(f"a registration is to {' or '.join(get_args(RegisteredTo))}, not {content.to!r:.20}.")
+    if content.made_from not in get_args(MadeFrom):
+        raise InputError(f"a registration is made from {', '.join(get_args(MadeFrom))}, not {content.made_from!r:.20}.")
     if len(content.pairs) > MAX_PAIRS:
         raise InputError(f"{len(content.pairs)} pairs are too many; a registration has {MAX_PAIRS} at most.")
     rigid_transform(np.array(content.transform).reshape(4, 4), "the registration's transform")
     for pair in content.pairs:
-        check_label(pair.label, "label")
-        check_position(pair.in_image)
-        check_position(pair.measured)
+        check_pair(pair)
+    ids = [pair.id for pair in content.pairs if pair.id]
+    if len(set(ids)) < len(ids):
+        raise InputError("two pairs of the registration have the same identifier.")
+    check_fle(content.fle_mm)
+    check_beads(content.beads)
     return content
 
 
+def check_fle(fle_mm: Any) -> float | None:
+    """A stated localisation error; None stays None. Raises InputError."""
+    if fle_mm is None:
+        return None
+    fle = number(fle_mm, "the localisation error")
+    if not 0.0 < fle <= MAX_FLE_MM:
+        raise InputError(f"a localisation error of {fle:g} mm cannot be; say more than 0 and up to {MAX_FLE_MM:g} mm.")
+    return fle
+
+
+def check_pair(pair: FiducialPair) -> FiducialPair:
+    """The pair, where it can be one. Raises InputError or one of its kinds."""
+    check_label(pair.label, "label")
+    for place in (pair.in_image, pair.measured):
+        if place is not None:
+            check_position(place)
+    for text in (pair.id, pair.bead):
+        if text != "":
+            check_id(text, "a pair")
+    weight = number(pair.weight, "a pair's weight")
+    if not 0.0 < weight <= MAX_WEIGHT:
+        raise InputError("a pair's weight is above 0; leave a pair out of the fit by its switch.")
+    if pair.measured_from not in get_args(MeasuredFrom):
+        raise InputError(f"a point is measured by {', '.join(get_args(MeasuredFrom))}, not {pair.measured_from!r:.20}.")
+    if not isinstance(pair.enabled, bool):
+        raise InputError("whether a pair is fitted is true or false.")
+    return pair
+
+
 def _pair(item: Any) -> FiducialPair:
-    if not isinstance(item, Mapping) or set(item) != {"label", "in_image", "measured"}:
-        raise InputError("each pair of a registration has a label, in_image and measured.")
-    places = [item["in_image"], item["measured"]]
-    if not all(isinstance(place, list) for place in places):
-        raise InputError("a place of a registration's pair is a list of three numbers, in mm.")
-    in_image, measured = (check_position(place) for place in places)
-    return FiducialPair(check_label(item["label"], "label"), in_image, measured)
+    known = set(FiducialPair.__dataclass_fields__)
+    if not isinstance(item, Mapping) or set(item) != known:
+        raise InputError(f"each pair of a registration has {', '.join(sorted(known))}.")
+    for name in ("in_image", "measured"):
+        if not isinstance(item[name], (list, type(None))):
+            raise InputError("a place of a registration's pair is a list of three numbers, in mm, or null.")
+    places = {name: None if item[name] is None else check_position(item[name]) for name in ("in_image", "measured")}
+    return check_pair(FiducialPair(**{**item, **places}))
+
+
+def _with_sources(data: dict[str, Any]) -> dict[str, Any]:
+    """What was stored before it was known how a registration was made: its transform was given with its pairs."""
+    pairs = data.get("pairs")
+    if isinstance(pairs, list) and all(isinstance(item, Mapping) for item in pairs):
+        new = {"enabled": True, "weight": 1.0, "measured_from": "typed", "bead": ""}
+        pairs = [{**item, "id": f"pair-{count}", **new} for count, item in enumerate(pairs, 1)]
+    untouched = data.get("transform") == list(IDENTITY) and not pairs
+    made_from = "none" if untouched else "given"
+    return {**data, "pairs": pairs, "made_from": made_from, "fle_mm": None, "beads": [], "search": None}
 
 
 REGISTRATION = DocumentKind(
@@ -113,4 +225,6 @@ REGISTRATION = DocumentKind(
     read=registration_from_json,
     write=registration_to_json,
     check=check_registration,
+    upgrades={BEFORE_SOURCES: (SCHEMA, _with_sources)},
+    undo_hint=("Take its newest edit back with POST /api/registrations/{id}/undo, or delete it."),
 )

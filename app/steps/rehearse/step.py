@@ -18,7 +18,7 @@ from app.steps.rehearse import commands as c
 from app.steps.rehearse.drive_record import DriveRecord
 from app.steps.rehearse.following import DriveFollower
 from app.steps.rehearse.hints import rehearse_hint
-from app.steps.rehearse.preparation import plan_key, prepare
+from app.steps.rehearse.preparation import prepare
 from app.steps.rehearse.sections import OptionsSection, RehearsalSection, RehearsalSections
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
@@ -61,7 +61,7 @@ class RehearseStep(DriveFollower):
         self.views.case.open_up([] if plan is None else [item.position for item in plan_items(plan)])
         self.views.camera.look_from("nose")
         drive = self.drive
-        if drive is None or plan is None or len(plan.points) < 2 or drive.is_for(plan_key(plan)):
+        if drive is None or plan is None or len(plan.points) < 2 or drive.is_for(self._key(plan)):
             return
         if drive.lease.take(self._client):
             self._open(drive, plan)
@@ -128,13 +128,13 @@ class RehearseStep(DriveFollower):
         elif now.state == "ready":
             drive.run(self._client)
             return
-        elif not now.is_for(plan_key(plan)):
+        elif not now.is_for(self._key(plan)):
             self._open(drive, plan)
         self._run_when_ready = True
 
     def _reset(self, drive: SharedDrive, plan: Plan) -> None:
         now = self.read()
-        if now.is_for(plan_key(plan)) and now.switches == self.wanted.in_force:
+        if now.is_for(self._key(plan)) and now.switches == self.wanted.in_force:
             drive.reset(self._client)
         else:
             self._open(drive, plan)
@@ -143,7 +143,7 @@ class RehearseStep(DriveFollower):
         if len(plan.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
         switches = self.wanted.in_force
-        drive.open(plan_key(plan), lambda: prepare(self._services, plan, switches), self.views.executor)
+        drive.open(self._key(plan), lambda: prepare(self._services, plan, switches), self.views.executor)
 
     # -- the hand: each is a write into the control process's shared memory; called on other threads
 

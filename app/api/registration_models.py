@@ -1,0 +1,316 @@
+"""Models of registrations in the API."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field
+
+from app.api.dependencies import Number, Wish
+from app.api.plan_models import Label, Name, Position, Revision
+from app.services.plan_model import NOTICE
+from app.services.registering import PlanRegistration
+from app.services.registration import MadeFrom, MeasuredFrom
+from app.services.registration_editor import StoredRegistration
+from app.services.registration_errors import ErrorTable
+from app.services.registration_fit import FitReport, FitState, FleSource, report_of
+from app.services.registration_order import OrderAnswer
+from app.services.simulated_touch import DEFAULT_NOISE_MM
+from vfix_engine.registration.beads import THRESHOLD_HU
+
+Triple = tuple[float, float, float]
+Length = Annotated[float | None, Field(description="mm; null where it is not known")]
+
+
+class PairPublic(BaseModel):
+    """A point seen twice, mm: in the image (LPS) and as measured; null where that is missing yet.
+
+    residual_mm: its distance under the transform, not an error of the tool. bead: id of the bead it is the centre of.
+    """
+
+    id: str
+    label: str
+    in_image: Triple | None
+    measured: Triple | None
+    enabled: bool
+    weight: float
+    measured_from: MeasuredFrom
+    bead: str
+    residual_mm: Length
+
+
+class FoundBeadPublic(BaseModel):
+    """A bead that was found; confirmed: a pair was made of it. Position in LPS mm; name: as the case has it."""
+
+    id: str
+    name: str
+    position: Triple
+    diameter_mm: float
+    peak_hu: float
+    voxels: int
+    state: Literal["found", "confirmed", "rejected"]
+
+
+class BeadSearchPublic(BaseModel):
+    """How beads were looked for, and what the search says of its doubts.
+
+    diameter_mm: null for beads of every size. left_out: dense places of a bead's size that are none.
+    """
+
+    diameter_mm: float | None
+    threshold_hu: float
+    cautions: list[str]
+    left_out: int
+
+
+class WrongPairPublic(BaseModel):
+    """The pair that does not fit the others."""
+
+    pair: str
+    label: str
+    certainty: Literal["outlier", "suspect"]
+    words: str
+
+
+class FitPublic(BaseModel):
+    """How the registration stands; lengths in mm.
+
+    fre_mm: root mean square of the residuals of the used pairs, mean_residual_mm: their mean; both tell how well the
+    pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
+    """
+
+    state: FitState
+    words: str
+    used: int
+    fre_mm: Length
+    mean_residual_mm: Length
+    wrong: WrongPairPublic | None
+    fle_mm: Length
+    fle_source: FleSource
+    simulated: bool
+    cautions: list[str]
+
+    @classmethod
+    def of(cls, report: FitReport) -> FitPublic:
+        return cls.model_validate(report, from_attributes=True)
+
+
+class RegistrationPublic(BaseModel):
+    """A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
+
+    made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', or 'given' of one
+    that was read from a file. fle_mm: as stated; null where it is estimated, see `fit`.
+    """
+
+    id: str
+    name: str
+    case_id: str
+    case_hash: str
+    schema_: Annotated[str, Field(alias="schema")]
+    to: Literal["patient", "base"]
+    transform: list[float]
+    made_from: MadeFrom
+    fle_mm: Length
+    pairs: list[PairPublic]
+    beads: list[FoundBeadPublic]
+    search: BeadSearchPublic | None
+    fit: FitPublic
+    created: str
+    modified: str
+    revision: int
+    locked: bool
+    deleted_at: str | None
+    can_undo: bool
+    can_redo: bool
+    unreadable: Annotated[str, Field(description="in a list: why the content cannot be read; '' where it can")]
+    notice: str = NOTICE
+
+    @classmethod
+    def of(cls, document: StoredRegistration) -> RegistrationPublic:
+        content, report = document.content, report_of(document.content)
+        own = ("pairs", "beads", "search", "fit", "schema_", "notice")
+        values: dict[str, Any] = {
+            name: getattr(document, name, None) for name in cls.model_fields if name not in own and name not in _CONTENT
+        }
+        values |= {name: getattr(content, name) for name in _CONTENT}
+        pairs = [{**vars(pair), "residual_mm": report.residuals_mm.get(pair.id)} for pair in content.pairs]
+        confirmed = {pair.bead for pair in content.pairs}
+        beads = [
+            {**vars(bead), "state": "confirmed" if bead.id in confirmed else "rejected" if bead.rejected else "found"}
+            for bead in content.beads
+        ]
+        search = None if content.search is None else asdict(content.search)
+        parts = {"pairs": pairs, "beads": beads, "search": search, "schema": document.schema}
+        return cls.model_validate({**values, **parts, "fit": FitPublic.of(report)})
+
+
+_CONTENT = ("to", "transform", "made_from", "fle_mm")
+
+
+class RegistrationCreate(Wish):
+    """A new registration; empty, or a copy of another one of the case."""
+
+    name: Name
+    copy_of: Annotated[str | None, Field(max_length=64)] = None
+
+
+class FleWish(BaseModel):
+    """The rms length of one fiducial's localisation error, mm; null estimates it from the fit."""
+
+    mm: Number | None
+
+
+class RegistrationUpdate(Wish):
+    """Changes of a registration, one per request; omitted fields stay."""
+
+    name: Name | None = None
+    deleted: bool | None = None
+    locked: bool | None = None
+    fle: FleWish | None = None
+    made_from: Literal["pairs"] | None = None
+    revision: Revision = None
+
+
+class BeadsWish(Wish):
+    """What to look for in the CT; a diameter of null finds beads of every size."""
+
+    diameter_mm: Number | None = None
+    threshold_hu: Number = THRESHOLD_HU
+
+
+class BeadWish(Wish):
+    """Confirmed: a pair is made of the bead; rejected: its pair is taken away; null: neither."""
+
+    confirmed: bool | None
+    revision: Revision = None
+
+
+class PairCreate(Wish):
+    """A pair, of which either place may be missing."""
+
+    label: Label | None = None
+    in_image: Position | None = None
+    measured: Position | None = None
+    revision: Revision = None
+
+
+class PairUpdate(Wish):
+    """Changes of a pair; omitted fields stay, a place that is null is taken away."""
+
+    label: Label | None = None
+    in_image: Position | None = None
+    measured: Position | None = None
+    enabled: bool | None = None
+    weight: Number | None = None
+    revision: Revision = None
+
+    def fields(self) -> dict[str, Any]:
+        """What was said, without the revision."""
+        said = self.model_dump(exclude={"revision"}, exclude_unset=True)
+        return {name: value for name, value in said.items() if value is not None or name in ("in_image", "measured")}
+
+
+class TouchWish(Wish):
+    """A touch of the simulated pointer. noise_mm: rms length of its error; seed: of the error, null for a new one."""
+
+    noise_mm: Number = DEFAULT_NOISE_MM
+    seed: Annotated[int | None, Field(ge=0, lt=2**63)] = None
+    revision: Revision = None
+
+
+class EditedPair(BaseModel):
+    """A pair that was added, and the registration after it."""
+
+    pair: str
+    registration: RegistrationPublic
+
+
+class OrderCandidatePublic(BaseModel):
+    """An order: by a pair's id, the id of the pair whose measured point it gets. fre_mm: of that order."""
+
+    measured_of: dict[str, str]
+    fre_mm: float
+
+
+class OrderPublic(BaseModel):
+    """The orders that fit, the best one first; ambiguous: somebody has to say which."""
+
+    candidates: list[OrderCandidatePublic]
+    ambiguous: bool
+    unchanged: bool
+    words: str
+
+    @classmethod
+    def of(cls, answer: OrderAnswer) -> OrderPublic:
+        return cls.model_validate(answer, from_attributes=True)
+
+
+class OrderWish(Wish):
+    """The order to take: by a pair's id, the id of the pair whose measured point it gets."""
+
+    measured_of: Annotated[dict[str, str], Field(min_length=1, max_length=100)]
+    revision: Revision = None
+
+
+class ExpectedErrorPublic(BaseModel):
+    """At a place, LPS mm: the rms error, and the radius that it stays within in 95 of 100 cases."""
+
+    position: Triple
+    rms_mm: float
+    within_95_mm: float
+
+
+class ErrorAtTargetPublic(BaseModel):
+    id: str
+    label: str
+    error: ExpectedErrorPublic
+
+
+class ErrorAlongPathPublic(BaseModel):
+    """One place for every millimetre of the chosen path, and its end."""
+
+    s_mm: list[float]
+    within_95_mm: list[float]
+    worst_mm: float
+    worst: ExpectedErrorPublic
+
+
+class ErrorTablePublic(BaseModel):
+    """The error to be expected at a plan's targets and along its chosen path, and what that means or why it is open."""
+
+    fle_mm: Length
+    fle_source: FleSource
+    targets: list[ErrorAtTargetPublic]
+    path: ErrorAlongPathPublic | None
+    words: str
+
+    @classmethod
+    def of(cls, table: ErrorTable) -> ErrorTablePublic:
+        return cls.model_validate(table, from_attributes=True)
+
+
+class PlanRegistrationWish(Wish):
+    """The registration that a plan uses; null for none."""
+
+    registration: Annotated[str | None, Field(min_length=1, max_length=64)]
+    revision: Revision = None
+
+
+class PlanRegistrationPublic(BaseModel):
+    """The registration that a plan refers to: 'ready', or why it cannot be used, with words; null without any."""
+
+    plan_id: str
+    registration: str | None
+    name: str | None
+    state: Literal["none", "ready", "unfinished", "deleted", "missing", "other_case", "unreadable"]
+    words: str
+    errors: ErrorTablePublic | None
+
+    @classmethod
+    def of(cls, plan_id: str, used: PlanRegistration, errors: ErrorTable | None) -> PlanRegistrationPublic:
+        name = None if used.document is None else used.document.name
+        table = None if errors is None else ErrorTablePublic.of(errors)
+        return cls(
+            plan_id=plan_id, registration=used.id, name=name, state=used.state, words=used.words, errors=table
+        )  # fmt: skip

@@ -1,0 +1,217 @@
+"""Registrations of cases: their documents and edits, beads found in the CT, the order of points, files, and plans."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from app.services.cache import Cache
+from app.services.case_model import Bead as KnownBead
+from app.services.cases import CaseService
+from app.services.documents import Document, Documents
+from app.services.errors import NotFound
+from app.services.jobs import Job, Jobs, Progress
+from app.services.plan_model import Plan
+from app.services.plan_points import check_position, number
+from app.services.plans import PlanService
+from app.services.registration import RegistrationContent
+from app.services.registration_beads import MAX_BEADS, BeadSearchRecord, FoundBead
+from app.services.registration_editor import RegistrationEditor, StoredRegistration
+from app.services.registration_errors import ErrorTable, error_table, expected_errors
+from app.services.registration_fit import FitReport, report_of
+from app.services.registration_order import OrderAnswer, order_of
+from vfix_engine.errors import InputError, PlanError
+from vfix_engine.frames import ImageRegistration
+from vfix_engine.registration import Bead, find_beads
+from vfix_engine.registration.beads import THRESHOLD_HU
+
+_NO_CT = "this case was made of a surface; beads are found in a CT. Type the places in the image instead."
+_KNOWN_MM = 1.0  # how near a bead of the case is to the one that was found
+
+Floats = npt.NDArray[np.float64]
+UseState = Literal["none", "ready", "unfinished", "deleted", "missing", "other_case", "unreadable"]
+
+
+@dataclass(frozen=True)
+class PlanRegistration:
+    """The registration that a plan refers to.
+
+    state: 'none' where it refers to none, 'ready' where it can be used, else why it cannot. words: the same in a
+    sentence. document: where it can be read.
+    """
+
+    state: UseState
+    words: str
+    id: str | None = None
+    document: StoredRegistration | None = None
+
+    @property
+    def registration(self) -> ImageRegistration | None:
+        """What `vfix_engine.frames` composes, where it is ready."""
+        ready = self.state == "ready" and self.document is not None
+        return self.document.content.registration if ready and self.document is not None else None
+
+    @property
+    def report(self) -> FitReport | None:
+        """How it stands; None where it cannot be read."""
+        return None if self.document is None else report_of(self.document.content)
+
+    def expected_errors(self, points: npt.ArrayLike) -> tuple[Floats, Floats] | None:
+        """The rms error and the radius of 95 % (n,), mm, at places (n, 3) of the image; None where nothing is known."""
+        if self.state != "ready" or self.document is None:
+            return None
+        return expected_errors(self.document.content, points)
+
+
+class Registering:
+    """Registrations of every case; may be used from any thread."""
+
+    def __init__(
+        self, documents: Documents[RegistrationContent], cases: CaseService, plans: PlanService, jobs: Jobs
+    ) -> None:
+        self.documents = documents
+        self._cases, self._plans, self._jobs = cases, plans, jobs
+        self._reports: Cache[RegistrationContent, FitReport] = Cache(32)
+
+    def editor(self, registration_id: str) -> RegistrationEditor:
+        """The registration's editor. Raises NotFound."""
+        return RegistrationEditor(registration_id, self.documents.editor(registration_id))
+
+    def report(self, content: RegistrationContent) -> FitReport:
+        """How a registration stands."""
+        return self._reports.get(content, lambda: report_of(content))
+
+    def errors(self, content: RegistrationContent, plan: Plan | None) -> ErrorTable:
+        """The errors to be expected at a plan's targets and along its chosen path."""
+        return error_table(content, plan)
+
+    def order(self, content: RegistrationContent) -> OrderAnswer:
+        """In which order the measured points fit the places in the image. Raises InputError where there is none."""
+        return order_of(content)
+
+    # -- beads
+
+    def start_beads(
+        self, registration_id: str, diameter_mm: float | None = None, threshold_hu: float = THRESHOLD_HU
+    ) -> Job:
+        """Look for beads in the widest CT of the registration's case as a job, whose result is the registration's id.
+
+        diameter_mm: None finds beads of every size. What is found stands in the registration, as one edit.
+        Raises NotFound, and InputError for a case without a CT, a deleted or locked registration, or figures that
+        cannot be.
+        """
+        document = self.documents.get(registration_id)
+        self._check(document)
+        wish = _wish(diameter_mm, threshold_hu)
+
+        def work(progress: Progress) -> str:
+            progress("Looking for beads", 0.0)
+            found, search = self.look_for_beads(document.case_id, *wish)
+            progress("Keeping what was found", 0.95)
+            return self.editor(registration_id).keep_beads(found, search).id
+
+        lane, same = f"beads {document.case_id}", f"beads {registration_id} {wish}"
+        return self._jobs.submit(
+            work, kind="beads", lane=lane, case_id=document.case_id, subject=document.name, same=same
+        )
+
+    def look_for_beads(
+        self, case_id: str, diameter_mm: float | None = None, threshold_hu: float = THRESHOLD_HU
+    ) -> tuple[tuple[FoundBead, ...], BeadSearchRecord]:
+        """The beads in the widest CT of a case, and how they were looked for. Raises NotFound and InputError."""
+        case = self._cases.get(case_id)
+        volume = self._cases.volume(case)
+        if volume is None:
+            raise InputError(_NO_CT)
+        found = find_beads(volume, diameter_mm=diameter_mm, threshold_hu=threshold_hu)
+        kept = found.beads[:MAX_BEADS]
+        beads = tuple(_found(f"bead-{count}", bead, case.beads) for count, bead in enumerate(kept, 1))
+        cautions = tuple(_sentence(text) for text in found.cautions)
+        if len(found.beads) > MAX_BEADS:
+            cautions = (*cautions, f"{len(found.beads)} were found; the first {MAX_BEADS} are listed.")
+        return beads, BeadSearchRecord(diameter_mm, threshold_hu, cautions, len(found.left_out))
+
+    def _check(self, document: Document[RegistrationContent]) -> None:
+        if not self._cases.get(document.case_id).has_volume:
+            raise InputError(_NO_CT)
+        if document.deleted_at is not None:
+            raise InputError("the registration is deleted; restore it first.")
+        if document.locked:
+            raise self.documents.kind.errors.locked("the registration is locked; unlock it to change it.")
+
+    # -- plans
+
+    def use(self, plan_id: str, registration_id: str | None, *, expected_revision: int | None = None) -> Plan:
+        """Let a plan use a registration of its case, or none, as one edit of the plan.
+
+        Raises NotFound, and PlanError for a registration of another case, a deleted one or one without a transform.
+        """
+        if registration_id is not None:
+            wanted = replace(self._plans.get(plan_id), registration=registration_id)
+            self.documents.get(registration_id)
+            used = self.registration_of(wanted)
+            if used.state != "ready":
+                raise PlanError(
+                    _REFUSED[used.state].replace("{name}", "" if used.document is None else used.document.name)
+                )
+        return self._plans.editor(plan_id).use_registration(registration_id, expected_revision=expected_revision)
+
+    def registration_of(self, plan: Plan) -> PlanRegistration:
+        """The registration that a plan refers to, or why it cannot be used."""
+        if plan.registration is None:
+            return PlanRegistration("none", "This plan uses no registration: the patient lies as in the image.")
+        words: Mapping[UseState, str] = _UNUSABLE
+        try:
+            document = self.documents.get(plan.registration)
+        except NotFound:
+            return PlanRegistration("missing", words["missing"], plan.registration)
+        except InputError as error:
+            return PlanRegistration("unreadable", f"{words['unreadable']} {str(error).capitalize()}", plan.registration)
+        state: UseState = "ready"
+        if document.case_id != plan.case_id:
+            state = "other_case"
+        elif document.deleted_at is not None:
+            state = "deleted"
+        elif document.content.made_from == "none":
+            state = "unfinished"
+        told = words.get(state, "This plan uses the registration ‘{name}’.").replace("{name}", document.name)
+        return PlanRegistration(state, told, plan.registration, document)
+
+
+def _wish(diameter_mm: float | None, threshold_hu: float) -> tuple[float | None, float]:
+    diameter = None if diameter_mm is None else number(diameter_mm, "a bead's diameter")
+    return diameter, number(threshold_hu, "the threshold")
+
+
+def _found(bead_id: str, bead: Bead, known: Sequence[KnownBead]) -> FoundBead:
+    """A bead as the registration keeps it, with its name where the case knows one there."""
+    place = check_position(bead.position_mm.tolist())
+    names = [one.name for one in known if math.dist(one.position, place) <= _KNOWN_MM]
+    return FoundBead(
+        bead_id, place, float(bead.diameter_mm), float(bead.peak_hu), int(bead.voxels), name=names[0] if names else ""
+    )
+
+
+def _sentence(text: str) -> str:
+    """A message of the engine, which has no capital and no full stop."""
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
+
+
+_UNUSABLE: dict[UseState, str] = {
+    "missing": "The registration of this plan is not there any more. Choose another one, or none.",
+    "unreadable": "The registration of this plan cannot be read.",
+    "other_case": "The registration ‘{name}’ of this plan belongs to another head. Choose one of this head, or none.",
+    "deleted": "The registration ‘{name}’ of this plan was deleted. Restore it, or choose another one.",
+    "unfinished": "The registration ‘{name}’ of this plan has no transform yet: its points are not fitted.",
+}
+_REFUSED: dict[UseState, str] = {
+    "other_case": "the registration ‘{name}’ belongs to another head; a plan uses one of its own.",
+    "deleted": "the registration ‘{name}’ is deleted; restore it first.",
+    "unfinished": "the registration ‘{name}’ has no transform yet; measure its points first.",
+    "unreadable": "the registration cannot be read.",
+}

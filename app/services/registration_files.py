@@ -1,0 +1,86 @@
+"""Files of a registration: measured points as a table, transforms in and out."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+from app.services.exchange_parts import check_last_line, decode, fault_at, mm_per_unit, table_header
+from app.services.names import check_label
+from app.services.plan_points import check_position
+from app.services.registration import MAX_PAIRS
+from app.services.registration_editor import MeasuredPoint
+from vfix_engine.errors import FrameError, InputError
+from vfix_engine.frames import RegisteredTo
+
+_FRAMES: dict[str, RegisteredTo] = {"patient": "patient", "tracker": "patient", "base": "base", "robot": "base"}
+_KEYS = ("frame", "unit")
+
+
+def read_measured(data: bytes, to: RegisteredTo) -> tuple[MeasuredPoint, ...]:
+    """Measured points of a table with the columns label, x, y, z, of which label may be missing.
+
+    Comment lines above it say `# unit=mm` (or um, m) and `# frame=patient` (or tracker, base, robot).
+    to: what the registration is to; the file has to be of that frame.
+    Raises FrameError where the unit is not said or the frame is another one, and InputError for anything else.
+    """
+    text = decode(data)
+    check_last_line(text)
+    lines = text.splitlines()
+    header = table_header(lines, _KEYS, above=1)
+    if "unit" not in header:
+        raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
+    _check_frame(header.get("frame"), to)
+    scale = mm_per_unit(header["unit"])
+    points = []
+    for number, row in _rows(lines):
+        with fault_at(f"line {number} of the table"):
+            points.append(_point(row, scale))
+    if not points:
+        raise InputError("the table holds no points.")
+    if len(points) > MAX_PAIRS:
+        raise InputError(f"the table holds {len(points)} points; a registration has {MAX_PAIRS} pairs at most.")
+    return tuple(points)
+
+
+def _check_frame(named: str | None, to: RegisteredTo) -> None:
+    if named is None:
+        raise FrameError("the table does not name its frame; add a line '# frame=patient'.", ("frame",))
+    if named.upper() in ("LPS", "RAS"):
+        raise FrameError(f"the points are in {named.upper()}, the image's frame; measured points are the patient's.")
+    frame = _FRAMES.get(named.lower())
+    if frame is None:
+        raise FrameError(f"the frame {named!r:.20} is not known; say {', '.join(_FRAMES)}.")
+    if frame != to:
+        raise FrameError(f"the points are in the frame {named!r:.20}, and this registration is to the {to}.")
+
+
+def _rows(lines: list[str]) -> list[tuple[int, dict[str, str | None]]]:
+    kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    reader = csv.DictReader([line for _, line in kept], strict=True)
+    if reader.fieldnames is not None and not {"x", "y", "z"} <= set(reader.fieldnames):
+        raise InputError("the table's first row names its columns: label,x,y,z.")
+    try:
+        return [(kept[reader.line_num - 1][0], row) for row in reader]
+    except csv.Error as error:
+        raise InputError(f"line {kept[reader.reader.line_num - 1][0]} of the table is damaged: {error}.") from None
+
+
+def _point(row: dict[str, str | None], scale: float) -> MeasuredPoint:
+    try:
+        values = [float(row[axis] or "") * scale for axis in "xyz"]
+    except ValueError:
+        raise InputError("x, y and z must be numbers, with a point and not a comma.") from None
+    if None in row:  # the rest of a row that is too long
+        raise InputError("it has more values than there are columns.")
+    return MeasuredPoint(check_label((row.get("label") or "").strip(), "label"), check_position(values))
+
+
+def measured_to_csv(points: tuple[MeasuredPoint, ...], to: RegisteredTo) -> str:
+    """The table that `read_measured` takes, in mm."""
+    out = io.StringIO()
+    out.write(f"# frame={to}\n# unit=mm\n")
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("label", "x", "y", "z"))
+    writer.writerows([point.label, *map(repr, point.position)] for point in points)
+    return out.getvalue()

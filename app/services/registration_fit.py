@@ -1,0 +1,189 @@
+"""What the pairs of a registration say: the fit, how well they fit, which one does not, and what is in doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from app.services.registration import IDENTITY, FiducialPair, RegistrationContent
+from vfix_engine.errors import VfixError
+from vfix_engine.registration import Registration, find_outlier, register_points
+
+FEWEST = 3  # pairs of a fit
+OUTLIER_FROM = 4  # pairs, of which one can be told to be wrong
+
+FitState = Literal["waiting", "degenerate", "fitted", "given"]
+Certainty = Literal["outlier", "suspect"]
+FleSource = Literal["stated", "estimated", "none"]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WrongPair:
+    """The pair that does not fit the others. certainty: 'outlier' where that is clear, else 'suspect'."""
+
+    pair: str
+    label: str
+    certainty: Certainty
+    words: str
+
+
+@dataclass(frozen=True)
+class FitReport:
+    """How a registration stands; lengths in mm.
+
+    state: 'waiting' for more pairs; 'degenerate' where the pairs' layout leaves a motion open; 'fitted'; 'given' where
+    the transform came from elsewhere, and the pairs only judge it. words: the same in sentences.
+    used: pairs of the fit. fre_mm: root mean square of their residuals; mean_residual_mm: their mean; None while there
+    is no transform or no pair. residuals_mm: of every complete pair by its id, of those that are left out too.
+    fle_mm: rms length of the localisation error of one fiducial, stated or estimated from the FRE; None for neither.
+    simulated: points of the fit were measured by a simulated pointer. cautions: sentences.
+    """
+
+    state: FitState
+    words: str
+    used: int
+    fre_mm: float | None
+    mean_residual_mm: float | None
+    residuals_mm: Mapping[str, float]
+    wrong: WrongPair | None
+    fle_mm: float | None
+    fle_source: FleSource
+    simulated: bool
+    cautions: tuple[str, ...]
+
+    @property
+    def usable(self) -> bool:
+        """Whether there is a transform that a plan may use."""
+        return self.state in ("fitted", "given")
+
+
+def image_and_measured(pairs: Sequence[FiducialPair]) -> tuple[Floats, Floats]:
+    """The places (n, 3) of complete pairs in the image and as measured."""
+    return np.array([pair.in_image for pair in pairs], float), np.array([pair.measured for pair in pairs], float)
+
+
+def fitted(pairs: Sequence[FiducialPair]) -> Registration:
+    """The fit of complete pairs, from the image to where they were measured. Raises VfixError where there is none."""
+    image, measured = image_and_measured(pairs)
+    return register_points(measured, image, _weights(pairs))
+
+
+def _weights(pairs: Sequence[FiducialPair]) -> Floats | None:
+    weights = [pair.weight for pair in pairs]
+    return None if len(set(weights)) == 1 else np.array(weights)
+
+
+def in_our_words(error: VfixError) -> str:
+    """A message of the engine, which knows a fixed and a moving side, not the patient and the image."""
+    return str(error).replace("fixed points", "measured points").replace("moving points", "points in the image")
+
+
+def refitted(content: RegistrationContent) -> RegistrationContent:
+    """The content with the transform of its pairs; a transform that was given stays."""
+    if content.made_from == "given":
+        return content
+    if len(content.used_pairs) < FEWEST:
+        return replace(content, transform=IDENTITY, made_from="none")
+    try:
+        transform = fitted(content.used_pairs).transform
+    except VfixError:  # `report_of` says why
+        return replace(content, transform=IDENTITY, made_from="none")
+    return replace(content, transform=tuple(float(value) for value in np.ravel(transform)), made_from="pairs")
+
+
+def report_of(content: RegistrationContent) -> FitReport:
+    """How a registration stands."""
+    pairs = content.used_pairs
+    state, words, fit = _state(content)
+    usable = state in ("fitted", "given")
+    complete = tuple(pair for pair in content.pairs if pair.complete)
+    residuals = dict(zip([p.id for p in complete], content.residuals_mm(complete), strict=True)) if usable else {}
+    own = [residuals[pair.id] for pair in pairs] if usable else []
+    fle, source = _fle(content, fit)
+    return FitReport(
+        state=state,
+        words=words,
+        used=len(pairs),
+        fre_mm=float(np.sqrt(np.mean(np.square(own)))) if own else None,
+        mean_residual_mm=float(np.mean(own)) if own else None,
+        residuals_mm=residuals,
+        wrong=_wrong(pairs) if state == "fitted" else None,
+        fle_mm=fle,
+        fle_source=source,
+        simulated=any(pair.measured_from == "simulated" for pair in pairs),
+        cautions=_cautions(content, state),
+    )
+
+
+def _state(content: RegistrationContent) -> tuple[FitState, str, Registration | None]:
+    pairs = content.used_pairs
+    if content.made_from == "given":
+        judged = "The pairs do not change it; they show how far each is off." if pairs else ""
+        return "given", f"This transform was read from a file. {judged}".rstrip(), None
+    missing = FEWEST - len(pairs)
+    if missing > 0:
+        more = "One more point" if missing == 1 else f"{_count(missing)} more points"
+        verb = "has" if missing == 1 else "have"
+        return "waiting", f"{more} {verb} to be seen in the image and measured: a fit needs three at least.", None
+    try:
+        fit = fitted(pairs)
+    except VfixError as error:
+        return "degenerate", f"These points cannot be fitted: {in_our_words(error).rstrip('.')}.", None
+    return "fitted", f"{_count(len(pairs))} points are fitted.", fit
+
+
+def _count(number: int) -> str:
+    names = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten")
+    return names[number] if number < len(names) else str(number)
+
+
+def _fle(content: RegistrationContent, fit: Registration | None) -> tuple[float | None, FleSource]:
+    if content.fle_mm is not None:
+        return content.fle_mm, "stated"
+    estimated = None if fit is None else fit.fle_mm
+    return (None, "none") if estimated is None else (float(estimated), "estimated")
+
+
+def _wrong(pairs: Sequence[FiducialPair]) -> WrongPair | None:
+    if len(pairs) < OUTLIER_FROM:
+        return None
+    image, measured = image_and_measured(pairs)
+    try:
+        found = find_outlier(measured, image, _weights(pairs))
+    except VfixError:  # without one of them the others cannot be fitted
+        return None
+    if found is None:
+        return None
+    pair = pairs[found.index]
+    name = pair.label or f"Point {found.index + 1}"
+    if found.certainty == "outlier":
+        words = (
+            f"‘{name}’ is {found.off_mm:.1f} mm from where the others put it. It was measured wrongly, or is another "
+            "bead: measure it again, or leave it out."
+        )
+    else:
+        words = (
+            f"‘{name}’ is {found.off_mm:.1f} mm from where the others put it, which may be chance. Measure it again to "
+            "be sure."
+        )
+    return WrongPair(pair.id, name, found.certainty, words)
+
+
+def _cautions(content: RegistrationContent, state: FitState) -> tuple[str, ...]:
+    pairs, found = content.used_pairs, list[str]()
+    sources = {pair.measured_from for pair in pairs}
+    if "simulated" in sources and len(sources) > 1:
+        found.append(
+            "Some points were measured by the simulated pointer and some were not: they lie in different frames, and "
+            "their fit means nothing. Measure all of them in one way."
+        )
+    elif "simulated" in sources:
+        found.append("The points were measured by a simulated pointer: nothing here is of a real patient.")
+    if state == "fitted" and len(pairs) == FEWEST:
+        found.append("Three points fit almost always: a wrong one among them is not noticed. Measure a fourth.")
+    return tuple(found)

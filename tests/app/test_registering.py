@@ -1,0 +1,433 @@
+"""Registrations of a case: beads, pairs, the fit after every edit, order and outlier, and the plan that uses one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from session_doubles import other_case
+
+from app.services import Services
+from app.services.case_model import HEAD_PHANTOM
+from app.services.embedded import SAMPLE_PLAN
+from app.services.errors import DocumentLocked, NotFound, PlanConflict
+from app.services.exchange import from_native_json, to_native_json
+from app.services.plan_diff import changes
+from app.services.plan_model import Plan
+from app.services.registration import REGISTRATION, FiducialPair, RegistrationContent
+from app.services.registration_editor import MeasuredPoint, RegistrationEditor
+from app.services.registration_errors import error_table, expected_errors
+from app.services.registration_files import measured_to_csv, read_measured
+from app.services.registration_fit import refitted, report_of
+from app.services.registration_order import order_of
+from app.services.simulated_touch import simulated_pose, simulated_touch
+from vfix_engine.errors import FrameError, InputError, PlanError
+from vfix_engine.frames import ImageRegistration
+from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.registration import register_points
+
+BEADS = [tuple(bead.centroid.tolist()) for bead in load_landmarks().beads]
+NAMES = [bead.name for bead in load_landmarks().beads]
+
+
+def pose() -> np.ndarray:
+    """How the head lies in these tests, from the image to the patient."""
+    transform = np.eye(4)
+    transform[:3, :3] = Rotation.from_euler("xyz", [20.0, -15.0, 40.0], degrees=True).as_matrix()
+    transform[:3, 3] = [120.0, -30.0, 55.0]
+    return transform
+
+
+def measured(places: list[tuple[float, ...]], sigma: float = 0.0, seed: int = 1) -> list[tuple[float, float, float]]:
+    at = np.array(places) @ pose()[:3, :3].T + pose()[:3, 3]
+    noisy = at + np.random.default_rng(seed).normal(0.0, sigma, at.shape)
+    return [(x, y, z) for x, y, z in noisy.tolist()]
+
+
+def pairs_of(places: list[Any], points: list[Any]) -> tuple[FiducialPair, ...]:
+    rows = enumerate(zip(places, points, strict=True))
+    return tuple(FiducialPair(f"F{i}", place, point, f"pair-{i}") for i, (place, point) in rows)
+
+
+def content_of(sigma: float = 0.0, count: int = 5, seed: int = 1) -> RegistrationContent:
+    points = measured(BEADS, sigma, seed)
+    pairs = [
+        FiducialPair(NAMES[i], BEADS[i], points[i], f"pair-{i}")  # type: ignore[arg-type]
+        for i in range(count)
+    ]
+    return refitted(RegistrationContent(pairs=tuple(pairs)))
+
+
+@pytest.fixture
+def editor(phantom_services: Services) -> Iterator[RegistrationEditor]:
+    made = phantom_services.registrations.create(HEAD_PHANTOM, "Beads")
+    yield phantom_services.registering.editor(made.id)
+    if phantom_services.registrations.get(made.id).locked:
+        phantom_services.registering.editor(made.id).set_locked(False)
+    phantom_services.registrations.delete(made.id)
+
+
+@pytest.fixture
+def plan(phantom_services: Services) -> Iterator[Plan]:
+    made = phantom_services.plans.duplicate(SAMPLE_PLAN)
+    yield made
+    phantom_services.plans.delete(made.id)
+
+
+def test_the_beads_of_the_shipped_head_are_found_and_named(
+    phantom_services: Services, editor: RegistrationEditor
+) -> None:
+    """Each within 0.1 mm of where the phantom's description has it."""
+    job = phantom_services.jobs.wait(phantom_services.registering.start_beads(editor.id).id, 120.0)
+    assert (job.state, job.kind, job.result) == ("done", "beads", editor.id)
+    content = editor.document.content
+    assert {bead.name for bead in content.beads} == set(NAMES)
+    for bead in content.beads:
+        assert np.linalg.norm(np.subtract(bead.position, BEADS[NAMES.index(bead.name)])) < 0.1
+    assert content.search is not None
+    assert content.search.left_out > 0  # teeth, whose crowns are as bright
+    assert content.pairs == ()
+    first, second, *_ = content.beads
+    editor.judge_bead(first.id, confirmed=False)
+    after = editor.confirm_all().content
+    assert {pair.label for pair in after.pairs} == set(NAMES) - {first.name}
+    assert all(pair.in_image is not None and pair.measured is None for pair in after.pairs)
+    renamed = next(pair.id for pair in after.pairs if pair.bead == second.id)
+    editor.change_pair(renamed, {"label": "mine"})
+    phantom_services.jobs.wait(phantom_services.registering.start_beads(editor.id).id, 120.0)
+    again = editor.document.content
+    assert [bead.rejected for bead in again.beads] == [bead.id == first.id for bead in again.beads]
+    assert next(pair for pair in again.pairs if pair.id == renamed).label == "mine"
+    assert editor.judge_bead(second.id, confirmed=None).content.pairs[0].label != "mine"
+    with pytest.raises(NotFound, match="no bead"):
+        editor.judge_bead("bead-99", confirmed=True)
+
+
+def test_where_beads_cannot_be_looked_for_it_says_so(phantom_services: Services, editor: RegistrationEditor) -> None:
+    registering = phantom_services.registering
+    surface = other_case(phantom_services)
+    of_surface = phantom_services.registrations.create(surface.id, "No CT")
+    with pytest.raises(InputError, match="made of a surface"):
+        registering.start_beads(of_surface.id)
+    job = phantom_services.jobs.wait(registering.start_beads(editor.id, threshold_hu=10.0).id, 60.0)
+    assert job.state == "failed"
+    assert "threshold" in str(job.error)
+    editor.set_locked(True)
+    with pytest.raises(DocumentLocked):
+        registering.start_beads(editor.id)
+    with pytest.raises(NotFound):
+        registering.start_beads("registration-none")
+
+
+def test_every_edit_fits_the_pairs_anew(editor: RegistrationEditor) -> None:
+    """The transform is that of the engine's fit of the enabled pairs; fewer than three leave none."""
+    points = measured(BEADS, 0.3)
+    ids = []
+    for place, point, name in zip(BEADS, points, NAMES, strict=True):
+        pair_id, document = editor.added_pair(place, point, name)
+        ids.append(pair_id)
+        assert document.content.made_from == ("pairs" if len(ids) >= 3 else "none")
+    content = editor.document.content
+    own = register_points(points, BEADS)
+    np.testing.assert_allclose(np.reshape(content.transform, (4, 4)), own.transform, atol=1e-12)
+    report = report_of(content)
+    assert (report.state, report.used) == ("fitted", 5)
+    assert report.fre_mm == pytest.approx(own.fre_mm)
+    assert report.mean_residual_mm == pytest.approx(own.mean_residual_mm)
+    assert list(report.residuals_mm) == ids
+    assert report.fle_mm == pytest.approx(own.fle_mm)
+    assert report.fle_source == "estimated"
+    fewer = editor.change_pair(ids[0], {"enabled": False}).content
+    np.testing.assert_allclose(
+        np.reshape(fewer.transform, (4, 4)), register_points(points[1:], BEADS[1:]).transform, atol=1e-12
+    )
+    assert report_of(fewer).residuals_mm[ids[0]] > 0.0  # of a pair that is left out as well
+    editor.change_pair(ids[1], {"measured": None})
+    editor.change_pair(ids[2], {"measured": None})
+    waiting = editor.document.content
+    assert (waiting.made_from, len(waiting.pairs), waiting.transform) == ("none", 5, RegistrationContent().transform)
+    assert report_of(waiting).words.startswith("One more point has to be seen")
+    assert editor.undo().content.made_from == "pairs"
+    weighted = editor.change_pair(ids[4], {"weight": 4.0}).content
+    used = [2, 3, 4]
+    expected = register_points([points[i] for i in used], [BEADS[i] for i in used], [1.0, 1.0, 4.0])
+    np.testing.assert_allclose(np.reshape(weighted.transform, (4, 4)), expected.transform, atol=1e-12)
+
+
+def test_points_on_a_line_keep_their_pairs_and_say_why() -> None:
+    places = [(0.0, 0.0, 10.0 * i) for i in range(4)]
+    content = refitted(RegistrationContent(pairs=pairs_of(places, measured(places))))
+    report = report_of(content)
+    assert (content.made_from, report.state, len(content.pairs)) == ("none", "degenerate", 4)
+    assert "lie on a line" in report.words
+    assert "fixed" not in report.words
+    assert "moving" not in report.words
+    assert error_table(content, None).words == "The error is known once the points are fitted."
+
+
+def test_a_pair_that_was_measured_wrongly_is_named_and_left_out() -> None:
+    content = content_of(0.2)
+    off = np.add(content.pairs[3].measured, [6.0, 0.0, 0.0])
+    wrong = replace(content.pairs[3], measured=tuple(off.tolist()))
+    content = refitted(replace(content, pairs=(*content.pairs[:3], wrong, *content.pairs[4:])))
+    named = report_of(content).wrong
+    assert named is not None
+    assert (named.pair, named.certainty) == ("pair-3", "outlier")
+    assert f"‘{NAMES[3]}’" in named.words
+    without = refitted(replace(content, pairs=tuple(replace(p, enabled=p.id != "pair-3") for p in content.pairs)))
+    assert report_of(without).wrong is None
+    assert (report_of(without).fre_mm or 9.0) < 0.5 < (report_of(content).fre_mm or 0.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_order_of_the_points_is_found(editor: RegistrationEditor, seed: int) -> None:
+    """Touched in any order, and one bead was not touched at all."""
+    order = np.random.default_rng(seed).permutation(5)[:4].tolist()
+    for place, name in zip(BEADS, NAMES, strict=True):
+        editor.added_pair(place, label=name)
+    points = measured(BEADS, 0.2, seed)
+    editor.set_measured([MeasuredPoint("", points[i]) for i in order])
+    answer = order_of(editor.document.content)
+    assert not answer.ambiguous
+    content = editor.reorder(answer.candidates[0].measured_of).content
+    for index, pair in enumerate(content.pairs):
+        assert pair.measured == (points[index] if index in order else None)
+    assert order_of(content).unchanged
+    assert answer.candidates[0].fre_mm == pytest.approx(report_of(content).fre_mm)
+
+
+def test_an_even_layout_asks_which_order_is_right() -> None:
+    """Four corners of a square fit as well turned by quarters, and mirrored over."""
+    places = [(0.0, 0.0, 0.0), (60.0, 0.0, 0.0), (60.0, 60.0, 0.0), (0.0, 60.0, 0.0)]
+    answer = order_of(RegistrationContent(pairs=pairs_of(places, measured(places, 0.1))))
+    assert answer.ambiguous
+    assert len(answer.candidates) == 8
+    assert "Only somebody who knows" in answer.words
+
+
+def test_more_points_than_beads_are_kept(editor: RegistrationEditor) -> None:
+    for place in BEADS[:3]:
+        editor.added_pair(place)
+    points = measured(BEADS)
+    rows = [MeasuredPoint("", points[i]) for i in (4, 2, 1, 0)]
+    content = editor.set_measured(rows).content
+    assert [pair.measured for pair in content.pairs] == [points[4], points[2], points[1], points[0]]
+    assert content.pairs[3].in_image is None
+    ordered = editor.reorder(order_of(content).candidates[0].measured_of).content
+    assert [pair.measured for pair in ordered.pairs[:3]] == points[:3]
+    assert [pair.measured for pair in ordered.pairs[3:]] == [points[4]]
+    assert ordered.pairs[3].in_image is None
+    assert report_of(ordered).fre_mm == pytest.approx(0.0, abs=1e-9)
+    with pytest.raises(InputError, match="one pair only"):
+        editor.reorder({ordered.pairs[0].id: ordered.pairs[1].id, ordered.pairs[1].id: ordered.pairs[1].id})
+
+
+def test_measured_points_of_a_table_go_by_label_or_in_order(editor: RegistrationEditor) -> None:
+    for place, name in zip(BEADS, NAMES, strict=True):
+        editor.added_pair(place, label=name)
+    points = measured(BEADS)
+    by_label = [MeasuredPoint(NAMES[i], points[i]) for i in (3, 1, 0)]
+    table = measured_to_csv(tuple(by_label), "patient")
+    assert read_measured(table.encode(), "patient") == tuple(by_label)
+    content = editor.set_measured(by_label).content
+    assert [pair.measured for pair in content.pairs] == [points[0], points[1], None, points[3], None]
+    assert {pair.measured_from for pair in content.pairs if pair.measured} == {"file"}
+    in_metres = "# unit=m\n# frame=tracker\nx,y,z\n0.001,0.002,-0.003\n"
+    assert read_measured(in_metres.encode(), "patient") == (MeasuredPoint("", (1.0, 2.0, -3.0)),)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("# frame=patient\nlabel,x,y,z\na,1,2,3\n", "does not name its unit"),
+        ("# unit=mm\nlabel,x,y,z\na,1,2,3\n", "does not name its frame"),
+        ("# unit=mm\n# frame=LPS\nlabel,x,y,z\na,1,2,3\n", "the image's frame"),
+        ("# unit=mm\n# frame=base\nlabel,x,y,z\na,1,2,3\n", "registration is to the patient"),
+        ("# unit=mm\n# frame=moon\nlabel,x,y,z\na,1,2,3\n", "not known"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2\n", "must be numbers"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,nan\n", "not a finite"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3,4\n", "more values"),
+        ("# unit=mm\n# frame=patient\nname,a,b,c\na,1,2,3\n", "names its columns"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\n", "holds no points"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3", "has no end"),
+    ],
+)
+def test_a_table_that_leaves_something_open_is_refused(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        read_measured(text.encode(), "patient")
+
+
+def test_the_simulated_pointer_has_the_noise_that_is_stated() -> None:
+    """The rms length of 4,000 touches is the stated one within 3 %; the head lies still between touches."""
+    place = BEADS[0]
+    transform = simulated_pose("registration-x")
+    exact = transform[:3, :3] @ place + transform[:3, 3]
+    touches = np.array([simulated_touch("registration-x", place, 0.5, [k]) for k in range(4000)])  # type: ignore[arg-type]
+    assert np.sqrt(((touches - exact) ** 2).sum(axis=1).mean()) == pytest.approx(0.5, rel=0.03)
+    np.testing.assert_array_equal(simulated_pose("registration-x"), transform)
+    assert np.abs(simulated_pose("registration-y") - transform).max() > 1.0
+    np.testing.assert_allclose(transform[:3, :3] @ transform[:3, :3].T, np.eye(3), atol=1e-12)
+    for noise in (-0.1, 1e3, float("nan")):
+        with pytest.raises(InputError):
+            simulated_touch("registration-x", place, noise)  # type: ignore[arg-type]
+
+
+def test_simulated_touches_say_that_they_are(editor: RegistrationEditor) -> None:
+    for place in BEADS:
+        editor.added_pair(place)
+    ids = [pair.id for pair in editor.document.content.pairs]
+    content = editor.touch(ids, 0.3, 7).content
+    report = report_of(content)
+    assert report.simulated
+    assert any("simulated pointer" in text for text in report.cautions)
+    assert editor.touch(ids, 0.3, 7).content.pairs == content.pairs  # with the seed it comes again
+    assert editor.touch(ids, 0.3).content.pairs != content.pairs
+    typed = editor.change_pair(ids[0], {"measured": [1.0, 2.0, 3.0]}).content
+    assert typed.pairs[0].measured_from == "typed"
+    assert any("different frames" in text for text in report_of(typed).cautions)
+    alone, document = editor.added_pair(None, [1.0, 2.0, 3.0])
+    assert document.content.pairs[-1].id == alone
+    with pytest.raises(InputError, match="no place in the image"):
+        editor.touch([alone], 0.3)
+    cleared = editor.clear_measured().content
+    assert [pair.measured for pair in cleared.pairs] == [None] * 5  # the one without a place in the image is gone
+
+
+def test_expected_errors_hold_in_many_trials(plan: Plan) -> None:
+    """Of 2,000 fits with an error of 0.5 mm per point 95 % stay within the stated radius, at every target."""
+    sigma = 0.5 / np.sqrt(3.0)
+    content = replace(content_of(sigma), fle_mm=0.5)
+    table = error_table(content, plan)
+    assert len(table.targets) == len(plan.targets) > 0
+    targets = np.array([target.error.position for target in table.targets])
+    exact = targets @ pose()[:3, :3].T + pose()[:3, 3]
+    off = []
+    for seed in range(2000):
+        fit = register_points(measured(BEADS, sigma, seed), BEADS)
+        off.append(np.linalg.norm(fit.to_fixed(targets) - exact, axis=1))
+    within = (np.array(off) < [target.error.within_95_mm for target in table.targets]).mean(axis=0)
+    np.testing.assert_allclose(within, 0.95, atol=0.02)
+    rms = np.sqrt((np.array(off) ** 2).mean(axis=0))
+    np.testing.assert_allclose([target.error.rms_mm for target in table.targets], rms, rtol=0.05)
+
+
+def test_the_table_says_what_its_figures_mean(plan: Plan) -> None:
+    content = content_of(0.3)
+    table = error_table(content, plan)
+    assert table.path is not None
+    assert table.path.worst.within_95_mm == max(table.path.within_95_mm)
+    assert table.path.s_mm[0] == 0.0
+    worst = max(target.error.within_95_mm for target in table.targets)
+    assert f"below {np.ceil(worst * 10) / 10:.1f} mm in 95 of 100 cases" in table.words
+    assert "FRE says how well the points fit, not how exact the tool is" in table.words
+    both = expected_errors(content, [table.path.worst.position])
+    assert both is not None
+    assert both[1][0] == pytest.approx(table.path.worst.within_95_mm)
+    assert table.fle_source == "estimated"
+    stated = error_table(replace(content, fle_mm=2.0 * (table.fle_mm or 0.0)), plan)
+    assert stated.targets[0].error.rms_mm == pytest.approx(2.0 * table.targets[0].error.rms_mm)
+    assert error_table(content, None).targets == ()
+
+
+def test_a_given_transform_is_judged_by_the_pairs(editor: RegistrationEditor, plan: Plan) -> None:
+    editor.use_given(ImageRegistration(pose()))
+    for place, point in zip(BEADS, measured(BEADS), strict=True):
+        editor.added_pair(place, np.add(point, [0.0, 3.0, 0.0]).tolist())
+    content = editor.document.content
+    np.testing.assert_array_equal(np.reshape(content.transform, (4, 4)), pose())
+    report = report_of(content)
+    assert (report.state, report.fre_mm) == ("given", pytest.approx(3.0))
+    assert error_table(content, plan).words.startswith("Nothing is known of the error")
+    assert expected_errors(content, [[0.0, 0.0, 0.0]]) is None
+    fitted = editor.fit_pairs().content
+    assert (fitted.made_from, report_of(fitted).fre_mm) == ("pairs", pytest.approx(0.0, abs=1e-9))
+
+
+def test_what_was_stored_before_comes_back_as_given() -> None:
+    pair = {"label": "A", "in_image": [1.0, 2.0, 3.0], "measured": [4.0, 5.0, 6.0]}
+    stored = {"to": "patient", "transform": pose().ravel().tolist(), "pairs": [pair, pair]}
+    content = REGISTRATION.content("vfix-registration/1", stored, {})
+    assert content.made_from == "given"
+    assert [pair.id for pair in content.pairs] == ["pair-1", "pair-2"]
+    np.testing.assert_array_equal(np.reshape(content.transform, (4, 4)), pose())
+    assert REGISTRATION.content(REGISTRATION.schema, REGISTRATION.write(content), {}) == content
+    empty = {"to": "patient", "transform": np.eye(4).ravel().tolist(), "pairs": []}
+    assert REGISTRATION.content("vfix-registration/1", empty, {}) == RegistrationContent()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"made_from": "thin air"},
+        {"fle_mm": 0.0},
+        {"fle_mm": 51.0},
+        {"pairs": (FiducialPair("A", None, None, "p"), FiducialPair("B", None, None, "p"))},
+        {"pairs": (FiducialPair("A", None, None, "p", weight=0.0),)},
+        {"pairs": (FiducialPair("A", None, None, "p", measured_from="guessed"),)},  # type: ignore[arg-type]
+        {"pairs": (FiducialPair("A", None, None, "p q"),)},
+    ],
+)
+def test_what_cannot_be_is_refused(change: dict[str, Any]) -> None:
+    content = replace(RegistrationContent(), **change)
+    with pytest.raises(InputError):
+        REGISTRATION.check(content)
+    with pytest.raises(InputError):
+        REGISTRATION.content(REGISTRATION.schema, REGISTRATION.write(content), {})
+
+
+def test_a_plan_uses_a_registration_and_says_where_it_cannot(
+    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+) -> None:
+    registering, plans = phantom_services.registering, phantom_services.plans
+    assert registering.registration_of(plan).state == "none"
+    with pytest.raises(PlanError, match="no transform yet"):
+        registering.use(plan.id, editor.id)
+    editor.become(content_of(0.3))
+    with pytest.raises(PlanConflict):
+        registering.use(plan.id, editor.id, expected_revision=plan.revision + 5)
+    used = registering.use(plan.id, editor.id)
+    assert used.registration == editor.id
+    assert plans.documents.get(plan.id).refs[-1].id == editor.id
+    found = registering.registration_of(used)
+    assert (found.state, found.id) == ("ready", editor.id)
+    assert found.registration is not None
+    np.testing.assert_allclose(found.registration.transform, pose(), atol=2.0)
+    errors = found.expected_errors([[0.0, 40.0, 0.0]])
+    assert errors is not None
+    assert 0.0 < errors[0][0] < errors[1][0]
+    assert from_native_json(to_native_json(used)).content.registration == editor.id
+    assert changes(plan.content, used.content) == ("The plan uses a registration.",)
+    assert changes(used.content, plan.content) == ("The plan uses no registration any more.",)
+    phantom_services.registrations.delete(editor.id)
+    deleted = registering.registration_of(used)
+    assert (deleted.state, deleted.registration, deleted.expected_errors([[0.0, 0.0, 0.0]])) == ("deleted", None, None)
+    assert "‘Beads’" in deleted.words
+    phantom_services.registrations.restore(editor.id)
+    editor.become(RegistrationContent())
+    assert registering.registration_of(used).state == "unfinished"
+    missing = registering.registration_of(replace(used, registration="registration-gone"))
+    assert (missing.state, missing.registration) == ("missing", None)
+    assert plans.editor(plan.id).undo().registration is None
+    assert plans.editor(plan.id).redo().registration == editor.id
+    assert registering.use(plan.id, None).registration is None
+    with pytest.raises(NotFound):
+        registering.use(plan.id, "registration-gone")
+
+
+def test_a_registration_of_another_head_is_not_used(phantom_services: Services, plan: Plan) -> None:
+    other = phantom_services.registrations.create(other_case(phantom_services).id, "Elsewhere", content_of())
+    with pytest.raises(PlanError, match="another head"):
+        phantom_services.registering.use(plan.id, other.id)
+    found = phantom_services.registering.registration_of(replace(plan, registration=other.id))
+    assert (found.state, found.registration) == ("other_case", None)
+
+
+def test_the_frame_of_a_table_is_that_of_the_registration() -> None:
+    table = "# unit=mm\n# frame=robot\nlabel,x,y,z\na,1,2,3\n"
+    assert read_measured(table.encode(), "base") == (MeasuredPoint("a", (1.0, 2.0, 3.0)),)
+    with pytest.raises(FrameError):
+        read_measured(table.encode(), "patient")

@@ -1,0 +1,138 @@
+"""Registrations over REST: the whole way from beads to a plan that uses one, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from rest_client import CASE, Client
+
+from app.services import Services
+from app.services.embedded import SAMPLE_PLAN
+
+
+@pytest.fixture
+def made(client: Client) -> Any:
+    answer = client.post(f"{CASE}/registrations", json={"name": "Beads"})
+    assert answer.status_code == 201
+    yield answer.json()
+    client.delete(f"/api/registrations/{answer.json()['id']}")
+
+
+def test_from_beads_to_a_plan_that_uses_them(client: Client, phantom_services: Services, made: dict[str, Any]) -> None:
+    path = f"/api/registrations/{made['id']}"
+    assert (made["made_from"], made["schema"], made["fit"]["state"]) == ("none", "vfix-registration/2", "waiting")
+    job = client.post(f"{path}/beads", json={"diameter_mm": 4.0}).json()
+    assert phantom_services.jobs.wait(job["id"], 120.0).state == "done"
+    found = client.get(path).json()
+    assert [bead["state"] for bead in found["beads"]] == ["found"] * 5
+    assert found["search"]["diameter_mm"] == 4.0
+    for bead in found["beads"]:
+        found = client.patch(f"{path}/beads/{bead['id']}", json={"confirmed": True}).json()
+    assert [bead["state"] for bead in found["beads"]] == ["confirmed"] * 5
+    for pair in found["pairs"]:
+        touched = client.post(f"{path}/pairs/{pair['id']}/touch", json={"noise_mm": 0.3, "seed": 5})
+        assert touched.status_code == 200
+    fitted = touched.json()
+    assert (fitted["made_from"], fitted["fit"]["state"], fitted["fit"]["simulated"]) == ("pairs", "fitted", True)
+    assert 0.0 < fitted["fit"]["mean_residual_mm"] <= fitted["fit"]["fre_mm"] < 1.0
+    assert fitted["fit"]["fle_mm"] == pytest.approx(fitted["fit"]["fre_mm"] / np.sqrt(0.6))
+    table = client.get(f"{path}/errors", params={"plan_id": SAMPLE_PLAN}).json()
+    assert len(table["targets"]) > 0
+    for target in table["targets"]:
+        assert 0.0 < target["error"]["rms_mm"] < target["error"]["within_95_mm"]
+    assert table["path"]["worst"]["within_95_mm"] == max(table["path"]["within_95_mm"])
+    plan = client.post(f"{CASE}/plans", json={"name": "Registered", "copy_of": SAMPLE_PLAN}).json()
+    assert plan["registration"] is None
+    none = client.get(f"/api/plans/{plan['id']}/registration").json()
+    assert (none["state"], none["registration"], none["errors"]) == ("none", None, None)
+    used = client.request("PUT", f"/api/plans/{plan['id']}/registration", json={"registration": made["id"]})
+    assert used.json()["registration"] == made["id"]
+    assert used.headers["ETag"] == f'"{used.json()["revision"]}"'
+    told = client.get(f"/api/plans/{plan['id']}/registration").json()
+    assert (told["state"], told["name"], told["errors"]["targets"]) == ("ready", "Beads", table["targets"])
+    client.delete(path)
+    gone = client.get(f"/api/plans/{plan['id']}/registration").json()
+    assert (gone["state"], gone["registration"]) == ("deleted", made["id"])
+    client.post(f"{path}/restore")
+    nothing = client.request("PUT", f"/api/plans/{plan['id']}/registration", json={"registration": None}).json()
+    assert nothing["registration"] is None
+    assert client.post(f"/api/plans/{plan['id']}/undo").json()["registration"] == made["id"]
+    client.delete(f"/api/plans/{plan['id']}")
+
+
+def test_pairs_are_typed_ordered_and_taken_back(client: Client, made: dict[str, Any]) -> None:
+    path, rng = f"/api/registrations/{made['id']}", np.random.default_rng(3)
+    places = (rng.uniform(-80.0, 80.0, (5, 3))).tolist()
+    ids = []
+    for place in places:
+        answer = client.post(f"{path}/pairs", json={"in_image": place, "measured": place})
+        assert answer.status_code == 201
+        ids.append(answer.json()["pair"])
+    mixed = [places[i] for i in (2, 0, 1, 4, 3)]
+    for pair_id, place in zip(ids, mixed, strict=True):
+        wrong = client.patch(f"{path}/pairs/{pair_id}", json={"measured": place}).json()
+    assert wrong["fit"]["fre_mm"] > 5.0
+    order = client.get(f"{path}/order").json()
+    assert (order["ambiguous"], order["unchanged"]) == (False, False)
+    right = client.post(f"{path}/order", json={"measured_of": order["candidates"][0]["measured_of"]}).json()
+    assert right["fit"]["fre_mm"] == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(np.reshape(right["transform"], (4, 4)), np.eye(4), atol=1e-9)
+    assert client.get(f"{path}/order").json()["unchanged"] is True
+    cleared = client.patch(f"{path}/pairs/{ids[0]}", json={"measured": None, "label": "chin"}).json()
+    assert (cleared["pairs"][0]["measured"], cleared["pairs"][0]["label"]) == (None, "chin")
+    assert client.post(f"{path}/undo").json()["pairs"][0]["measured"] == places[0]
+    assert client.post(f"{path}/redo").json()["pairs"][0]["measured"] is None
+    assert len(client.delete(f"{path}/pairs/{ids[0]}").json()["pairs"]) == 4
+    stated = client.patch(path, json={"fle": {"mm": 0.5}}).json()
+    assert (stated["fle_mm"], stated["fit"]["fle_source"]) == (0.5, "stated")
+    assert client.patch(path, json={"fle": {"mm": None}}).json()["fle_mm"] is None
+    copy = client.post(f"{CASE}/registrations", json={"name": "Copy", "copy_of": made["id"]}).json()
+    assert copy["pairs"] == client.get(path).json()["pairs"]
+    assert {one["id"] for one in client.get(f"{CASE}/registrations").json()} >= {copy["id"], made["id"]}
+    client.delete(f"/api/registrations/{copy['id']}")
+
+
+def test_a_table_of_measured_points_comes_in(client: Client, made: dict[str, Any]) -> None:
+    path = f"/api/registrations/{made['id']}"
+    for label, place in (("a", [0, 0, 0]), ("b", [50, 0, 0]), ("c", [0, 70, 0])):
+        client.post(f"{path}/pairs", json={"label": label, "in_image": [float(x) for x in place]})
+    table = "# unit=mm\n# frame=patient\nlabel,x,y,z\nc,10,80,5\nb,60,10,5\na,10,10,5\n"
+    files = {"file": ("points.csv", table.encode(), "text/csv")}
+    answer = client.post(f"{path}/measured", files=files)
+    assert answer.status_code == 200
+    assert [pair["measured"] for pair in answer.json()["pairs"]] == [[10, 10, 5], [60, 10, 5], [10, 80, 5]]
+    assert answer.json()["fit"]["fre_mm"] == pytest.approx(0.0, abs=1e-9)
+    assert "Measure a fourth" in answer.json()["fit"]["cautions"][0]
+    no_unit = client.post(f"{path}/measured", files={"file": ("p.csv", b"label,x,y,z\na,1,2,3\n", "text/csv")})
+    assert no_unit.status_code == 422
+    assert no_unit.json()["error"]["details"]["missing"] == ["unit"]
+
+
+def test_revisions_locks_and_wrong_wishes(client: Client, made: dict[str, Any]) -> None:
+    path = f"/api/registrations/{made['id']}"
+    shown = client.get(path)
+    etag = shown.headers["ETag"]
+    assert client.post(f"{path}/pairs", json={"in_image": [0.0, 0.0, 0.0]}, headers={"If-Match": etag}).is_success
+    assert client.post(f"{path}/pairs", json={}, headers={"If-Match": etag}).status_code == 412
+    stale = client.patch(path, json={"name": "Other", "revision": shown.json()["revision"]})
+    assert stale.status_code == 409
+    assert client.patch(path, json={"locked": True}).json()["locked"] is True
+    assert client.post(f"{path}/pairs", json={}).status_code in (409, 423)
+    assert client.delete(path).status_code in (409, 423)
+    assert client.post(f"{path}/beads", json={}).status_code in (409, 423)
+    client.patch(path, json={"locked": False})
+    assert client.patch(path, json={"name": "a", "locked": True}).status_code == 422
+    assert client.patch(path, json={"name": "Renamed"}).json()["name"] == "Renamed"
+    pair = client.get(path).json()["pairs"][0]["id"]
+    for wish in ({"weight": 0.0}, {"in_image": [1e9, 0.0, 0.0]}, {"colour": "red"}, {"enabled": "perhaps"}):
+        assert client.patch(f"{path}/pairs/{pair}", json=wish).status_code == 422
+    assert client.patch(f"{path}/pairs/none", json={"label": "x"}).status_code == 404
+    assert client.post(f"{path}/pairs/{pair}/touch", json={"noise_mm": -1.0}).status_code == 422
+    assert client.get(f"{path}/order").status_code == 422
+    assert client.get("/api/registrations/none").status_code == 404
+    plan = f"/api/plans/{SAMPLE_PLAN}/registration"
+    assert client.request("PUT", plan, json={"registration": made["id"]}).status_code == 422
+    assert client.request("PUT", plan, json={"registration": "none"}).status_code == 404
+    assert client.get(f"/api/plans/{SAMPLE_PLAN}").json()["registration"] is None
