@@ -9,7 +9,7 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -23,7 +23,7 @@ from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.planning import Planning
 from app.services.registration import RegistrationContent
 from vfix_engine.errors import PlanError, VfixError
-from vfix_engine.frames import transform_image_to_base
+from vfix_engine.frames import ImageRegistration, transform_image_to_base
 
 Array = npt.NDArray[np.float64]
 BaseForm = Literal["json", "csv"]
@@ -55,17 +55,21 @@ class BaseExport:
     def text(self, plan: Plan, form: str, registration: str | None = None) -> str:
         """The plan's points and targets, and the path as driven with the shaft's directions, as a file.
 
-        registration: id or name of the one of the image; without one, image and patient are one frame, as in a
-            simulation.
-        Raises PlanError where the robot is not placed or for another form, and NotFound for an unknown registration.
+        registration: id or name of the one of the image, instead of that of the plan; where there is neither, image and
+            patient are one frame, as in a simulation.
+        Raises PlanError where the robot is not placed, the registration cannot be used or for another form, and
+        NotFound for an unknown registration.
         """
         if form not in ("json", "csv"):
             raise PlanError(f"a plan in the robot's frame is written as json or csv, not as {form:.20}.")
-        found = None if registration is None else self._registration(plan, registration)
-        transform = _transform(plan, found)
+        if registration is not None:
+            plan = replace(plan, registration=self._registration(plan, registration).id)
+        used = self._planning.registration(plan)
+        transform = _transform(plan, None if used is None else used.image)
         driven, remark = self._driven(plan)
         points = [_moved(point, transform) for point in (*_planned(plan), *driven)]
-        head = _head(plan, transform, found, remark)
+        named = None if used is None else self._registrations.get(used.id)
+        head = _head(plan, transform, named, remark)
         return _json(head, points) if form == "json" else _table(head, points)
 
     def _registration(self, plan: Plan, name: str) -> Document[RegistrationContent]:
@@ -108,17 +112,16 @@ def _planned(plan: Plan) -> list[BasePoint]:
     ]
 
 
-def _transform(plan: Plan, registration: Document[RegistrationContent] | None) -> Array:
+def _transform(plan: Plan, registration: ImageRegistration | None) -> Array:
     """transform_image_to_base (4, 4). Raises PlanError where nobody knows where the base is."""
-    content = None if registration is None else registration.content
     placed = plan.robot.get("base")
-    if placed is None and (content is None or content.to != "base"):
+    if placed is None and (registration is None or registration.to != "base"):
         raise PlanError(
             "the plan's robot is not placed, so nothing can be told in its frame; keep the placing of the dry run "
             "(vfix plan place), or name a registration to the base."
         )
     base = np.eye(4) if placed is None else np.reshape(np.array(placed, dtype=np.float64), (4, 4))
-    return transform_image_to_base(base, None if content is None else content.registration)
+    return transform_image_to_base(base, registration)
 
 
 def _moved(point: BasePoint, transform: Array) -> BasePoint:

@@ -9,6 +9,7 @@ import subprocess
 import time
 import zipfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -80,10 +81,12 @@ def head(services: Services) -> Case:
     editor = services.plans.editor(plan.id)
     editor.move_point("b", (4.0, 5.0, 6.0))
     editor.set_settings({"margin_mm": 0.4})
-    editor.set_locked(True)
     services.plans.delete(services.plans.create(case.id, "Deleted").id)
     pairs = (FiducialPair("A", (0.0, 0.0, 0.0), (5.0, 6.0, 7.0)),)
-    services.registrations.create(case.id, "R", RegistrationContent("patient", tuple(np.eye(4).ravel()), pairs))
+    content = RegistrationContent("patient", tuple(np.eye(4).ravel().tolist()), pairs, made_from="given")
+    registration = services.registrations.create(case.id, "R", content)
+    editor.use_registration(registration.id)
+    editor.set_locked(True)
     label = services.labels.create(case.id, "Tumour")
     services.labels.stroke(label.id, Stroke("paint", "ball", 2.0, ((4.0, 4.0, 4.0),), (0.0, 0.0, 1.0)))
     return services.cases.get(case.id)
@@ -108,12 +111,21 @@ def content_of(services: Services, case_id: str) -> dict[str, Any]:
     (plan,) = services.plans.list(case_id)
     (version,) = services.versions.list(plan.id)
     (registration,) = services.registrations.list(case_id)
+    assert plan.registration == registration.id
     (label,) = services.labels.documents.list(case_id)
     return {
         "case": (case.frame, case.surfaces, case.volumes, case.beads, case.notes, case.structures, case.created),
         "hash": (case.content_hash, services.cases.volume_revision(case)),
         "mesh": services.cases.case_surface(case_id).content_hash,
-        "plan": (plan.name, plan.content, plan.locked, plan.revision, plan.case_hash, plan.created, plan.modified),
+        "plan": (
+            plan.name,
+            replace(plan.content, registration=None),
+            plan.locked,
+            plan.revision,
+            plan.case_hash,
+            plan.created,
+            plan.modified,
+        ),
         "version": (version.name, version.content, version.revision),
         "registration": (registration.name, registration.content),
         "label": (label.name, label.content, services.labels.mask(case, label.content).sum()),

@@ -55,7 +55,9 @@ def head(phantom_services: Services) -> Case:
         "Head", frame=CaseFrame("LPS", False), surfaces={"bone": mesh}, volume=a_volume(),
         beads=(Bead("marker", (9.0, 8.0, 1 / 7)),),
     )  # fmt: skip
-    phantom_services.registrations.create(made.id, "Left/right: ü", RegistrationContent("patient", tuple(TURN.ravel())))
+    content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
+    phantom_services.registrations.create(made.id, "Left/right: ü", content)
+    phantom_services.registrations.create(made.id, "Not made yet", RegistrationContent())
     return made
 
 

@@ -114,13 +114,14 @@ class Intake:
     def _register(self, plan: Plan, message: Transform) -> str:
         transform = registration_to_ras(rigid(message.matrix))
         known = [one for one in self._registrations.list(plan.case_id) if not one.unreadable]
-        if any(same_transform(one.content.registration.transform, transform) for one in known):
+        made = [one.content for one in known if one.content.made_from != "none"]
+        if any(same_transform(content.registration.transform, transform) for content in made):
             return ""
         taken = {one.name for one in known}
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:
             raise PlanError(f"{MAX_REGISTRATIONS} registrations came from outside; delete some of them first.")
         name = _unused(FROM, taken)
-        content = RegistrationContent("patient", tuple(transform.ravel().tolist()))
+        content = RegistrationContent("patient", tuple(transform.ravel().tolist()), made_from="given")
         self._registrations.create(plan.case_id, name, content)
         return f"Stored as registration {name!r}; check it before it is used."
 

@@ -107,6 +107,6 @@ class LiveLink:
             return [Text(STATUS, "No plan is open.")]
         try:
             plan = self._plans.get(plan_id)
-            return [*plan_messages(plan), *registration_message(self._registrations.list(plan.case_id))]
+            return [*plan_messages(plan), *registration_message(plan, self._registrations.list(plan.case_id))]
         except VfixError as error:
             return [Text(STATUS, str(error))]

@@ -28,13 +28,12 @@ def plan_messages(plan: Plan) -> list[Message]:
     ]
 
 
-def registration_message(registrations: Sequence[Document[RegistrationContent]]) -> list[Message]:
-    """The newest registration of the plan's image; none where there is none."""
-    readable = [one for one in registrations if not one.unreadable]
-    if not readable:
+def registration_message(plan: Plan, registrations: Sequence[Document[RegistrationContent]]) -> list[Message]:
+    """The registration that the plan goes by; none where there is none, or it is not made yet."""
+    used = [one for one in registrations if one.id == plan.registration and not one.unreadable]
+    if not used or used[0].content.made_from == "none":
         return []
-    transform = readable[-1].content.registration.transform
-    return [Transform(REGISTRATION, registration_to_ras(transform))]
+    return [Transform(REGISTRATION, registration_to_ras(used[0].content.registration.transform))]
 
 
 def _listed(points: Sequence[PlanPoint], colour: tuple[int, int, int, int]) -> tuple[Point, ...]:

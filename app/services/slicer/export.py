@@ -114,7 +114,7 @@ class SlicerExport:
         names = _FileNames("registration", ".tfm")
         found: Parts = []
         for one in self._registrations.list(case.id):
-            if not one.unreadable:
+            if not one.unreadable and one.content.made_from != "none":
                 words = f"{NOTICE}. From the image to {_TO[one.content.to]}."
                 node = SceneNode("Transform", one.name, names.of(one.name), description=words)
                 found.append((node, _writer(tfm_text(one.content.registration.transform))))
