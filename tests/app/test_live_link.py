@@ -171,6 +171,12 @@ def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan
     assert parts.versions.list(plan.id) == ()
 
 
+def test_a_deleted_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
+    parts.plans.delete(plan.id)
+    with pytest.raises(PlanError, match="is deleted"):
+        intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+
+
 def test_without_an_open_plan_all_is_refused(parts: Parts, intake: Intake) -> None:
     with pytest.raises(PlanError, match="no plan is open"):
         intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))

@@ -98,6 +98,8 @@ class Intake:
         if plan_id is None:
             raise PlanError("no plan is open; open one on the page first.")
         plan = self._plans.get(plan_id)
+        if plan.deleted_at is not None:
+            raise PlanError("the plan that was open is deleted; open another one on the page first.")
         if plan.locked:
             raise PlanLocked("the open plan is locked; unlock it to propose a change.")
         return plan
