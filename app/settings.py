@@ -83,6 +83,12 @@ class Settings:
         return self.home / "vfix.sqlite3"
 
     @property
+    def database_copies(self) -> tuple[Path, ...]:
+        """Copies of the database from before upgrades, the newest last."""
+        path = self.database_path
+        return tuple(sorted(path.parent.glob(f"{path.stem}-*{path.suffix}"), key=lambda copy: copy.stat().st_mtime))
+
+    @property
     def files_dir(self) -> Path:
         """Folder of the content-addressed files."""
         return self.home / "files"

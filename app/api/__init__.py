@@ -3,6 +3,7 @@
 from fastapi import APIRouter
 
 from app.api import (
+    archives,
     cases,
     jobs,
     labels,
@@ -28,6 +29,7 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api")
 for part in (
+    archives,
     cases,
     structures,
     segmentation,

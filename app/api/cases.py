@@ -3,11 +3,14 @@
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
+from starlette.concurrency import run_in_threadpool
 
+from app.api.archives import start_import
 from app.api.case_models import CasePublic, CaseUpdate
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.uploads import MAX_FILES, form_of, receive
+from app.services.archive import is_archive
 from app.services.importing import ImportRequest
 
 router = APIRouter(prefix="/cases", tags=["cases"], responses=ERRORS)
@@ -31,11 +34,13 @@ async def import_case(request: Request, services: ServicesDep) -> JobPublic:
 
     Several files 'file' are the slices of a DICOM folder, or a header and its voxels. For a file that leaves its frame,
     its unit or one of several series open, or is a segmentation, the job fails with what is `missing`. The file is
-    kept: `POST /api/jobs/{job_id}/answer` imports it without another upload.
+    kept: `POST /api/jobs/{job_id}/answer` imports it without another upload. An archive of a case is imported as such.
     """
     fields = ("name", "frame", "units")
     limits: dict[str, Any] = {"max_files": MAX_FILES, "beside": ("names",)}
     upload = await receive(request, services.store.scratch, MAX_CASE_BYTES, fields, **limits)
+    if await run_in_threadpool(is_archive, upload.path):
+        return start_import(services, upload)
     told, names = upload.fields, upload.beside.get("names")
     wanted = ImportRequest(
         upload.path, name=told.get("name"), names=names, frame=told.get("frame"), unit=told.get("units")

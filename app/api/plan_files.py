@@ -1,16 +1,21 @@
 """Plans as files: export and import."""
 
+import shutil
+from pathlib import Path
 from typing import Annotated, Literal, cast, get_args
 from urllib.parse import quote
 
 from fastapi import APIRouter, Query, Request, Response
+from fastapi.responses import FileResponse
 from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
+from app.api.passing_file import PassingFile
 from app.api.plan_models import PlanPublic
 from app.api.uploads import form_of, receive_small, safe_name
 from app.services.exchange import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
 from app.services.plan_model import NOTICE
+from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 
 router = APIRouter(tags=["plan files"], responses=ERRORS)
@@ -60,6 +65,29 @@ def export_plan(
         media_type=MEDIA_TYPES[form],
         headers={"Content-Disposition": disposition, "X-Notice": NOTICE, "Cache-Control": "no-store"},
     )
+
+
+@router.get(
+    "/plans/{plan_id}/export/slicer",
+    response_class=FileResponse,
+    responses={200: {"content": {"application/zip": {}}, "description": "A folder for 3D Slicer"}},
+)
+def export_slicer(plan_id: Identifier, services: ServicesDep) -> PassingFile:
+    """Plan and head as a zipped folder that 3D Slicer opens by its scene; takes seconds. Not for clinical use."""
+    plan = services.plans.get(plan_id)
+    place = services.store.scratch.new_place()
+    try:
+        name = safe_name(plan.name)
+        services.slicer.write(plan, place / "folder" / name)
+        path = Path(shutil.make_archive(str(place / "slicer"), "zip", place / "folder", name))
+    except OSError as error:
+        shutil.rmtree(place, ignore_errors=True)
+        raise StorageError(f"the export could not be written: {error.strerror or error}.") from error
+    except BaseException:
+        shutil.rmtree(place, ignore_errors=True)
+        raise
+    headers = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
+    return PassingFile(path, media_type="application/zip", filename=f"{name}.zip", headers=headers)
 
 
 @router.post("/cases/{case_id}/plans/import", status_code=201, openapi_extra=_FORM)

@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from app.commands import case_labels, case_purge, case_segment, case_structures
+from app.commands import case_archive, case_labels, case_purge, case_segment, case_structures
 from app.services import build_services
 from app.services.cases import Case
 from app.services.resolve import find
@@ -33,7 +33,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         if action == "rename":
             every[-1].add_argument("name", metavar="NAME", help="the new name")
     every += [case_structures.add_parser(actions), case_purge.add_parser(actions), case_segment.add_parser(actions)]
-    every.append(case_labels.add_parser(actions))
+    every += [case_labels.add_parser(actions), *case_archive.add_parsers(actions)]
     for each in every:
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
@@ -47,11 +47,17 @@ def run(args: argparse.Namespace) -> int:
         found = cases.list(include_deleted=args.deleted)
         _say(args, {"cases": [summary(case) for case in found]}, [_line(case) for case in found])
         return 0
+    if args.action == "import-archive":
+        case = case_archive.read(args, services)
+        _say(args, summary(case), [_line(case)])
+        return 0
     if args.action == "purge":
         services.purge.finish()  # one that was killed has left no case to be found by, but files
     case = find(cases.list(include_deleted=True), args.case, "case")
     if args.action == "purge":
         return case_purge.run(args, services, case)
+    if args.action == "export":
+        return case_archive.write(args, services, case)
     if args.action == "structures":
         return case_structures.run(args, services, case)
     if args.action == "labels":

@@ -32,6 +32,7 @@ class Health:
     app_installed: whether page, store and server are installed; `packages` has null for missing packages of theirs,
         which is no problem for an installation of the engine alone.
     kernel_cache: folder of the compiled kernels, null without a cache; compiled_kernels: their number.
+    database_copies: copies of the database from before upgrades, by name, with their size in bytes, the newest last.
     worker_is_kept_from: restrictions of the import worker on this machine, tested.
     real_time_priority: whether a rehearsal gets one; without_priority_because: the reason, '' where it does.
     """
@@ -45,6 +46,7 @@ class Health:
     browser: str | None
     home: str
     home_writable: bool
+    database_copies: dict[str, int]
     compiled_kernels: int
     kernel_cache: str | None
     real_time_priority: bool
@@ -88,6 +90,7 @@ def examine(settings: Settings) -> Health:
         browser=find_browser(),
         home=str(settings.home),
         home_writable=home_writable,
+        database_copies={copy.name: copy.stat().st_size for copy in settings.database_copies},
         compiled_kernels=0 if kernels is None else sum(1 for _ in kernels.rglob("*.nbc")),
         kernel_cache=None if kernels is None else str(kernels),
         real_time_priority=not without,
@@ -143,6 +146,8 @@ def _print_for_people(health: Health) -> None:
         print("page, store and server: not installed; pip install 'vfix[app]' brings them")
     print(f"browser: {health.browser or 'none found; the page opens in any browser you start yourself'}")
     print(f"data folder: {health.home} ({'writable' if health.home_writable else 'NOT writable'})")
+    for name, size in health.database_copies.items():
+        print(f"copy of the database from before an upgrade: {name}, {size / 1e6:.1f} MB")
     if health.kernel_cache is None:
         print("compiled kernels: cannot be kept, so every start compiles them; VFIX_CACHE names another folder")
     else:

@@ -51,7 +51,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["export"].add_argument(
         "--frame", choices=("image", "base"), default="image", help="base: of the placed robot, as json or csv"
     )
-    every["export"].add_argument("--registration", metavar="NAME", help="of the image, with --frame base; else none")
+    every["export"].add_argument(
+        "--registration", metavar="NAME", help="of the image, with --frame base; else the plan's"
+    )
     every["rename"].add_argument("name", metavar="NAME", help="the new name")
     every["export-slicer"] = actions.add_parser("export-slicer", help="write plan and head as a folder for 3D Slicer")
     every["export-slicer"].add_argument("plan", metavar="PLAN", help="id or name")

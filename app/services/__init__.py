@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from app.link import TrackerClient
+    from app.services.archive import ArchiveReader, ArchiveWriter
     from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
@@ -78,6 +79,8 @@ class Services:
     islands: IslandPreviews
     slicer: SlicerExport
     base_export: BaseExport
+    archive_writer: ArchiveWriter
+    archive_reader: ArchiveReader
     live: LiveBoard
     tracker: TrackerClient | None
 
@@ -103,6 +106,7 @@ class Services:
 
 def build_services(settings: Settings) -> Services:
     """Open the store of a home folder, migrated, with the embedded case in it."""
+    from app.services.archive import ArchiveReader, ArchiveWriter
     from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
@@ -175,7 +179,9 @@ def build_services(settings: Settings) -> Services:
         labels=Labels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),
         slicer=SlicerExport(cases, planning, registrations),
-        base_export=BaseExport(planning, registering),
+        base_export=BaseExport(planning, registrations),
+        archive_writer=ArchiveWriter(store, cases, plans, instruments, runs),
+        archive_reader=ArchiveReader(store, cases),
         live=LiveBoard(),
         tracker=_tracker(settings),
     )

@@ -32,14 +32,12 @@ class CaseFiles:
 
     def put_surface(self, name: str, mesh: TriangleMesh, report: SurfaceReport | None = None) -> SurfaceInfo:
         """Store a surface; every coordinate comes back bit for bit."""
-        key = self._files.put_with(lambda file: np.savez(file, vertices=mesh.vertices, faces=mesh.faces))
+        key = self._files.put_with(lambda file: np.savez(file, **surface_arrays(mesh)))
         return surface_info(name, mesh, STORED + key, report)
 
     def put_volume(self, name: str, volume: Volume) -> VolumeInfo:
         """Store a volume."""
-        values = {field.name: getattr(volume, field.name) for field in fields(volume)}
-        known = {name: value for name, value in values.items() if value is not None}
-        key = self._files.put_with(lambda file: np.savez(file, **known))
+        key = self._files.put_with(lambda file: np.savez(file, **volume_arrays(volume)))
         return volume_info(name, volume, STORED + key)
 
     def surface(self, source: str) -> TriangleMesh:
@@ -62,6 +60,17 @@ class CaseFiles:
                 return {name: archive[name] for name in archive.files}
         except (OSError, ValueError, BadZipFile) as error:
             raise StorageError(f"the stored file {path.name[:12]} is damaged; import the case again.") from error
+
+
+def surface_arrays(mesh: TriangleMesh) -> dict[str, Any]:
+    """What the file of a surface holds."""
+    return {"vertices": mesh.vertices, "faces": mesh.faces}
+
+
+def volume_arrays(volume: Volume) -> dict[str, Any]:
+    """What the file of a volume holds: its fields, without those that it leaves open."""
+    values = {field.name: getattr(volume, field.name) for field in fields(volume)}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def surface_info(name: str, mesh: TriangleMesh, source: str, report: SurfaceReport | None = None) -> SurfaceInfo:

@@ -15,16 +15,15 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from app.services.documents import Document
+from app.services.documents import Document, Documents
 from app.services.errors import NotFound
 from app.services.exchange_csv import shielded
 from app.services.exchange_parts import to_json_text
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.planning import Planning
-from app.services.registering import Registering
 from app.services.registration import RegistrationContent
 from vfix_engine.errors import PlanError, VfixError
-from vfix_engine.frames import transform_image_to_base
+from vfix_engine.frames import ImageRegistration, transform_image_to_base
 
 Array = npt.NDArray[np.float64]
 BaseForm = Literal["json", "csv"]
@@ -50,36 +49,35 @@ class BasePoint:
 class BaseExport:
     """Plans in their robot's frame; a call may take seconds and may run in any thread."""
 
-    def __init__(self, planning: Planning, registering: Registering) -> None:
-        self._planning, self._registering = planning, registering
+    def __init__(self, planning: Planning, registrations: Documents[RegistrationContent]) -> None:
+        self._planning, self._registrations = planning, registrations
 
     def text(self, plan: Plan, form: str, registration: str | None = None) -> str:
         """The plan's points and targets, and the path as driven with the shaft's directions, as a file.
 
-        registration: id or name of one of the plan's head instead of the one that the plan uses; without either, image
-            and patient are one frame, as in a simulation.
+        registration: id or name of the one of the image, instead of that of the plan; where there is neither, image and
+            patient are one frame, as in a simulation.
         Raises PlanError where the robot is not placed, the registration cannot be used or for another form, and
         NotFound for an unknown registration.
         """
         if form not in ("json", "csv"):
             raise PlanError(f"a plan in the robot's frame is written as json or csv, not as {form:.20}.")
         if registration is not None:
-            plan = replace(plan, registration=self._named(plan, registration))
-        used = self._registering.registration_of(plan)
-        if used.state not in ("none", "ready"):
-            raise PlanError(used.words)
-        found = used.document
-        transform = _transform(plan, found)
+            plan = replace(plan, registration=self._registration(plan, registration).id)
+        used = self._planning.registration(plan)
+        transform = _transform(plan, None if used is None else used.image)
         driven, remark = self._driven(plan)
         points = [_moved(point, transform) for point in (*_planned(plan), *driven)]
-        head = _head(plan, transform, found, remark)
+        named = None if used is None else self._registrations.get(used.id)
+        head = _head(plan, transform, named, remark)
         return _json(head, points) if form == "json" else _table(head, points)
 
-    def _named(self, plan: Plan, name: str) -> str:
-        """The id of the registration of that id or name; of several with one name that of the newest."""
-        listed = self._registering.documents.list(plan.case_id)
+    def _registration(self, plan: Plan, name: str) -> Document[RegistrationContent]:
+        listed = self._registrations.list(plan.case_id)
         for one in [*(one for one in listed if one.id == name), *(one for one in reversed(listed) if one.name == name)]:
-            return one.id
+            if one.unreadable:
+                raise PlanError(one.unreadable)
+            return one
         known = ", ".join(repr(one.name) for one in listed) or "none"
         raise NotFound(f"there is no registration {name!r:.80} of this plan's head; there are: {known}.")
 
@@ -114,17 +112,16 @@ def _planned(plan: Plan) -> list[BasePoint]:
     ]
 
 
-def _transform(plan: Plan, registration: Document[RegistrationContent] | None) -> Array:
+def _transform(plan: Plan, registration: ImageRegistration | None) -> Array:
     """transform_image_to_base (4, 4). Raises PlanError where nobody knows where the base is."""
-    content = None if registration is None else registration.content
     placed = plan.robot.get("base")
-    if placed is None and (content is None or content.to != "base"):
+    if placed is None and (registration is None or registration.to != "base"):
         raise PlanError(
             "the plan's robot is not placed, so nothing can be told in its frame; keep the placing of the dry run "
             "(vfix plan place), or name a registration to the base."
         )
     base = np.eye(4) if placed is None else np.reshape(np.array(placed, dtype=np.float64), (4, 4))
-    return transform_image_to_base(base, None if content is None else content.registration)
+    return transform_image_to_base(base, registration)
 
 
 def _moved(point: BasePoint, transform: Array) -> BasePoint:

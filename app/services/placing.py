@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.frames import ImageRegistration, transform_base_to_image
+from vfix_engine.errors import PlanError
+from vfix_engine.frames import ImageRegistration, inverse, transform_base_to_image
 
 Array = NDArray[np.float64]
 
@@ -39,6 +40,21 @@ def standing_base(robot: Mapping[str, Any], registration: ImageRegistration) -> 
         return None
     placement = _placement(robot) if registration.to == "patient" else np.eye(4)
     return transform_base_to_image(placement, registration)
+
+
+def placed_robot(
+    robot: Mapping[str, Any], base: Array, q_start: Array, registration: ImageRegistration | None
+) -> dict[str, Any]:
+    """A plan's robot that holds a placing; base (4, 4): transform_base_to_image, mm, of a robot beside the patient.
+
+    Raises PlanError where the registration is to the base: it says already where the robot stands.
+    """
+    if registration is not None and registration.to == "base":
+        raise PlanError("the plan's registration is to the robot's base and says where it stands; no placing is kept.")
+    # The way back of the registration takes the place of the registration: from the base on, to the patient.
+    onward = None if registration is None else ImageRegistration(inverse(registration.transform))
+    placement = transform_base_to_image(base, onward)
+    return {**robot, "base": placement.ravel().tolist(), "q_start": q_start.tolist()}
 
 
 def _placement(robot: Mapping[str, Any]) -> Array:

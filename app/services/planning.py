@@ -21,7 +21,7 @@ from app.services.exchange_parts import CurveSample
 from app.services.fields import Fields
 from app.services.instruments import Instruments, plan_tool, shaped_tool
 from app.services.openings import Openings, PlanBone
-from app.services.placing import StoredPlacing
+from app.services.placing import StoredPlacing, placed_robot
 from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
 from app.services.plan_shaft import shaft_of
@@ -274,9 +274,13 @@ class Planning:
         return evaluation.samples(), " ".join(filter(None, ["" if evaluation.completed else held, removed]))
 
     def placed_robot(self, plan: Plan) -> dict[str, Any]:
-        """The plan's robot with the placing of its dry run, for `PlanEditor.set_robot`. Raises what `evaluate` does."""
+        """The plan's robot with the placing of its dry run, for `PlanEditor.set_robot`.
+
+        Raises what `evaluate` does, and PlanError where a registration to the base says where the robot stands.
+        """
         found = self.evaluate(plan)
-        return {**plan.robot, "base": found.base.ravel().tolist(), "q_start": found.q_start.tolist()}
+        registered = None if found.registered is None else found.registered.image
+        return placed_robot(plan.robot, found.base, found.q_start, registered)
 
     def prospect(
         self, plan: Plan, placing: StoredPlacing, progress: Tell = _tell_nobody, switches: Switches = NO_SWITCHES

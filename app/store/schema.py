@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 from sqlalchemy import Connection, Engine, inspect
@@ -19,12 +19,13 @@ from app.store.private import private_file
 NEWEST = "0002"  # revision of the last module in migrations/versions
 _MIGRATIONS = Path(__file__).parent / "migrations"
 _VERSIONS = "alembic_version"
+KEPT_COPIES = 3  # of the database from before upgrades
 
 
 def bring_up(engine: Engine, settings: Settings) -> None:
     """Migrate the database of `engine` in one transaction, locked for other writers.
 
-    An older database is copied first.
+    An older database is copied first; the newest copies are kept.
     Raises StoreUnusable for a newer database, a foreign one, and an empty one beside files of an old one.
     """
     if is_newest(engine):
@@ -36,6 +37,7 @@ def bring_up(engine: Engine, settings: Settings) -> None:
         elif found == NEWEST:
             return
         _migrate(connection, found, settings.database_path)
+    _drop_old_copies(settings)  # only now that the upgrade is durable
 
 
 def is_newest(engine: Engine) -> bool:
@@ -87,6 +89,13 @@ def _check_new(connection: Connection, settings: Settings) -> None:
         )
 
 
+def _drop_old_copies(settings: Settings) -> None:
+    """Delete all but the newest copies; one that cannot be deleted stays."""
+    for copy in settings.database_copies[:-KEPT_COPIES]:
+        with suppress(OSError):
+            copy.unlink()
+
+
 def _copy(database: Path, copy: Path) -> None:
     """Copy the database atomically."""
     half = copy.with_name(copy.name + ".half")
@@ -96,6 +105,8 @@ def _copy(database: Path, copy: Path) -> None:
             source.backup(target)
         os.replace(half, copy)
     except (OSError, sqlite3.Error) as error:
+        with suppress(OSError):
+            half.unlink()
         raise StorageError(
             f"the database has to be brought up to date, but no copy of it could be made before: {error}."
         ) from error

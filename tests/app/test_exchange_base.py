@@ -15,9 +15,11 @@ from app.services import Services
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import NotFound
 from app.services.exchange import read_plan
+from app.services.placing import placed_robot, standing_base
 from app.services.plan_model import Plan, without_placing
 from app.services.registration import FiducialPair, RegistrationContent
 from vfix_engine.errors import FrameError, PlanError
+from vfix_engine.frames import ImageRegistration
 
 # Neither symmetric nor its own inverse.
 TURN = np.array([[0.0, -1.0, 0.0, 5.5], [0.0, 0.0, -1.0, -7.25], [1.0, 0.0, 0.0, 1 / 3], [0.0, 0.0, 0.0, 1.0]])
@@ -92,6 +94,29 @@ def test_a_registration_is_composed_and_named(phantom_services: Services, plan: 
     named = data["registration"]
     assert (named["id"], named["name"], named["to"]) == (registration, "On the table", "patient")
     assert named["fre_mm"] == pytest.approx(0.5)
+
+
+def test_the_plans_own_registration_is_used_unless_another_is_named(
+    phantom_services: Services, plan: Plan, registration: str
+) -> None:
+    own = replace(plan, registration=registration)
+    text = phantom_services.base_export.text(own, "json")
+    assert text == phantom_services.base_export.text(plan, "json", registration)
+    unmade = phantom_services.registrations.create(plan.case_id, "Not made yet", RegistrationContent())
+    for refused in (replace(plan, registration=unmade.id), replace(plan, registration="none")):
+        with pytest.raises(PlanError):
+            phantom_services.base_export.text(refused, "json")
+
+
+def test_a_placing_beside_a_registered_patient_is_kept_in_the_patients_frame(plan: Plan) -> None:
+    base = np.reshape(plan.robot["base"], (4, 4))
+    q_start = np.array(plan.robot["q_start"])
+    kept = placed_robot(plan.robot, base, q_start, ImageRegistration(TURN))
+    np.testing.assert_allclose(np.reshape(kept["base"], (4, 4)), TURN @ base, atol=1e-12)
+    np.testing.assert_allclose(standing_base(kept, ImageRegistration(TURN)), base, atol=1e-9)
+    assert placed_robot(plan.robot, base, q_start, None) == plan.robot
+    with pytest.raises(PlanError, match="says where it stands"):
+        placed_robot(plan.robot, base, q_start, ImageRegistration(TURN, "base"))
 
 
 def test_the_table_says_the_same(phantom_services: Services, plan: Plan, registration: str) -> None:

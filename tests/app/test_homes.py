@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from app.cli import main
+from app.commands.doctor import examine
 from app.services import build_services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.cases import Case, CaseFrame, CaseService
@@ -224,6 +225,29 @@ def test_a_migration_that_cannot_be_copied_first_is_not_begun(used: Settings, mo
     monkeypatch.setattr(os, "replace", refuse)
     with pytest.raises(StorageError, match="no copy"):
         Store(used)
+    assert not list(used.home.glob("*.half"))
+
+
+def test_only_the_newest_copies_are_kept_and_they_are_listed(
+    used: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for age, name in enumerate(("0004", "0003", "0002x", "0001x"), start=1):
+        copy = used.home / f"vfix-{name}.sqlite3"
+        copy.write_bytes(b"older")
+        os.utime(copy, (1e9 - age, 1e9 - age))
+    migrations = tmp_path / "migrations"
+    shutil.copytree(schema._MIGRATIONS, migrations)
+    (migrations / "versions" / "v9999.py").write_text(
+        f"revision, down_revision = '9999', '{VERSION}'\ndef upgrade(): pass\n", encoding="utf-8"
+    )
+    monkeypatch.setattr(schema, "_MIGRATIONS", migrations)
+    monkeypatch.setattr(schema, "NEWEST", "9999")
+    Store(used).close()
+    kept = ["vfix-0003.sqlite3", "vfix-0004.sqlite3", f"vfix-{VERSION}.sqlite3"]
+    assert [copy.name for copy in used.database_copies] == kept
+    listed = examine(used).database_copies
+    assert list(listed) == kept
+    assert listed["vfix-0004.sqlite3"] == 5
 
 
 def test_bad_rows_stop_neither_the_start_nor_the_lists(

@@ -3,25 +3,23 @@
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from app.link import LinkFault, Point, PointList, Text, Transform
-from app.services.cases import Case, CaseService
+from app.services.cases import Case
 from app.services.documents import Documents
 from app.services.errors import PlanLocked
-from app.services.jobs import Jobs
 from app.services.live_link import LiveBoard, LiveLink, frames
 from app.services.live_link import incoming as module
 from app.services.live_link.incoming import Intake
-from app.services.live_link.outgoing import plan_messages
+from app.services.live_link.outgoing import plan_messages, registration_message
 from app.services.plan_model import Plan, PlanContent, PlanPoint
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
-from app.services.registering import Registering
 from app.services.registration import REGISTRATION, RegistrationContent
 from app.settings import LinkAddress, Settings, link_address, tracker_address
 from app.store import Store
@@ -43,14 +41,11 @@ class Parts:
     plans: PlanService
     versions: PlanVersions
     registrations: Documents[RegistrationContent]
-    registering: Registering
 
 
 @pytest.fixture
-def parts(store: Store, cases: CaseService, plans: PlanService) -> Parts:
-    registrations = Documents(store, REGISTRATION)
-    registering = Registering(registrations, cases, plans, Jobs())
-    return Parts(LiveBoard(), plans, PlanVersions(store, plans), registrations, registering)
+def parts(store: Store, plans: PlanService) -> Parts:
+    return Parts(LiveBoard(), plans, PlanVersions(store, plans), Documents(store, REGISTRATION))
 
 
 @pytest.fixture
@@ -87,6 +82,18 @@ def test_long_labels_are_told(parts: Parts, case: Case) -> None:
     words = plan_messages(long)[2]
     assert isinstance(words, Text)
     assert "1 labels are longer than 63 bytes and are cut" in words.text
+
+
+def test_only_the_registration_that_the_plan_goes_by_is_told(parts: Parts, plan: Plan) -> None:
+    given = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
+    own = parts.registrations.create(plan.case_id, "Own", given)
+    unmade = parts.registrations.create(plan.case_id, "Not made yet", RegistrationContent())
+    listed = parts.registrations.list(plan.case_id)
+    assert registration_message(plan, listed) == []
+    assert registration_message(replace(plan, registration=unmade.id), listed) == []
+    (message,) = registration_message(replace(plan, registration=own.id), listed)
+    assert isinstance(message, Transform)
+    np.testing.assert_array_equal(message.matrix, frames.registration_to_ras(TURN))
 
 
 def test_a_pose_and_a_registration_move_places_of_the_scene_as_they_move_those_of_the_image() -> None:
@@ -164,6 +171,12 @@ def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan
     assert parts.versions.list(plan.id) == ()
 
 
+def test_a_deleted_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
+    parts.plans.delete(plan.id)
+    with pytest.raises(PlanError, match="is deleted"):
+        intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+
+
 def test_without_an_open_plan_all_is_refused(parts: Parts, intake: Intake) -> None:
     with pytest.raises(PlanError, match="no plan is open"):
         intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
@@ -191,7 +204,7 @@ def test_a_registration_becomes_a_document_once(parts: Parts, intake: Intake, pl
     (words,) = intake.settle()
     assert "check it" in words
     (made,) = parts.registrations.list(plan.case_id)
-    assert made.content.to == "patient"
+    assert (made.content.to, made.content.made_from) == ("patient", "given")
     np.testing.assert_allclose(made.content.registration.transform, TURN, atol=1e-6)
     intake.hear(Transform("Registration", sent))  # an echo
     assert intake.settle() == []
@@ -245,7 +258,7 @@ def test_another_implementation_hears_the_plan_and_its_changes(parts: Parts, pla
     assert path.names == ["entry", "end"]
     assert peer.wait_for_message("Targets", timeout=5).names == ["Öffnung"]
     content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
-    parts.registering.use(plan.id, parts.registrations.create(plan.case_id, "R", content).id)
+    parts.plans.editor(plan.id).use_registration(parts.registrations.create(plan.case_id, "R", content).id)
     matrix = peer.wait_for_message("Registration", timeout=5).matrix
     np.testing.assert_allclose(matrix, frames.registration_to_ras(TURN), rtol=1e-6, atol=1e-7)
     parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))

@@ -1,7 +1,9 @@
 """The folder for 3D Slicer: its scene refers to every file, and libraries of others read the same places from them."""
 
+import io
 import json
 import xml.etree.ElementTree as ET
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 import SimpleITK
 import trimesh
+from rest_client import Client
 
 from app.cli import main
 from app.services import Services
@@ -52,9 +55,9 @@ def head(phantom_services: Services) -> Case:
         "Head", frame=CaseFrame("LPS", False), surfaces={"bone": mesh}, volume=a_volume(),
         beads=(Bead("marker", (9.0, 8.0, 1 / 7)),),
     )  # fmt: skip
-    phantom_services.registrations.create(
-        made.id, "Left/right: ü", RegistrationContent("patient", tuple(TURN.ravel()), made_from="given")
-    )
+    content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
+    phantom_services.registrations.create(made.id, "Left/right: ü", content)
+    phantom_services.registrations.create(made.id, "Not made yet", RegistrationContent())
     return made
 
 
@@ -229,3 +232,15 @@ def test_the_command_line_writes_the_sample(
     assert {path.name for path in (tmp_path / "out").iterdir()} == set(answer["files"])
     driven = [one for one in elements(tmp_path / "out") if one.tag == "MarkupsCurve"]
     assert len(driven) == 2  # the path as planned and as driven
+
+
+def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(
+    client: Client, phantom_services: Services, plan: Plan, folder: Path
+) -> None:
+    before = list(phantom_services.store.scratch.open().iterdir())
+    answer = client.get(f"/api/plans/{plan.id}/export/slicer")
+    assert answer.status_code == 200
+    with zipfile.ZipFile(io.BytesIO(answer.content)) as packed:
+        sent = {name.removeprefix("Way/"): packed.read(name) for name in packed.namelist() if not name.endswith("/")}
+    assert sent == {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert list(phantom_services.store.scratch.open().iterdir()) == before

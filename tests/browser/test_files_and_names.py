@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 import functools
+import hashlib
 import http.server
 import json
 import threading
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -279,4 +281,25 @@ def test_a_window_that_is_refused_waits_and_says_so(open_page: Open) -> None:
     station.page.click("#retry")
     station.wait_for("the line", lambda: not banner.is_visible())
     station.ready()
+    assert station.errors == []
+
+
+def test_a_head_is_saved_as_one_zip_and_such_a_zip_is_imported(open_page: Open, rest: Rest, tmp_path: Path) -> None:
+    station = open_page().ready()
+    station.page.click("[data-step=patient]")
+    station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
+    page = station.page
+    row = page.locator("#cases li", has_text="Head phantom").first
+    row.hover()
+    with page.expect_download(timeout=60_000) as waiting:
+        row.get_by_role("button", name="Save as one zip").click()
+    path = tmp_path / "Head.zip"
+    waiting.value.save_as(path)
+    with zipfile.ZipFile(path) as packed:
+        sums = dict(line.split("  ")[::-1] for line in packed.read("SHA256SUMS").decode().splitlines())
+        assert all(hashlib.sha256(packed.read(name)).hexdigest() == digest for name, digest in sums.items())
+    before = page.locator("#cases li").count()
+    page.set_input_files("input[type=file][accept*='.zip']", path)
+    station.wait_for("the copy", lambda: page.locator("#cases li").count() == before + 1)
+    assert "Head phantom 2" in page.locator("#cases").inner_text()
     assert station.errors == []

@@ -98,6 +98,8 @@ class Intake:
         if plan_id is None:
             raise PlanError("no plan is open; open one on the page first.")
         plan = self._plans.get(plan_id)
+        if plan.deleted_at is not None:
+            raise PlanError("the plan that was open is deleted; open another one on the page first.")
         if plan.locked:
             raise PlanLocked("the open plan is locked; unlock it to propose a change.")
         return plan
@@ -114,7 +116,8 @@ class Intake:
     def _register(self, plan: Plan, message: Transform) -> str:
         transform = registration_to_ras(rigid(message.matrix))
         known = [one for one in self._registrations.list(plan.case_id) if not one.unreadable]
-        if any(same_transform(one.content.registration.transform, transform) for one in known):
+        made = [one.content for one in known if one.content.made_from != "none"]
+        if any(same_transform(content.registration.transform, transform) for content in made):
             return ""
         taken = {one.name for one in known}
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:

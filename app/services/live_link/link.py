@@ -15,7 +15,6 @@ from app.services.live_link.incoming import Intake
 from app.services.live_link.outgoing import TOOL, plan_messages, registration_message
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
-from app.services.registering import Registering
 from app.services.registration import RegistrationContent
 from app.settings import LinkAddress
 from vfix_engine.errors import VfixError
@@ -40,15 +39,12 @@ class HasServices(Protocol):
     @property
     def registrations(self) -> Documents[RegistrationContent]: ...
 
-    @property
-    def registering(self) -> Registering: ...
-
 
 class LiveLink:
     """An OpenIGTLink server that tells of the open plan when it changes and of the tool while it is rehearsed."""
 
     def __init__(self, address: LinkAddress, services: HasServices) -> None:
-        self._board, self._plans, self._registering = services.live, services.plans, services.registering
+        self._board, self._plans, self._registrations = services.live, services.plans, services.registrations
         self._intake = Intake(services.live, services.plans, services.versions, services.registrations)
         self._server = LinkServer(address.host, address.port, self._intake.hear, self._now)
         self._ended = threading.Event()
@@ -89,7 +85,7 @@ class LiveLink:
             self._server.tell([Transform(TOOL, pose_to_ras(transform))])
 
     def _look(self) -> None:
-        """Tell of the plan where it, or the registration that it uses, has changed; make the proposals that are due."""
+        """Tell of the plan where it, or a registration of its head, has changed; make the proposals that are due."""
         words = self._intake.settle()
         if words:
             self._server.tell([Text(STATUS, " ".join(words))])
@@ -98,8 +94,8 @@ class LiveLink:
             self._known = None
             return
         plan = self._plans.get(plan_id)
-        used = self._registering.registration_of(plan)
-        now = (plan.id, plan.revision, used.state, None if used.document is None else used.document.revision)
+        revisions = [(one.id, one.revision) for one in self._registrations.list(plan.case_id)]
+        now = (plan.id, plan.revision, revisions)
         if now != self._known:
             self._known = now
             self._server.tell(self._now())
@@ -111,6 +107,6 @@ class LiveLink:
             return [Text(STATUS, "No plan is open.")]
         try:
             plan = self._plans.get(plan_id)
-            return [*plan_messages(plan), *registration_message(self._registering.registration_of(plan))]
+            return [*plan_messages(plan), *registration_message(plan, self._registrations.list(plan.case_id))]
         except VfixError as error:
             return [Text(STATUS, str(error))]

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from app.link import Message, Point, PointList, Text, Transform
 from app.link.messages import MAX_POINT_NAME, cut_name
-from app.link.server import STATUS
+from app.services.documents import Document
 from app.services.live_link.frames import registration_to_ras, to_ras
 from app.services.plan_model import NOTICE, Plan, PlanPoint
-from app.services.registering import PlanRegistration
+from app.services.registration import RegistrationContent
 
 PATH, TARGETS, REGISTRATION, TOOL, PLAN = "Path", "Targets", "Registration", "ToolTip", "Plan"
 _PATH_COLOUR, _TARGET_COLOUR = (109, 179, 242, 255), (229, 143, 208, 255)
@@ -28,11 +28,12 @@ def plan_messages(plan: Plan) -> list[Message]:
     ]
 
 
-def registration_message(used: PlanRegistration) -> list[Message]:
-    """The registration that the plan uses; in words why there is none to be told, where it refers to one."""
-    if used.registration is not None:
-        return [Transform(REGISTRATION, registration_to_ras(used.registration.transform))]
-    return [] if used.state == "none" else [Text(STATUS, used.words)]
+def registration_message(plan: Plan, registrations: Sequence[Document[RegistrationContent]]) -> list[Message]:
+    """The registration that the plan goes by; none where there is none, or it is not made yet."""
+    used = [one for one in registrations if one.id == plan.registration and not one.unreadable]
+    if not used or used[0].content.made_from == "none":
+        return []
+    return [Transform(REGISTRATION, registration_to_ras(used[0].content.registration.transform))]
 
 
 def _listed(points: Sequence[PlanPoint], colour: tuple[int, int, int, int]) -> tuple[Point, ...]:

@@ -19,7 +19,6 @@ from app.services.slicer.marks import marks_of
 from app.services.slicer.scene import SceneNode, scene_text
 from app.services.slicer.volume_file import write_nrrd
 from app.services.structures import Structure
-from app.services.transform_text import tfm_text
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
@@ -110,6 +109,8 @@ class SlicerExport:
 
     def _transforms(self, case: Case) -> Parts:
         """Registrations of the case, which nothing in the scene lies under: the user says what they move."""
+        from vfix_engine.registration.transform_files import tfm_text  # imported here: slow to load
+
         names = _FileNames("registration", ".tfm")
         found: Parts = []
         for one in self._registrations.list(case.id):

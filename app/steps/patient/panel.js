@@ -3,7 +3,7 @@ import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "
 import { count, fixed, sentence, when } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone, whenReady } from "/static/js/dialogs.js";
 import { JobList } from "/static/js/job-list.js";
-import { PlannerError, missing, post, remove, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
+import { PlannerError, download, missing, post, remove, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
 import { ACCEPTED, chosen, dropped, formOf, isSegmentation, refusal, sorted, uploadWords } from "./files-in.js";
 import { OverlaysGroup } from "./overlays.js";
 import { PaintGroup } from "./paint.js";
@@ -58,7 +58,7 @@ export default class PatientPanel {
       this.overlays.element,
       group("Heads", null, this.list, h("label", { class: "check" }, this.showDeleted, "Show deleted heads")),
       group("Import", null,
-        h("p", { class: "words" }, "Drop files or a folder anywhere on this panel: a CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), or a segmentation of the open head. They stay on this computer."),
+        h("p", { class: "words" }, "Drop files or a folder anywhere on this panel: a CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head. They stay on this computer."),
         h("div", { class: "buttons even" }, this.importButton, this.folderButton), this.progress, this.jobs.element),
       this.segment.element, this.paint.element);
     this.acceptDrops();
@@ -152,6 +152,7 @@ export default class PatientPanel {
           const name = await askName("Rename this head", before);
           if (name) this.connection.send("case.rename", { case_id: id, name });
         }),
+        iconButton("download", "Save as one zip, with its plans", () => download(`/api/cases/${encodeURIComponent(row.item.id)}/archive`)),
         iconButton("trash", "Delete", () => this.remove(row.item.id), { "data-tool": "delete" }),
       ];
     /** @type {Row<CaseEntry>} */

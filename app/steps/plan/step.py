@@ -66,6 +66,7 @@ class PlanStep(Step):
         try:
             if case_id is None:
                 self.close_plan()
+                self._services.live.opened(None)
             else:
                 self.views.note(self.open(case_id, plan_id), error=True)
         finally:

@@ -64,6 +64,7 @@ const ICONS = {
   unlock: "M4 7.5h8v6H4zM5.5 7.5V5a2.5 2.5 0 0 1 4.8-1",
   trash: "M3 4.5h10M6 4.5V3h4v1.5M4.5 4.5l.6 9h5.8l.6-9",
   restore: "M3 8a5 5 0 1 0 1.6-3.7M3 2.5v2.8h2.8",
+  download: "M8 2.5v8M4.8 7.5L8 10.7l3.2-3.2M3 13.5h10",
   pencil: "M3 13l.6-2.8L10.8 3l2.2 2.2-7.2 7.2L3 13z",
   copy: "M5.5 5.5h7.5V13H5.5zM3 10.5V3h7.5",
   insert: "M3 4h10M3 12h10M8 6v4M6 8h4",

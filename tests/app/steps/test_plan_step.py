@@ -276,3 +276,9 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     phantom_services.plans.editor(plan.id).delete_point(plan.points[1].id)
     assert step.sections(True)["versions"]["differs"] is True
     phantom_services.plans.delete(plan.id)
+
+
+def test_the_plan_that_was_opened_last_is_known_to_the_link(phantom_services: Services) -> None:
+    phantom_services.live.opened(None)
+    step = open_sample(phantom_services)
+    assert phantom_services.live.plan_id == step.plan_id == SAMPLE

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from session_doubles import CLIENT, SAMPLE, Heard, Later, Robot, fail, put_in_place, views_of
 
 from app.messages.client import Client
 from app.services import Services
 from app.services.case_model import Case
+from app.services.instruments import plan_tool
 from app.services.plans import Plan
 from app.steps.rehearse import commands as c
+from app.steps.rehearse.drive_record import DriveRecord
 from app.steps.rehearse.preparation import plan_key, prepare
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.step import RehearseStep
@@ -193,3 +197,32 @@ def test_what_is_driven_has_the_names_of_the_cases_structures(
     monkeypatch.setattr(Case, "structure_words", lambda case, structure_id: "Skull base")
     spec = prepare(phantom_services, phantom_services.plans.get(SAMPLE)).spec
     assert spec.structure_names == {"bone": "skull base"}
+
+
+def test_those_who_are_connected_hear_where_the_tool_is(rehearsing: tuple[RehearseStep, Plan]) -> None:
+    """From the client that drives alone, each snapshot once, and only where somebody listens."""
+    step, plan = rehearsing
+    services = step.views.services
+    evaluation = services.planning.evaluate(plan)
+    robot = services.instruments.robot(plan.robot).placed(evaluation.base, plan_tool(plan))
+    row = len(evaluation.run.q) // 2
+    snapshot: Any = SimpleNamespace(q=evaluation.run.q[row])
+    before = services.live.tool[0]
+    step._tell_tool(DriveRecord(snapshot=snapshot, robot=robot, mine=False))
+    assert services.live.tool[0] == before
+    for _ in range(2):
+        step._tell_tool(DriveRecord(snapshot=snapshot, robot=robot, mine=True))
+    told, pose = services.live.tool
+    assert told == before + 1
+    assert pose is not None
+    np.testing.assert_allclose(pose[:3, 3], evaluation.run.tip[row], atol=1e-9)
+    np.testing.assert_allclose(pose[:3, :3].T @ pose[:3, :3], np.eye(3), atol=1e-9)
+    shaft = evaluation.run.segments_start[row, -1] - evaluation.run.segments_end[row, -1]
+    np.testing.assert_allclose(-pose[:3, 1], shaft / np.linalg.norm(shaft), atol=1e-9)
+    calls: list[Any] = []
+    step._tell_tool = calls.append  # type: ignore[method-assign]
+    step.tick()
+    services.live.wanted = True
+    step.tick()
+    services.live.wanted = False
+    assert len(calls) == 1

@@ -1,0 +1,37 @@
+"""`vfix case export` and `vfix case import-archive`: a case with everything that belongs to it as one zip."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from app.services import Services
+from app.services.case_model import Case
+from app.store.files import open_atomically
+
+
+def add_parsers(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> list[argparse.ArgumentParser]:
+    export = actions.add_parser("export", help="write a case with its plans, surfaces and volumes to a zip")
+    export.add_argument("case", metavar="CASE", help="id or name")
+    export.add_argument("file", metavar="FILE.zip", type=Path, help="replaced where it is there")
+    export.add_argument("--runs", action="store_true", help="the manifests of recorded drives as well")
+    read = actions.add_parser("import-archive", help="make a case of such a zip")
+    read.add_argument("file", metavar="FILE.zip", type=Path, help="made by vfix case export")
+    return [export, read]
+
+
+def write(args: argparse.Namespace, services: Services, case: Case) -> int:
+    """Write the archive whole or not at all."""
+    with open_atomically(args.file) as target:
+        services.archive_writer.write(case.id, target, with_runs=args.runs)
+    size = args.file.stat().st_size
+    answer = {"case": case.id, "name": case.name, "file": str(args.file), "size_bytes": size}
+    words = f"{args.file} written, {size / 1e6:.1f} MB. Not for clinical use."
+    print(json.dumps(answer) if args.json else words)
+    return 0
+
+
+def read(args: argparse.Namespace, services: Services) -> Case:
+    """Import an archive. Raises InputError with what is wrong with it."""
+    return services.archive_reader.read(args.file)

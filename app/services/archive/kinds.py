@@ -1,0 +1,13 @@
+"""The kinds of documents that an archive carries."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.services.documents import DocumentKind
+from app.services.label_kind import LABEL
+from app.services.plan_kind import PLAN
+from app.services.plan_versions import VERSION
+from app.services.registration import REGISTRATION
+
+KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL)}

@@ -1,0 +1,203 @@
+"""Reads the archive of a case into the store: whole, or nothing of it."""
+
+from __future__ import annotations
+
+import secrets
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.services.archive.checking import CheckedArchive
+from app.services.archive.kinds import KINDS
+from app.services.archive.layout import CASE, FILE, file_entry, renamed
+from app.services.case_files import STORED
+from app.services.case_model import Case, CaseContent
+from app.services.cases import CaseService
+from app.services.errors import TooLarge
+from app.services.names import MAX_NAME, check_name
+from app.services.referred import referred_files
+from app.store import Store
+from app.store.models import CaseRow, DocumentRow, DocumentStateRow
+from vfix_engine.errors import InputError
+
+MAX_UNPACKED_BYTES = 4 << 30  # of one NumPy archive among the files
+_CASE = {"id": str, "name": str, "created": str, "content_hash": str, "content": dict}
+_DOCUMENT = {
+    "id": str, "kind": str, "case_hash": str, "name": str, "created": str, "modified": str, "locked": bool,
+    "revision": int, "schema": str, "refs": list, "content": dict, "settings": dict,
+}  # fmt: skip
+
+Tell = Callable[[str, float], object]
+
+
+def _tell_nobody(stage: str, fraction: float) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What an archive holds, read and checked: rows as JSON, and the stored files by their hash."""
+
+    case: dict[str, Any]
+    documents: tuple[dict[str, Any], ...]
+    files: tuple[str, ...]
+
+
+class ArchiveReader:
+    """Imports archives; a call takes seconds to minutes and may run in any thread."""
+
+    def __init__(self, store: Store, cases: CaseService) -> None:
+        self._store, self._cases = store, cases
+
+    def read(self, path: Path, tell: Tell = _tell_nobody) -> Case:
+        """Import an archive as a new case. tell: called again and again; it may raise to end the import.
+
+        Where the store has the case or one of its documents already, all of them get new identifiers.
+        Raises InputError for an archive that is damaged, changed, of a newer schema or none of vfix, TooLarge for one
+        that unpacks to too much, and StorageError. Nothing is left then.
+        """
+        with CheckedArchive(path) as archive:
+            archive.check(lambda share: tell("Comparing the checksums", 0.4 * share))
+            found = _read(archive)
+            added: list[str] = []
+            try:
+                for at, key in enumerate(found.files):
+                    begin, part = 0.4 + 0.5 * at / len(found.files), 0.5 / len(found.files)
+                    self._put(archive, key, added, lambda share, b=begin, p=part: tell("Storing files", b + p * share))  # type: ignore[misc]
+                tell("Examining the case", 0.9)
+                content = self._examined(found)
+                tell("Storing the case", 0.95)
+                return self._stored(found, content)
+            except BaseException:
+                self._forget(added)
+                raise
+
+    def _put(self, archive: CheckedArchive, key: str, added: list[str], tell: Callable[[float], object]) -> None:
+        if self._store.files.has(key):
+            return
+        stored = self._store.files.put_with(lambda file: archive.copy(file_entry(key), file, tell))
+        added.append(stored)
+        if stored != key:
+            raise InputError(f"the file {key[:12]} of the archive is not what its name says; the archive is damaged.")
+        _check_packed(self._store.files.path(key), key)
+
+    def _forget(self, added: list[str]) -> None:
+        """Delete files that were stored and that nobody refers to."""
+        if added:
+            with self._store.writing() as session:
+                for key in set(added) - referred_files(session):
+                    self._store.files.remove(key)
+
+    def _examined(self, found: _Found) -> CaseContent:
+        """The case's content, each surface and volume of which was read. Raises InputError."""
+        try:
+            content = CaseContent.from_json(found.case["content"])
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise InputError(f"the case of the archive cannot be read: {type(error).__name__}.") from None
+        volumes = (*content.volumes, *(one.volume for one in content.overlays))
+        sources = {info.name: info.source for info in volumes} | {info.name: info.source for info in content.surfaces}
+        for name, source in sources.items():
+            if source.removeprefix(STORED) not in found.files:
+                raise InputError(f"the archive has no file of {name!r:.40}; it is not whole.")
+        for surface in content.surfaces:
+            if len(self._cases.files.surface(surface.source).faces) != surface.triangles:
+                raise InputError(f"the surface {surface.name!r:.40} has another number of triangles than is said.")
+        for volume in volumes:
+            if self._cases.files.volume(volume.source).hu.shape != volume.shape[::-1]:
+                raise InputError(f"the volume {volume.name!r:.40} has another size than is said.")
+        return content
+
+    def _stored(self, found: _Found, content: CaseContent) -> Case:
+        """One transaction for the case and all of its documents."""
+        with self._store.writing() as session:
+            names = _new_ids(session, found)
+            case = renamed(found.case, names)
+            row = CaseRow(id=case["id"], name=_unused_name(session, case["name"]), created=case["created"])
+            row.deleted_at, row.content_hash = None, case["content_hash"]
+            row.document = content.to_json()
+            session.add(row)
+            session.flush()
+            for document in found.documents:
+                _add_document(session, case["id"], renamed(document, names))
+        return self._cases.get(case["id"])
+
+
+def _read(archive: CheckedArchive) -> _Found:
+    """The JSON of an archive, every document of which this version can read. Raises InputError."""
+    case = _fields(archive.json(CASE), _CASE, CASE)
+    check_name(case["name"], "case's name")
+    documents = []
+    for name in archive.entries:
+        if name.startswith("documents/"):
+            document = _fields(archive.json(name), _DOCUMENT, name)
+            _check_document(document, name)
+            documents.append(document)
+    if len({document["id"] for document in documents} | {case["id"]}) != len(documents) + 1:
+        raise InputError("two documents of the archive have the same identifier.")
+    files = tuple(name.rsplit("/", 1)[1] for name in archive.entries if name.startswith("files/"))
+    named = {key for one in (case, *documents) for key in FILE.findall(str(one))}
+    if left := set(files) - named:
+        raise InputError(f"nothing in the archive names its file {min(left)[:12]}; the archive was changed.")
+    return _Found(case, tuple(documents), files)
+
+
+def _fields(data: dict[str, Any], kinds: Mapping[str, type], name: str) -> dict[str, Any]:
+    if set(data) != set(kinds) or not all(isinstance(data[key], kind) for key, kind in kinds.items()):
+        raise InputError(f"{name} of the archive does not hold what it should; a newer vfix may have made it.")
+    return data
+
+
+def _check_document(document: dict[str, Any], name: str) -> None:
+    kind = KINDS.get(document["kind"])
+    if kind is None:
+        raise InputError(f"{name} is of a kind that this vfix does not know; install a newer one.")
+    if name != f"documents/{kind.name}/{document['id']}.json":
+        raise InputError(f"{name} of the archive names itself otherwise; the archive was changed.")
+    check_name(document["name"], f"{kind.noun}'s name")
+    try:
+        kind.content(document["schema"], document["content"], document["settings"])
+    except InputError as error:
+        raise InputError(f"the {kind.noun} {document['name']!r:.80} of the archive cannot be read: {error}") from None
+
+
+def _new_ids(session: Session, found: _Found) -> dict[str, str]:
+    """New identifiers by the old ones; {} where all of them are free."""
+    taken = session.get(CaseRow, found.case["id"]) is not None
+    taken |= any(session.get(DocumentRow, document["id"]) is not None for document in found.documents)
+    if not taken:
+        return {}
+    names = {document["id"]: f"{document['kind']}-{secrets.token_hex(6)}" for document in found.documents}
+    return names | {found.case["id"]: f"case-{secrets.token_hex(6)}"}
+
+
+def _unused_name(session: Session, name: str) -> str:
+    """The name, with a number where another case has it."""
+    taken = {row.name for row in session.query(CaseRow.name).where(CaseRow.deleted_at.is_(None))}
+    short = name[: MAX_NAME - 8]
+    return next(one for n in count(1) if (one := name if n == 1 else f"{short} {n}") not in taken)
+
+
+def _add_document(session: Session, case_id: str, document: dict[str, Any]) -> None:
+    columns = {key: document[key] for key in ("id", "kind", "case_hash", "name", "created", "modified", "revision")}
+    row = DocumentRow(**columns, case_id=case_id, deleted_at=None, locked=document["locked"], cursor=0)
+    row.settings = document["settings"]
+    session.add(row)
+    session.flush()
+    state = {key: document[key] for key in ("schema", "refs", "content")}
+    session.add(DocumentStateRow(document_id=row.id, position=0, **state))
+
+
+def _check_packed(path: Path, key: str) -> None:
+    """A stored file that is a zip itself, as NumPy's are, must not unpack to more than the memory takes."""
+    try:
+        with zipfile.ZipFile(path) as packed:
+            unpacked = sum(info.file_size for info in packed.infolist())
+    except (zipfile.BadZipFile, ValueError, EOFError):
+        return  # a URDF, or a file that its reader refuses
+    if unpacked > MAX_UNPACKED_BYTES:
+        raise TooLarge(f"the file {key[:12]} of the archive unpacks to {unpacked:,} bytes, which is too much.")
