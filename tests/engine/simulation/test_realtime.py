@@ -50,8 +50,8 @@ def process(shared_process: RehearsalProcess) -> RehearsalProcess:
     shared_process.release()
     shared_process.set_settings(ControlSettings())
     shared_process.reset()
-    shared_process.events()
     until(shared_process, lambda s: s.progress_mm < 0.1 and not s.running)
+    record(shared_process)  # all that was asked for before is answered then
     return shared_process
 
 
