@@ -41,12 +41,17 @@ def test_labels_are_text_of_the_page_at_their_places(open_page: Open, rest: Rest
     station.settle()
     told = next(label for label in station.state("labels") if label["kind"] == "item")["position"]
     assert told == pytest.approx(item["position"], abs=2.0)
-    x, y = station.place(told)  # by the planner's own camera
     box = page.locator("#scene").bounding_box()
     assert box is not None
-    assert page.evaluate("(p) => { const { x, y } = vfix.layer.hooks.project(p); return [x, y]; }", told) == (
-        pytest.approx([x - box["x"], y - box["y"]], abs=1.0)
-    )
+    drawn = "(p) => { const { x, y } = vfix.layer.hooks.project(p); return [x, y]; }"
+
+    def same() -> bool:
+        """By the planner's own camera as by the canvas's."""
+        x, y = station.place(told)
+        return bool(page.evaluate(drawn, told) == pytest.approx([x - box["x"], y - box["y"]], abs=1.0))
+
+    station.wait_for("one camera", same)
+    _, y = station.place(told)
     shown = label.evaluate(
         "(label) => new DOMMatrix().translate(...label.style.translate.split(' ').map(parseFloat)).f"
     )

@@ -96,7 +96,7 @@ class Workstation:
 
     def ready(self) -> Workstation:
         """The scene is drawn and the camera has reported."""
-        self.wait_for("the scene", lambda: (self.state("scene") or {}).get("ready"))
+        self.wait_for("the scene", lambda: (self.state("scene") or {}).get("ready"), DRIVEN_S)
         self.wait_for("the camera", lambda: (self.state("camera") or {}).get("view_height_mm"))
         return self
 
@@ -189,7 +189,7 @@ class Workstation:
         self.page.click("[data-step=rehearse]")
         self.wait_for("Rehearse", lambda: self.state("step")["name"] == "rehearse")
         self.page.click("#start")
-        self.wait_for("the robot", lambda: self.state("rehearsal")["state"] == "running")
+        self.wait_for("the robot", lambda: self.state("rehearsal")["state"] == "running", DRIVEN_S)
 
     def rehearsal(self) -> Any:
         return self.state("rehearsal")
