@@ -13,7 +13,7 @@ FIELD_OF_VIEW = np.deg2rad(28.0)  # narrow, so that sizes hardly change with dep
 FILL = 1.12  # how much larger than the head the view is
 
 # Direction from the head to the camera in LPS. The top view leans back by a hair: up is anterior then.
-_DIRECTIONS: dict[str, tuple[float, float, float]] = {
+DIRECTIONS: dict[str, tuple[float, float, float]] = {
     "anterior": (0.0, -1.0, 0.0),
     "left": (1.0, 0.0, 0.0),
     "right": (-1.0, 0.0, 0.0),
@@ -33,7 +33,7 @@ class CameraPose:
 
 def standard_view(name: str, centre: Floats, radius_mm: float) -> CameraPose:
     """The view that shows a ball of ``radius_mm`` around ``centre``."""
-    direction = np.array(_DIRECTIONS[name])
+    direction = np.array(DIRECTIONS[name])
     direction /= np.linalg.norm(direction)
     distance = FILL * radius_mm / np.sin(FIELD_OF_VIEW / 2.0)
     return CameraPose(centre + direction * distance, centre)

@@ -172,16 +172,20 @@ async def _may_be_read(websocket: WebSocket, message: MutableMapping[str, Any], 
 async def _write(
     websocket: WebSocket, session: ClientSession, outbox: asyncio.Queue[Message], changed: asyncio.Event
 ) -> None:
-    """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31)."""
+    """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31).
+
+    A reply is taken out before the state is read, and sent after it: whoever gets it has seen what came of the command.
+    """
     revision = 0
     while True:
         await changed.wait()
         changed.clear()
+        messages = [outbox.get_nowait() for _ in range(outbox.qsize())]
         revision, sections = session.view_model.changed_since(revision)
         if sections:
             await websocket.send_text(to_text({"type": "state", "sections": sections}))
-        while not outbox.empty():
-            await websocket.send_text(to_text(outbox.get_nowait()))
+        for message in messages:
+            await websocket.send_text(to_text(message))
         await asyncio.sleep(MIN_INTERVAL_S)
 
 
@@ -218,15 +222,31 @@ async def _read(websocket: WebSocket, session: ClientSession, send_soon: Callabl
             command = parse_command(message["text"])
         except ValidationError as error:
             problem = error.errors(include_url=False, include_context=False, include_input=False)[0]["msg"]
-            send_soon({"type": "note", "words": f"The page asked for something impossible: {problem}", "error": True})
+            send_soon(_refusal(_number(message["text"]), f"The page asked for something impossible: {problem}"))
             continue
         reply = None
         if command.id is not None:
             number = command.id
 
             def reply(ok: bool, result: Any, number: int = number) -> None:
-                answer: ReplyMessage = {"type": "reply", "id": number, "ok": ok}
-                send_soon({**answer, "result": result} if ok else {**answer, "error": {"message": result}})
+                done: ReplyMessage = {"type": "reply", "id": number, "ok": True, "result": result}
+                send_soon(done if ok else _refusal(number, result))
 
         if not session.command(command, reply):
-            send_soon({"type": "note", "words": "The planner is busy; that was not done.", "error": True})
+            send_soon(_refusal(command.id, "The planner is busy; that was not done."))
+
+
+def _refusal(number: int | None, words: str) -> Message:
+    """Why a command was not done: its reply, where it waits for one, else a note."""
+    if number is None:
+        return {"type": "note", "words": words, "error": True}
+    return {"type": "reply", "id": number, "ok": False, "error": {"message": words}}
+
+
+def _number(text: str) -> int | None:
+    """The id of a message that is no command, where a reply to it can be waited for."""
+    try:
+        number = json.loads(text)["id"]
+    except (ValueError, LookupError, TypeError, RecursionError):
+        return None
+    return number if type(number) is int else None

@@ -8,8 +8,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Playwright, sync_playwright
-from workstation import NO_ANTIALIASING, ROOT, TOKEN, VIEWPORT, Planner, Rest, Workstation, launch
+from page_scripts import NO_ANTIALIASING, SAID
+from playwright.sync_api import Browser, Playwright, expect, sync_playwright
+from workstation import PATIENCE_MS, ROOT, TOKEN, VIEWPORT, Planner, Rest, Workstation, launch
+
+expect.set_options(timeout=PATIENCE_MS)
 
 # The page opens the sample, as it does in a home where nobody has planned yet.
 SAMPLE_OPEN = """
@@ -74,10 +77,10 @@ def pages(browser: Browser, planner: Planner, artefacts: Path) -> Iterator[Calla
     ) -> Workstation:
         """sample: the sample is open, else what the planner opens by itself."""
         context = browser.new_context(viewport=viewport or VIEWPORT, accept_downloads=True)
-        context.add_init_script(NO_ANTIALIASING + (SAMPLE_OPEN if sample else "") + script)
+        context.add_init_script(NO_ANTIALIASING + SAID + (SAMPLE_OPEN if sample else "") + script)
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(60_000)
+        page.set_default_timeout(PATIENCE_MS)
         station = Workstation(page, artefacts)
         page.goto(f"{planner.base}{path}?token={TOKEN}")
         return station

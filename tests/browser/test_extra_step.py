@@ -9,8 +9,9 @@ import cv2
 import httpx
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page
-from workstation import NO_ANTIALIASING, TOKEN, VIEWPORT, Planner, Workstation
+from page_scripts import NO_ANTIALIASING
+from playwright.sync_api import Browser, Page, expect
+from workstation import DRIVEN_S, PATIENCE_MS, TOKEN, VIEWPORT, Planner, Workstation
 
 pytestmark = pytest.mark.browser
 
@@ -27,26 +28,26 @@ def test_a_fourth_step_is_one_folder_and_one_line(browser: Browser, planner: Pla
     context = browser.new_context(viewport=VIEWPORT)
     context.add_init_script(NO_ANTIALIASING)
     page = context.new_page()
-    page.set_default_timeout(60_000)
+    page.set_default_timeout(PATIENCE_MS)
     station = Workstation(page, artefacts)
     page.goto(f"{planner.base}/?token={TOKEN}")
     station.ready()
-    assert page.locator("#steps button").all_inner_texts() == ["Patient", "Plan", "Rehearse", "Marker"]
+    expect(page.locator("#steps button")).to_have_text(["Patient", "Plan", "Rehearse", "Marker"])
     page.click("[data-step=marker]")
-    station.wait_for("the panel", lambda: page.locator("#marker-words").is_visible())
+    expect(page.locator("#marker-words")).to_be_visible()
     assert station.state("marker") is None
     assert _red_share(page) < 0.01
     page.click("#lay-marker")
     station.wait_for("the section", lambda: (station.state("marker") or {}).get("laid") == 1)
-    station.wait_for("the panel's words", lambda: page.locator("#marker-words").inner_text() == "Laid 1 times.")
-    assert station.state("marker")["position"] == station.state("slices")["cross"]
+    expect(page.locator("#marker-words")).to_have_text("Laid 1 times.")
+    assert page.evaluate("String(vfix.state.marker.position) === String(vfix.state.slices.cross)")
     station.wait_for("the layer", lambda: _red_share(page) > 0.1)
     assert page.evaluate("vfix.request('marker.lay')") == 2
-    words = httpx.get(f"{planner.base}/api/steps/marker/words", headers={"Authorization": f"Bearer {TOKEN}"})
-    assert words.json() == {"words": "a marker"}
-    assert httpx.get(f"{planner.base}/api/steps/marker/words").status_code == 401
-    warm = "the hint, once the planner has compiled its kernels"
-    station.wait_for(warm, lambda: "marker is laid" in page.locator("#hint").inner_text(), patience_s=300.0)
+    address, token = f"{planner.base}/api/steps/marker/words", {"Authorization": f"Bearer {TOKEN}"}
+    assert httpx.get(address, headers=token, timeout=60).json() == {"words": "a marker"}
+    assert httpx.get(address, timeout=60).status_code == 401
+    # once the planner has compiled its kernels
+    expect(page.locator("#hint")).to_contain_text("marker is laid", timeout=1000.0 * DRIVEN_S)
     page.click("[data-step=plan]")
     station.wait_for("another step", lambda: station.state("step")["name"] == "plan")
     station.picture("marker")

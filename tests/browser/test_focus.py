@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from workstation import Rest, Workstation
+from playwright.sync_api import expect
+from workstation import DRIVEN_S, Rest, Workstation
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
@@ -19,15 +20,18 @@ def test_a_key_that_is_down_outlives_every_redraw_of_the_plan(open_page: Open, r
     station.open_plan(plan_id)
     page = station.page
     page.focus("#upload-robot")
-    with page.expect_file_chooser(timeout=600_000):  # it spans a whole dry run, minutes on a busy machine
-        page.keyboard.down("Space")
-        page.evaluate("vfix.request('plan.tool', { name: 'straight_pointer' })")
-        station.wait_for("the tool", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")
-        page.evaluate("(plan_id) => vfix.request('plan.rename', { plan_id, name: 'Renamed' })", plan_id)
-        station.wait_for("the name", lambda: "Renamed" in (page.locator("#where-plan").text_content() or ""))
-        station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("completed") is not None, 180)
-        assert page.evaluate(FOCUSED) == "upload-robot"
-        page.keyboard.up("Space")
+    opened = station.watch_chooser("#urdf-file")
+    page.keyboard.down("Space")
+    page.evaluate("vfix.request('plan.tool', { name: 'straight_pointer' })")
+    station.wait_for("the tool", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")
+    page.evaluate("(plan_id) => vfix.request('plan.rename', { plan_id, name: 'Renamed' })", plan_id)
+    expect(page.locator("#where-plan")).to_contain_text("Renamed")
+    station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("state") == "current", DRIVEN_S)
+    station.drawn()
+    assert page.evaluate(FOCUSED) == "upload-robot"
+    assert opened.count() == 0, "it is pressed once it is let go of"
+    page.keyboard.up("Space")
+    expect(opened).to_have_count(1)
     assert station.errors == []
 
 
@@ -37,12 +41,12 @@ def test_a_list_keeps_its_choices_through_a_redraw(open_page: Open, rest: Rest) 
     station.open_plan(rest.copy_of_sample("Lists"))
     page = station.page
     lists = ("#plan-robot", "#plan-tool")
-    station.wait_for("the choices", lambda: page.locator("#plan-tool option").count() > 1)
+    expect(page.locator("#plan-tool option").nth(1)).to_be_attached()
     before = [page.evaluate_handle(f"document.querySelector('{name} option')") for name in lists]
     page.focus("#plan-tool")
     page.evaluate("vfix.request('plan.tool', { name: 'bent_30', shaft_radius_mm: 1.2 })")
-    station.wait_for("the shape", lambda: "changed" in page.locator("#plan-tool option:checked").inner_text())
-    assert page.locator("#plan-tool").input_value() == "bent_30"
+    expect(page.locator("#plan-tool option:checked")).to_contain_text("changed")
+    expect(page.locator("#plan-tool")).to_have_value("bent_30")
     assert [page.evaluate("(option) => option.isConnected", option) for option in before] == [True, True]
     assert page.evaluate(FOCUSED) == "plan-tool"
     assert station.errors == []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from playwright.sync_api import expect
 from workstation import Rest, Workstation
 
 pytestmark = pytest.mark.browser
@@ -16,29 +17,31 @@ def test_the_first_task_ticks_itself_off_once_and_is_called_back(open_page: Open
     page = station.page
     steps = page.locator("#first-task li")
     current = page.locator("#first-task li[aria-current]")
-    assert steps.count() == 3
-    assert "Turn the head" in current.inner_text()
+    expect(page.locator("#first-task")).to_be_visible()
+    expect(steps).to_have_count(3)
+    expect(current).to_contain_text("Turn the head")
     station.wait_for("a plan", lambda: station.state("plan"))
-    page.wait_for_timeout(500)
+    station.settle()
     box = page.locator("#scene").bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + 200, box["y"] + 300)
     page.mouse.down()
     page.mouse.move(box["x"] + 240, box["y"] + 300)
     page.mouse.up()
-    station.wait_for("the first tick", lambda: "Choose a point" in current.inner_text())
+    expect(current).to_contain_text("Choose a point")
     page.locator("table.points tbody tr").nth(3).click()
-    station.wait_for("the second tick", lambda: "Rehearse" in current.inner_text())
+    expect(current).to_contain_text("Rehearse")
     page.click("#first-task-hide")
     page.reload()
     station.ready()
+    station.drawn()
     assert not page.locator("#first-task").is_visible()
     page.keyboard.press("?")
-    station.wait_for("the keys", lambda: page.locator("#dialog[open]").is_visible())
+    expect(page.locator("#dialog[open]")).to_be_visible()
     page.click("#first-task-again")
-    station.wait_for("the first task", lambda: page.locator("#first-task").is_visible())
-    assert page.locator("#first-task li.done").count() == 0
-    assert page.evaluate("document.activeElement.id") == "first-task-hide"
+    expect(page.locator("#first-task")).to_be_visible()
+    expect(page.locator("#first-task li.done")).to_have_count(0)
+    expect(page.locator("#first-task-hide")).to_be_focused()
     assert station.errors == []
 
 
@@ -46,12 +49,12 @@ def test_an_empty_plan_shows_three_steps(open_page: Open, rest: Rest) -> None:
     station = open_page().ready()
     station.open_plan(rest.empty_plan("Three steps"))
     page, steps = station.page, station.page.locator("#empty-plan")
-    station.wait_for("the steps", steps.is_visible)
-    assert steps.locator("li").count() == 3
-    assert "goes in" in steps.locator("li[aria-current]").inner_text()
+    expect(steps).to_be_visible()
+    expect(steps.locator("li")).to_have_count(3)
+    expect(steps.locator("li[aria-current]")).to_contain_text("goes in")
     in_air = rest.sample()["points"][3]["position"]
     page.evaluate("(position) => vfix.request('pick.slice', { position })", in_air)
-    station.wait_for("the next step", lambda: "further in" in steps.locator("li[aria-current]").inner_text())
+    expect(steps.locator("li[aria-current]")).to_contain_text("further in")
     station.open_plan(rest.short_plan("Two points", 2))
-    station.wait_for("no steps", lambda: not steps.is_visible())
+    expect(steps).to_be_hidden()
     assert station.errors == []

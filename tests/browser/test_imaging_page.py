@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 from pydicom.uid import generate_uid
 from workstation import Rest, Workstation
 
@@ -56,14 +57,15 @@ def test_a_segmentation_becomes_structures(station: Workstation, rest: Rest, tmp
     page.set_input_files("#segmentation-file", file)
     station.wait_for("the structures", lambda: names(station) == ["Left eye", "<b>Optic</b> nerve"])
     panel = page.locator("#panel")
-    station.wait_for("their rows", lambda: panel.locator("[data-structure]").count() == 2)
-    assert "<b>Optic</b> nerve" in panel.inner_text()
+    expect(panel.locator("[data-structure]")).to_have_count(2)
+    expect(panel).to_contain_text("<b>Optic</b> nerve", use_inner_text=True)
     station.look_from("anterior")
-    station.settle()
     station.picture("structures")
     row = panel.locator("[data-structure]").first
-    row.locator("input[type=checkbox]").uncheck()
+    expect(row.locator("input[type=checkbox]")).to_be_checked()
+    row.locator("input[type=checkbox]").click()
     station.wait_for("it hidden", lambda: not station.state("structures")["items"][0]["shown"])
+    expect(row.locator("input[type=checkbox]")).not_to_be_checked()
     row.hover()
     row.get_by_role("button", name="Rename").click()
     page.locator("dialog input").fill("Eye, left")
@@ -75,7 +77,7 @@ def test_a_segmentation_becomes_structures(station: Workstation, rest: Rest, tmp
     station.wait_for("all hidden", lambda: not any(item["shown"] for item in station.state("structures")["items"]))
     row.hover()
     row.get_by_role("button", name="Delete").click()
-    assert "came out of a file" in page.locator("dialog .words").inner_text()
+    expect(page.locator("dialog .words")).to_contain_text("came out of a file")
     page.locator("dialog button.primary").click()
     station.wait_for("one left", lambda: names(station) == ["<b>Optic</b> nerve"])
     assert station.errors == []
@@ -109,18 +111,19 @@ def test_what_is_dropped_says_what_it_is(station: Workstation, tmp_path: Path) -
     station.page.on("request", lambda request: sent.append(request.url) if request.method == "POST" else None)
     drop(station, file, table)
     dialog = station.page.locator("dialog")
-    station.wait_for("the question", dialog.is_visible)
-    assert "segmentation" in dialog.inner_text()
+    expect(dialog).to_be_visible()
+    expect(dialog).to_contain_text("segmentation")
     dialog.locator("button.primary").click()
     station.wait_for("the structure", lambda: names(station) == ["eye_left"])
     assert sum(url.endswith("/api/cases") for url in sent) == 1
     assert sum(url.endswith("/structures") for url in sent) == 0
     notes = station.page.locator("[data-structure] .structure-notes")
     notes.locator("summary").click()
-    assert "a grid of its own" in notes.inner_text()
+    expect(notes).to_contain_text("a grid of its own", use_inner_text=True)
     drop(station, tmp_path / "names.csv")
-    station.wait_for("why not", lambda: "no file in it" in station.page.locator("#alerts").inner_text())
+    expect(station.page.locator("#alerts")).to_contain_text("no file in it")
     drop(station, file, onto="#hint")
+    station.drawn()
     assert station.errors == []
 
 
@@ -145,7 +148,7 @@ def test_one_of_several_series_is_chosen(station: Workstation, rest: Rest, tmp_p
     before = {case["id"] for case in rest.client.get("/api/cases").json()}
     station.page.set_input_files("#folder", folder)
     dialog: Any = station.page.locator("dialog")
-    station.wait_for("the question", dialog.is_visible)
+    expect(dialog).to_be_visible()
     options = dialog.locator("option").all_inner_texts()
     assert "CT · CanarySinus · 30 slices · 40 × 40 · 3.00 × 3.00 × 4.00 mm" in options
     station.picture("series")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from playwright.sync_api import expect
 from workstation import Rest, Workstation
 
 pytestmark = pytest.mark.browser
@@ -24,6 +25,7 @@ CUT_OFF = """() => [...document.querySelectorAll('button, select, input, tr[tabi
   .map((control) => control.outerHTML.slice(0, 160))"""
 NOTICE = """() => { const box = document.getElementById('notice').getBoundingClientRect();
   return box.width > 60 && box.left >= 0 && box.right <= innerWidth && box.top >= 0 && box.bottom <= innerHeight; }"""
+BESIDE = "document.scrollingElement.scrollWidth - innerWidth"
 SHARE = """(selector) => { const box = document.querySelector(selector).getBoundingClientRect();
   return box.width * box.height / (innerWidth * innerHeight); }"""
 
@@ -34,14 +36,21 @@ def resized(open_shared: Open) -> Workstation:
     return open_shared().ready()
 
 
+def resize(station: Workstation, width: int, height: int) -> None:
+    station.page.set_viewport_size({"width": width, "height": height})
+    station.wait_for("the size", lambda: station.page.evaluate("[innerWidth, innerHeight]") == [width, height])
+    station.drawn()
+
+
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_no_control_is_cut_off_in_any_step(resized: Workstation, rest: Rest, width: int, height: int) -> None:
     station, page = resized, resized.page
-    page.set_viewport_size({"width": width, "height": height})
+    resize(station, width, height)
     station.open_plan(rest.copy_of_sample("Sizes"))
     for step in ("patient", "plan", "rehearse"):
         page.click(f"[data-step={step}]")
         station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
+        station.drawn()
         if page.locator("#look-toggle").is_visible():
             page.click("#look-toggle")
         for part in PARTS if width <= 600 else ("all",):
@@ -49,9 +58,9 @@ def test_no_control_is_cut_off_in_any_step(resized: Workstation, rest: Rest, wid
                 page.click(f"[data-part-button={part}]")
             # what has just come may still find its place
             station.wait_for(f"{step}, {part}: every control", lambda: page.evaluate(CUT_OFF) == [])
-            assert page.evaluate("document.scrollingElement.scrollWidth - innerWidth") <= 0
+            station.wait_for("nothing beside the page", lambda: page.evaluate(BESIDE) <= 0)
             page.evaluate("scrollTo(0, 0)")
-            assert page.evaluate(NOTICE), f"{step}, {part}: the notice"
+            station.wait_for(f"{step}, {part}: the notice", lambda: page.evaluate(NOTICE))
     station.picture(f"size-{width}")
     assert station.errors == []
 
@@ -61,36 +70,41 @@ def test_layouts_are_chosen_by_button_and_key_and_remembered(open_page: Open) ->
     station = open_page(viewport={"width": 1440, "height": 900}).ready()
     page, bench = station.page, station.page.locator("#bench")
     page.evaluate("document.getElementById('scene').contentWindow.stillHere = true")
-    assert page.evaluate(SHARE, ".viewer") > 0.3
+
+    def has(selector: str, least: float) -> None:
+        """A part of the page gets more than this share of it."""
+        station.wait_for(f"{least} of the page for {selector}", lambda: page.evaluate(SHARE, selector) > least)
+
+    has(".viewer", 0.3)
     page.click("[data-layout-button=two-by-two]")
-    shares = [page.evaluate(SHARE, name) for name in (".viewer", "[data-axis=axial]", "[data-axis=sagittal]")]
-    assert min(shares) > 0.12, shares
+    for name in (".viewer", "[data-axis=axial]", "[data-axis=sagittal]"):
+        has(name, 0.12)
     for key, layout, seen in (("1", "axial", "[data-axis=axial]"), ("2", "coronal", "[data-axis=coronal]")):
         page.keyboard.press(key)
-        assert bench.get_attribute("data-layout") == layout
-        assert page.evaluate(SHARE, seen) > 0.45
-        assert not page.locator("#scene").is_visible()
+        expect(bench).to_have_attribute("data-layout", layout)
+        has(seen, 0.45)
+        expect(page.locator("#scene")).to_be_hidden()
     page.keyboard.press("2")
-    assert bench.get_attribute("data-layout") == "two-by-two"
+    expect(bench).to_have_attribute("data-layout", "two-by-two")
     page.keyboard.press("4")
     page.keyboard.press("p")
-    assert page.evaluate(SHARE, ".viewer") > 0.75
+    has(".viewer", 0.75)
     page.reload()
     station.ready()
-    assert bench.get_attribute("data-layout") == "scene"
-    assert not page.locator("#panel").is_visible()
+    expect(bench).to_have_attribute("data-layout", "scene")
+    expect(page.locator("#panel")).to_be_hidden()
     page.evaluate("document.getElementById('scene').contentWindow.stillHere = true")
     page.keyboard.press("p")
     page.click("[data-layout-button=one-three]")
+    expect(bench).to_have_attribute("data-layout", "one-three")
+    station.slices_stand()
     assert page.evaluate("document.getElementById('scene').contentWindow.stillHere"), "the frame was loaded anew"
-    wide = page.locator("#slices").bounding_box()
+    width = "document.getElementById('slices').getBoundingClientRect().width"
+    wide = page.evaluate(width)
     page.focus("#splitter")
     for _ in range(3):
         page.keyboard.press("ArrowLeft")
-    now = page.locator("#slices").bounding_box()
-    assert wide is not None
-    assert now is not None
-    assert now["width"] > wide["width"] + 60
+    station.wait_for("wider slices", lambda: page.evaluate(width) > wide + 60)
     assert station.errors == []
 
 
@@ -100,11 +114,11 @@ def test_the_slices_of_an_empty_plan_are_large_enough_to_click_in(
 ) -> None:
     """The first point is clicked before there is a path, and with it a fourth view."""
     station = resized
-    station.page.set_viewport_size({"width": width, "height": height})
+    resize(station, width, height)
     station.page.click("[data-step=plan]")
     station.open_plan(rest.empty_plan("Before the first point"))
-    panes = station.page.locator("#slices")
-    station.wait_for("three slices", lambda: panes.get_attribute("data-panes") == "3")
+    expect(station.page.locator("#slices")).to_have_attribute("data-panes", "3")
+    station.slices_stand()
     stages = [stage.bounding_box() for stage in station.page.locator(".slice-stage:visible").all()]
     assert len(stages) == 3
     assert all(box is not None and box["height"] >= least for box in stages), stages
@@ -116,9 +130,9 @@ def test_a_view_that_asks_to_be_large_is(open_page: Open) -> None:
     station = open_page(viewport={"width": 1024, "height": 768}).ready()
     page, bench = station.page, station.page.locator("#bench")
     page.evaluate("dispatchEvent(new CustomEvent('vfix:enlarge', { detail: 'sagittal' }))")
-    assert bench.get_attribute("data-layout") == "sagittal"
+    expect(bench).to_have_attribute("data-layout", "sagittal")
     page.evaluate("dispatchEvent(new CustomEvent('vfix:enlarge', { detail: null }))")
-    assert bench.get_attribute("data-layout") == "one-three"
+    expect(bench).to_have_attribute("data-layout", "one-three")
 
 
 def test_the_theme_is_the_system_s_until_somebody_chooses(open_page: Open) -> None:
@@ -128,14 +142,16 @@ def test_the_theme_is_the_system_s_until_somebody_chooses(open_page: Open) -> No
     ground = "getComputedStyle(document.getElementById('scene').contentDocument.body).backgroundColor"
     page.emulate_media(color_scheme="dark")
     station.wait_for("the dark theme", lambda: page.evaluate(theme) == "dark")
+    sheeted = "document.getElementById('scene').contentDocument.adoptedStyleSheets.length > 0"
+    station.wait_for("the scene in the page's colours", lambda: page.evaluate(sheeted))
     dark = page.evaluate(ground)
     page.emulate_media(color_scheme="light")
     station.wait_for("the light theme", lambda: page.evaluate(theme) == "light")
-    assert page.evaluate(ground) != dark
+    station.wait_for("the scene's light ground", lambda: page.evaluate(ground) != dark)
     assert page.evaluate("getComputedStyle(document.querySelector('.slice-stage')).backgroundColor") == "rgb(0, 0, 0)"
     page.click("#theme")
     page.reload()
     station.ready()
     assert page.evaluate(theme) == "dark"
-    assert page.evaluate(ground) == dark
+    station.wait_for("the scene's dark ground", lambda: page.evaluate(ground) == dark)
     assert station.errors == []

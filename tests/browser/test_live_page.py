@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from typing import Any
 
 import pytest
-from workstation import Rest, Workstation
+from playwright.sync_api import expect
+from workstation import DRIVEN_S, Rest, Workstation
 
 pytestmark = pytest.mark.browser
 OpenPage = Callable[..., Workstation]
 WIDE = {"width": 1440, "height": 900}
-DRIVEN_S = 240.0
 
 
 def opened(open_page: OpenPage, plan_id: str) -> Workstation:
@@ -23,43 +25,37 @@ def opened(open_page: OpenPage, plan_id: str) -> Workstation:
     return station
 
 
-def take(station: Workstation, position: list[float], by: tuple[int, int]) -> None:
-    """Drag what is drawn at a place by some pixels; the button stays down."""
-    x, y = station.place(position)
-    station.page.mouse.move(x, y)
-    station.page.wait_for_timeout(300)
-    station.page.mouse.down()
-    for part in (0.4, 0.7, 1.0):
-        station.page.mouse.move(x + part * by[0], y + part * by[1])
-        station.page.wait_for_timeout(120)
-
-
 def test_a_dragged_point_is_judged_live_and_placed_again_on_release(open_page: OpenPage, rest: Rest) -> None:
     plan_id = rest.copy_of_sample("Live")
     station = opened(open_page, plan_id)
     page, before = station.page, rest.plan(plan_id)
     stored = station.state("corridor")["verdict"]
     # The verdict is in sight above the list of points, however long that is.
-    verdict_box, table_box = page.locator("#verdict").bounding_box(), page.locator("table.points").first.bounding_box()
-    assert verdict_box is not None
-    assert table_box is not None
-    assert verdict_box["y"] < table_box["y"]
-    take(station, before["points"][4]["position"], (4, -18))
+    expect(page.locator("#verdict")).to_be_visible()
+    expect(page.locator("table.points").first).to_be_visible()
+    assert page.evaluate("""() => {
+      const [verdict, table] = ["#verdict", "table.points"].map((part) => document.querySelector(part));
+      return verdict.getBoundingClientRect().y < table.getBoundingClientRect().y;
+    }""")
+    station.drag_by(before["points"][4]["position"], (4, -18))
     stale, said = page.locator("#verdict.stale"), page.locator("#verdict-state")
-    station.wait_for(
-        "the live verdict", lambda: station.state("corridor")["state"] == "drag" and not stale.count(), DRIVEN_S
-    )
-    live = station.state("corridor")
-    assert live["verdict"] != stored
-    station.wait_for("its words", lambda: said.inner_text().startswith("Provisional, while you drag: the robot"))
+
+    def judged() -> Any:
+        """The verdict of a place of the hand that is another one than the stored path's."""
+        corridor = station.state("corridor")
+        return corridor["state"] == "drag" and corridor["verdict"] != stored and not stale.count() and corridor
+
+    live = station.wait_for("the live verdict", judged, DRIVEN_S)
+    expect(said).to_have_text(re.compile("^Provisional, while you drag: the robot"), use_inner_text=True)
     assert rest.plan(plan_id)["revision"] == before["revision"], "nothing live is stored"
     station.picture("live-drag")
     page.mouse.up()
     station.wait_for("one edit", lambda: rest.plan(plan_id)["revision"] == before["revision"] + 1)
-    station.wait_for("the new placing", lambda: said.inner_text() == "Placed and driven dry.", DRIVEN_S)
-    assert station.state("corridor")["state"] == "current"
-    assert station.state("corridor")["verdict"] != live["verdict"]
-    assert not stale.count()
+    expect(said).to_have_text("Placed and driven dry.", timeout=1000.0 * DRIVEN_S)
+    corridor = station.state("corridor")
+    assert corridor["state"] == "current"
+    assert corridor["verdict"] != live["verdict"]
+    expect(stale).to_have_count(0)
     page.keyboard.press("Control+z")
     station.wait_for("undo", lambda: rest.plan(plan_id)["points"] == before["points"])
     assert station.errors == []
@@ -73,14 +69,14 @@ def test_the_selected_target_tells_from_where_it_is_seen(open_page: OpenPage, re
     )
     target = cones["items"][0]
     page.locator(f"tr[data-item='{target['target']}']").click()
-    station.wait_for("the words", lambda: page.locator("#cone-words").is_visible())
-    assert page.locator("#cone-words").inner_text() == target["words"]
+    expect(page.locator("#cone-words")).to_be_visible()
+    expect(page.locator("#cone-words")).to_have_text(target["words"])
     assert f"{target['cone_deg']:.0f}°" in target["words"]
     page.locator("#cone-words").scroll_into_view_if_needed()
     station.settle()
     station.picture("live-cone")
     page.locator("table.points").first.locator("tbody tr").nth(1).click()
-    station.wait_for("no cone of a point", lambda: not page.locator("#cone-words").is_visible())
+    expect(page.locator("#cone-words")).to_be_hidden()
     assert station.errors == []
 
 
@@ -95,7 +91,7 @@ def test_the_shaft_is_turned_by_its_ball(open_page: OpenPage, rest: Rest) -> Non
     station.wait_for("the shaft", lambda: station.state("shaft")["words"].startswith("The shaft leaves"))
     station.settle()
     ball = [p + 30.0 * d for p, d in zip(point["position"], before["points"][2]["direction"], strict=True)]
-    take(station, ball, (0, 30))
+    station.drag_by(ball, (0, 30))
     station.wait_for("the live verdict", lambda: station.state("corridor")["state"] == "drag", DRIVEN_S)
     assert rest.plan(plan_id)["revision"] == before["revision"]
     station.picture("live-shaft")

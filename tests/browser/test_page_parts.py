@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import trimesh
-from playwright.sync_api import Page, Route
+from playwright.sync_api import Page, Route, expect
 from workstation import Rest, Workstation
 
 pytestmark = pytest.mark.browser
@@ -35,6 +36,8 @@ OUT_OF_REACH = """() => [...document.querySelectorAll('button, select, input, tr
     return !found || !(control.contains(found) || found.closest('label')?.contains(control));
   })
   .map((control) => control.outerHTML.slice(0, 120))"""
+WHOLE = "(words) => words.scrollWidth <= words.clientWidth"
+BESIDE = "document.scrollingElement.scrollWidth - innerWidth"
 # Contrast of the borders of controls against what they stand on (WCAG 2.2, 1.4.11).
 FAINT_BORDERS = """() => {
   const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
@@ -131,6 +134,7 @@ def test_one_question_at_a_time_and_errors_that_stay(open_page: Open) -> None:
     station = open_page()
     page = station.page
     station.wait_for("the planner", lambda: station.state("step"))
+    station.drawn()  # with the first plan that is shown, what was wrong before is no news
     notes = page.evaluate("""async () => {
       const { askName, confirm, note } = await import('/static/js/dialogs.js');
       window.answers = {};
@@ -142,14 +146,89 @@ def test_one_question_at_a_time_and_errors_that_stay(open_page: Open) -> None:
     }""")
     assert notes == ["2", "3", "4"]
     title = page.locator("#dialog h2")
-    assert title.inner_text() == "First"
+    expect(title).to_have_text("First")
     page.keyboard.press("Enter")
-    station.wait_for("the second question", lambda: title.inner_text() == "Second")
+    expect(title).to_have_text("Second")
     assert page.evaluate("window.answers") == {"first": "a name"}
     page.keyboard.press("Escape")
     station.wait_for("its answer", lambda: page.evaluate("window.answers.second") is False)
     alerts = page.locator("[role=alert] .toast")
-    assert alerts.all_inner_texts() == [f"{word}\nDismiss" for word in ("One", "Two", "Three", "Four")]
+    expect(alerts).to_have_text([f"{word} Dismiss" for word in ("One", "Two", "Three", "Four")], use_inner_text=True)
+
+
+# The controls of a second volume alone, with answers of the planner as a test gives them: the opacity after each event.
+EDITS = """async () => {
+  const { OverlayControls } = await import('/static/js/slices/overlay-controls.js');
+  const { IDENTITY } = await import('/static/js/slices/overlay.js');
+  const link = Object.assign(new EventTarget(), { head: 1, lay() {} });
+  const [waiting, shown] = [[], []];
+  const request = (type, fields) => new Promise((resolve, reject) => waiting.push({ fields, resolve, reject }));
+  const connection = { state: {}, request };
+  const controls = new OverlayControls(link, connection);
+  const choices = [{ case: 'second', volume: null, name: 'Second', window: null, level: null }];
+  const tell = (opacity) => {
+    const laid = { case: 'second', volume: null, transform: IDENTITY, opacity, window: 2500, level: 600 };
+    connection.state = { second_volume: { laid, known: true, choices, locked: false } };
+    controls.update(connection.state);
+  };
+  const fade = (percent) => {
+    controls.opacity.value = percent;
+    for (const type of ['input', 'change']) controls.opacity.dispatchEvent(new Event(type));
+  };
+  const look = async () => {
+    await new Promise((go) => setTimeout(go));
+    shown.push(controls.opacity.value);
+  };
+  tell(0.5);
+  fade(20);
+  fade(80);
+  tell(0.2);
+  await look();
+  waiting[0].resolve();
+  await look();
+  tell(0.8);
+  waiting[1].resolve();
+  await look();
+  fade(30);
+  waiting[2].reject(new Error('That was refused.'));
+  await look();
+  tell(0.6);
+  await look();
+  return { shown, sent: waiting.map(({ fields }) => fields.opacity) };
+}"""
+
+# A number in the panel that is typed while the planner tells of it: what the field shows, and what is asked for.
+TYPED = """async () => {
+  const { numberInput, showNumber } = await import('/steps/plan/fields.js');
+  const [changed, shown] = [[], []];
+  const input = numberInput('typed-number', 0, 20, 0.5, (value) => changed.push(value));
+  document.body.append(input);
+  const type = (text) => { input.value = text; input.dispatchEvent(new Event('input')); };
+  const tell = (value) => { showNumber(input, value); shown.push(input.value); };
+  const leave = () => { input.dispatchEvent(new Event('change')); shown.push(input.value); };
+  input.focus();
+  tell(1);
+  type('50');
+  tell(1);
+  leave();
+  type('7');
+  tell(2);
+  leave();
+  tell(7);
+  input.remove();
+  return { shown, changed };
+}"""
+
+
+def test_an_answer_to_an_earlier_edit_takes_no_newer_one_back(open_page: Open) -> None:
+    """Nor what is being typed; what was refused is taken back."""
+    page = open_page().ready().page
+    edits = page.evaluate(EDITS)
+    assert edits["sent"] == [0.2, 0.8, 0.3]
+    assert edits["shown"] == ["80", "80", "80", "80", "60"]
+    expect(page.locator("#alerts")).to_contain_text("That was refused.")
+    typed = page.evaluate(TYPED)
+    assert typed == {"shown": ["1", "50", "1", "7", "7", "7"], "changed": [7]}
 
 
 def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, rest: Rest) -> None:
@@ -163,14 +242,16 @@ def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, res
     station.wait_for("the selection", lambda: station.state("plan")["selected"] == points[2]["id"])
     focused = "() => document.activeElement.dataset.item"
     page.evaluate("(id) => vfix.request('item.rename', { item_id: id, label: 'renamed' })", points[3]["id"])
-    station.wait_for("the rows", lambda: "renamed" in page.locator("table.points").first.inner_text())
+    expect(page.locator("table.points").first).to_contain_text("renamed", use_inner_text=True)
     assert page.evaluate(focused) == points[2]["id"]
     page.keyboard.press("F2")
-    station.wait_for("the question", lambda: page.locator("#dialog[open]").is_visible())
+    expect(page.locator("#dialog[open]")).to_be_visible()
     page.keyboard.press("Escape")
+    expect(page.locator("#dialog[open]")).to_have_count(0)
 
     page.evaluate("() => vfix.request('slice.cross', { position: [0, 0, 60] })")
     station.wait_for("the slices to leave", lambda: station.state("slices")["cross"][2] == 60)
+    station.drawn()
     row.click()
     there = pytest.approx(points[2]["position"], abs=1e-3)
     station.wait_for("the slices to come back", lambda: station.state("slices")["cross"] == there)
@@ -179,6 +260,7 @@ def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, res
     station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
     page.keyboard.press("Delete")
     station.wait_for("no ghost", lambda: station.state("plan")["ghost"] is None)
+    station.drawn()  # whose card gives the focus back
     assert len(station.state("plan")["points"]) == len(points)
     row.focus()
     page.keyboard.press("Delete")
@@ -197,7 +279,7 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
     page, stage = station.page, station.page.locator("[data-axis=axial]")
     label, shown = page.locator(".slice-head .number").first, stage.locator("g:not([visibility]) > image[href]")
     axial = station.state("slices")["planes"]["axial"]
-    station.wait_for("the pictures", lambda: label.inner_text() == f"S {axial['position']:.1f} mm")
+    expect(label).to_have_text(f"S {axial['position']:.1f} mm")
     station.wait_for("both of them", lambda: shown.count() == 2 and stage.locator("image").count() == 2)
     before = label.inner_text()
     held: list[Route] = []
@@ -209,16 +291,16 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
     for route in held:
         route.continue_()
     page.unroute("**/slices/axial?*")
-    station.wait_for("the label", lambda: label.inner_text() == f"S {position:.1f} mm")
-    assert shown.count() == 2
+    expect(label).to_have_text(f"S {position:.1f} mm")
+    expect(shown).to_have_count(2)
 
     page.route("**/slices/axial?*", lambda route: route.abort())
     page.evaluate("(position) => vfix.request('slice.set', { axis: 'axial', position })", position + 10.0)
-    station.wait_for("the words", lambda: "could not be loaded" in stage.inner_text())
+    expect(stage).to_contain_text("could not be loaded", use_inner_text=True)
     assert shown.count() == 0, "the picture of before stays"
     page.unroute("**/slices/axial?*")
-    station.wait_for("the picture", lambda: shown.count() == 2)
-    assert not stage.locator(".slice-failed").is_visible()
+    expect(shown).to_have_count(2)
+    expect(stage.locator(".slice-failed")).to_be_hidden()
 
 
 @pytest.mark.parametrize(("width", "height"), [(720, 450), (480, 800)], ids=["200 %", "narrow"])
@@ -226,19 +308,24 @@ def test_everything_can_be_reached(open_page: Open, rest: Rest, width: int, heig
     """1440 × 900 at 200 % is 720 × 450: the page scrolls, and nothing lies over a control or outside."""
     station = open_page(viewport={"width": width, "height": height}).ready()
     station.open_plan(rest.copy_of_sample("Small"))
+    held = station.page.locator("#statusbar .fill .reading-value")
+
+    def borders() -> Any:
+        return station.page.evaluate(FAINT_BORDERS)
+
     for step in ("patient", "plan", "rehearse"):
         station.page.click(f"[data-step={step}]")
         station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
+        station.drawn()
         for part in ("panel", "slices", "scene"):
             if station.page.locator(f"[data-part-button={part}]").is_visible():
                 station.page.click(f"[data-part-button={part}]")
-            assert station.page.evaluate(OUT_OF_REACH) == []
-        words = station.page.locator("#statusbar .fill .reading-value")
-        assert words.evaluate("words => words.scrollWidth <= words.clientWidth"), "what holds the tool is cut short"
-        assert station.page.evaluate("document.scrollingElement.scrollWidth - innerWidth") <= 0
-        borders = station.page.evaluate(FAINT_BORDERS)
-        assert borders["checked"] > 0
-        assert borders["faint"] == []
+            # what has just come may still find its place
+            station.wait_for(f"{step}, {part}: every control", lambda: station.page.evaluate(OUT_OF_REACH) == [])
+        station.wait_for("all words of what holds the tool", lambda: held.evaluate(WHOLE))
+        station.wait_for("nothing beside the page", lambda: station.page.evaluate(BESIDE) <= 0)
+        # a button that was just pressed or enabled still changes its colours
+        station.wait_for("borders", lambda: (now := borders())["checked"] > 0 and now["faint"] == [])
     station.picture(f"small-{width}")
 
 
@@ -258,13 +345,13 @@ def test_what_a_file_does_not_say_is_asked_once(open_page: Open, rest: Rest, tmp
     for name, words in (("a.nhdr", "Choose both files together"), ("a.mhd", "Choose both files together")):
         (tmp_path / name).write_bytes(b"x")
         _choose(page, tmp_path / name)
-        station.wait_for("the refusal", lambda name=name: any(name in text for text in alerts.all_inner_texts()))
-        assert words in alerts.last.inner_text()
+        expect(alerts.last).to_contain_text(name)
+        expect(alerts.last).to_contain_text(words)
     assert uploads == []
 
     (tmp_path / "broken.obj").write_bytes(b"v 0 0 0\n")
     _choose(page, tmp_path / "broken.obj")
-    station.wait_for("the error", lambda: "‘broken.obj’:" in alerts.last.inner_text())
+    expect(alerts.last).to_contain_text("‘broken.obj’:")
     assert not page.locator("#dialog[open]").is_visible()
 
     ball = trimesh.creation.icosphere(subdivisions=4, radius=80.0)
@@ -272,11 +359,11 @@ def test_what_a_file_does_not_say_is_asked_once(open_page: Open, rest: Rest, tmp
     (tmp_path / "ball.ply").write_text(text.replace("comment", "comment SPACE=LPS\ncomment", 1))
     uploads.clear()
     _choose(page, tmp_path / "ball.ply")
-    station.wait_for("the question", lambda: page.locator("#dialog[open]").is_visible())
-    assert "ball.ply" in page.locator("#dialog h2").inner_text()
-    assert page.locator("#dialog select").count() == 1
+    expect(page.locator("#dialog[open]")).to_be_visible()
+    expect(page.locator("#dialog h2")).to_contain_text("ball.ply")
+    expect(page.locator("#dialog select")).to_have_count(1)
     page.select_option("#ask-units", "mm")
     page.click("#dialog .primary")
-    station.wait_for("the head", lambda: "Bone surface" in page.locator("#cases").inner_text())
+    expect(page.locator("#cases")).to_contain_text("Bone surface")
     assert [url.rsplit("/", 1)[-1] for url in uploads] == ["cases", "answer"]
     assert station.errors == []

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import pytest
-from workstation import Rest, Workstation
+from playwright.sync_api import expect
+from workstation import DRIVEN_S, Rest, Workstation
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
@@ -24,25 +26,21 @@ def test_the_page_opens_on_the_head_with_a_plan_that_fits(open_page: Open, rest:
     station.page.reload()
     station.ready()
     assert station.state("plan")["id"] == newest
-    station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True)
-    assert station.page.locator("#where-case").inner_text() == station.state("case")["name"]
-    assert station.page.locator("#notice").is_visible()
-    assert "clinical" in station.page.locator("#notice").inner_text()
-    station.wait_for("the hint", lambda: "clear of bone" in station.page.locator("#hint").inner_text())
-    assert station.state("corridor")["min_clearance_mm"] >= station.state("corridor")["scale"]["margin"]
-    verdict = station.page.locator("#verdict").inner_text()
-    assert verdict.startswith("Fits: bone")
-    assert "Presses soft tissue along" in verdict
-    assert station.page.locator("#margin-warning").is_hidden(), "what the surface may be off is added to the margin"
+    station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True, DRIVEN_S)
+    expect(station.page.locator("#where-case")).to_have_text(station.state("case")["name"])
+    expect(station.page.locator("#notice")).to_be_visible()
+    expect(station.page.locator("#notice")).to_contain_text("clinical", use_inner_text=True)
+    expect(station.page.locator("#hint")).to_contain_text("clear of bone", use_inner_text=True)
+    corridor = station.state("corridor")
+    assert corridor["min_clearance_mm"] >= corridor["scale"]["margin"]
+    verdict = re.compile(r"^Fits: bone.*Presses soft tissue along", re.DOTALL)
+    expect(station.page.locator("#verdict")).to_have_text(verdict, use_inner_text=True)
+    expect(station.page.locator("#margin-warning"), "what the surface may be off is added to the margin").to_be_hidden()
     station.wait_for("the voxels", lambda: station.page.evaluate("vfix.slices.link.ready"))
     shown = "vfix.slices.panes.filter((pane) => pane.stage.clientWidth)"
     drawn = f"{shown}.length >= 3 && {shown}.every((pane) => pane.canvas.width > 1 && !pane.pictures.childElementCount)"
     station.wait_for("the slices", lambda: station.page.evaluate(drawn))
-    assert [step.inner_text() for step in station.page.locator("#steps button").all()] == [
-        "Patient",
-        "Plan",
-        "Rehearse",
-    ]
+    expect(station.page.locator("#steps button")).to_have_text(["Patient", "Plan", "Rehearse"])
     assert len(hosts) == 1, hosts
     assert station.errors == []
     station.picture("plan")
@@ -59,7 +57,7 @@ def test_clicks_on_the_skull_and_on_a_slice_make_a_path(open_page: Open, rest: R
         station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
 
     click_head([4.0, -5.0, 4.0])
-    station.wait_for("its words", lambda: "of bone" in station.page.locator("#ghost-card").inner_text())
+    expect(station.page.locator("#ghost-card")).to_contain_text("of bone", use_inner_text=True)
     assert _points(station) == []
     station.page.keyboard.press("Escape")
     station.wait_for("no ghost", lambda: station.state("plan")["ghost"] is None)
@@ -69,15 +67,16 @@ def test_clicks_on_the_skull_and_on_a_slice_make_a_path(open_page: Open, rest: R
     click_head([-30.0, 0.0, 60.0])
     station.page.click("#ghost-add")
     station.wait_for("two points", lambda: len(_points(station)) == 2)
-    assert station.state("plan")["degree"] == 1
-    assert station.state("plan")["length_mm"] > 20.0
+    plan = station.state("plan")
+    assert plan["degree"] == 1
+    assert plan["length_mm"] > 20.0
     assert len(station.state("curve")["points"]) > 10
 
     stage = station.page.locator("[data-axis=axial]")
     in_air = rest.sample()["points"][4]["position"]
     station.page.evaluate("(position) => vfix.request('slice.cross', { position })", in_air)
     station.wait_for("the cross", lambda: station.state("slices")["cross"] == pytest.approx(in_air, abs=1e-3))
-    at = station.page.evaluate("(place) => vfix.slices.panes[0].wanted().project(place)", in_air)
+    at = station.place_in_slice("axial", in_air)
     stage.click(position=at)
     station.wait_for("three points", lambda: len(_points(station)) == 3)
     assert station.state("plan")["ghost"] is None
@@ -103,18 +102,14 @@ def test_points_are_dragged_inserted_deleted_undone_and_locked(open_page: Open, 
     before = _points(station)
 
     def drag(position: list[float], by: tuple[int, int]) -> None:
-        x, y = station.place(position)
-        station.page.mouse.move(x, y)
-        station.page.wait_for_timeout(300)
-        station.page.mouse.down()
-        for part in (0.4, 0.7, 1.0):
-            station.page.mouse.move(x + part * by[0], y + part * by[1])
-            station.page.wait_for_timeout(120)
+        station.drag_by(position, by)
         station.page.mouse.up()
 
     drag(before[4], (4, -18))
     station.wait_for("the drag", lambda: rest.plan(plan_id)["points"][4]["position"] != before[4])
-    moved = station.wait_for("the new place", lambda: _points(station) if _points(station) != before else None)
+    stored = [pytest.approx(point["position"], abs=1e-3) for point in rest.plan(plan_id)["points"]]
+    station.wait_for("the new place", lambda: _points(station) == stored)
+    moved = _points(station)
     assert moved[4][2] > before[4][2] + 0.5, "dragged up, so the point must be higher"
     station.picture("dragged")
 
@@ -143,15 +138,23 @@ def test_points_are_dragged_inserted_deleted_undone_and_locked(open_page: Open, 
     assert station.errors == []
 
 
+# Where parts of the page are; null for one that is not shown.
+BOXES = """(parts) => Object.fromEntries(parts.map((part) => {
+  const { x, y, width, height } = document.querySelector(part).getBoundingClientRect();
+  return [part, width && height ? { x, y, width, height } : null];
+}))"""
+
+
 def test_nothing_overlaps_on_a_small_screen(open_page: Open) -> None:
     """From 1000 px of width up, nothing lies over anything else and nothing is cut off."""
     station = open_page(viewport={"width": 1000, "height": 640}).ready()
-    parts = [".brand", "#where", "#steps", "#notice", "#hint", "#panel", ".viewer", "#slices", "#statusbar"]
-    boxes = {part: station.page.locator(part).bounding_box() for part in parts}
-    overlays = {
-        part: station.page.locator(part).bounding_box()
-        for part in (".views", ".tool-strip.column", "#scale-bar", "#legend")
-    }
+    station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True, DRIVEN_S)
+    expect(station.page.locator("#legend")).to_be_visible()
+    station.slices_stand()
+    parts = (".brand", "#where", "#steps", "#notice", "#hint", "#panel", ".viewer", "#slices", "#statusbar")
+    tools = (".views", ".tool-strip.column", "#scale-bar", "#legend")
+    found = station.page.evaluate(BOXES, [*parts, *tools])  # all at one moment
+    boxes, overlays = ({part: found[part] for part in group} for group in (parts, tools))
     for group in (boxes, overlays):
         names = [name for name, box in group.items() if box]
         for index, first in enumerate(names):

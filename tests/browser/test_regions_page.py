@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from playwright.sync_api import expect
 from workstation import Rest, Workstation
 
 OpenPage = Callable[..., Workstation]
@@ -17,8 +18,7 @@ def station(open_page: OpenPage, rest: Rest) -> Workstation:
     """A plan of two points, so that nothing long is driven."""
     page = open_page().ready()
     page.open_plan(rest.short_plan("Regions", 2))
-    slices = "vfix.slices.panes.slice(0, 3).every((pane) => pane.port)"
-    page.wait_for("the slices", lambda: page.page.evaluate(slices))
+    page.slices_stand()
     return page
 
 
@@ -55,7 +55,7 @@ def test_a_structure_is_drawn_named_softened_and_undone(station: Workstation) ->
     page.fill("#spare-margin", "50")
     page.keyboard.press("Tab")
     page.wait_for_selector("text=0 to 20 can be used.")
-    assert page.input_value("#spare-margin") == "1"
+    expect(page.locator("#spare-margin")).to_have_value("1")
     station.page.locator("#undo").click()
     station.wait_for("the undone depth", lambda: items(station)[0]["max_depth_mm"] is None)
     page.focus("#spare-list .row-main")
@@ -82,7 +82,7 @@ def test_a_place_is_shown_in_tenths_and_an_axis_that_is_not_typed_stays(station:
     assert all(len(text.partition(".")[2]) == 1 for text in shown.groups()[1::2])
     page.fill("#spare-place", "somewhere")
     page.keyboard.press("Tab")
-    station.wait_for("the words", lambda: page.get_attribute("#spare-place", "aria-invalid") == "true")
+    expect(page.locator("#spare-place")).to_have_attribute("aria-invalid", "true")
     page.fill("#spare-place", " ".join([*shown.groups()[:4], "S 3.5"]))
     page.keyboard.press("Tab")
     station.wait_for("the new height", lambda: items(station)[0]["place"][2] == 3.5)
@@ -99,7 +99,7 @@ def test_a_chain_ends_with_enter_and_escape_takes_it_back(station: Workstation) 
         for n in range(2):
             click_slice(station, 0.2 * n)
             station.wait_for(f"place {n}", lambda n=n: len(station.state("regions")["drawing"]["places"]) == n + 1)  # type: ignore[misc]
-        station.wait_for("the clicked places", lambda: page.locator("[data-axis=axial] .drawing").count() == 2)
+        expect(page.locator("[data-axis=axial] .drawing")).to_have_count(2)
         page.keyboard.press(key)
         station.wait_for("the end", lambda: station.state("regions")["drawing"] is None)
         station.wait_for(key, lambda found=found: len(items(station)) == found)  # type: ignore[misc]
@@ -110,12 +110,12 @@ def test_a_chain_ends_with_enter_and_escape_takes_it_back(station: Workstation) 
     station.wait_for("drawing", lambda: station.state("regions")["drawing"])
     click_slice(station)
     station.wait_for("bone", lambda: [one["purpose"] for one in items(station)] == ["spare", "remove"])
-    total = lambda: page.inner_text("#remove-total")  # noqa: E731
-    station.wait_for("the count", lambda: total().endswith("removed in all.") or total() == "No bone is removed.")
-    assert "bone" in page.inner_text("#remove-list") or "removes nothing" in page.inner_text("#remove-list")
+    counted = re.compile(r"removed in all\.$|^No bone is removed\.$")
+    expect(page.locator("#remove-total")).to_have_text(counted, use_inner_text=True)
+    expect(page.locator("#remove-list")).to_have_text(re.compile("bone|removes nothing"), use_inner_text=True)
     station.page.click("#lock")
     station.wait_for("the lock", lambda: station.state("plan")["locked"])
-    station.wait_for("the locked groups", lambda: page.is_disabled("#spare-draw"))
+    expect(page.locator("#spare-draw")).to_be_disabled()
     assert station.errors == []
 
 
@@ -156,5 +156,5 @@ def test_a_version_is_saved_compared_and_gone_back_to_and_what_is_folded_stays_s
     page.reload()
     station.ready()
     page.wait_for_selector("#versions:visible")
-    assert page.is_hidden("#paths")
+    expect(page.locator("#paths")).to_be_hidden()
     assert station.errors == []

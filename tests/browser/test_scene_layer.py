@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 from workstation import Rest, Workstation
 
 pytestmark = pytest.mark.browser
@@ -16,6 +17,7 @@ LINES = """() => { const found = []; vfix.layer.hooks.each((o) => { if (o.userDa
   found.push({ depthFunc: o.material.depthFunc, parent: o.parent?.isLineSegments2 === true,
     same: o.geometry === o.parent.geometry, opacity: o.material.opacity }); } }); return found; }"""
 BONE = """() => { const bone = vfix.layer.bone.bone();
+  if (!bone) return {};
   const passes = bone.children.filter((o) => o.userData.vfixPass);
   return { transparent: bone.material.transparent, depthWrite: bone.material.depthWrite, first: passes
     .map((o) => [o.material.colorWrite, o.renderOrder < bone.renderOrder, o.geometry === bone.geometry]) }; }"""
@@ -35,16 +37,21 @@ def test_labels_are_text_of_the_page_at_their_places(open_page: Open, rest: Rest
     item = station.state("plan")["points"][3]
     page.evaluate("(item_id) => vfix.request('item.select', { item_id })", item["id"])
     label = page.locator(".scene-label.item")
-    station.wait_for("the label", lambda: label.count() == 1 and label.inner_text() == item["label"])
+    expect(label).to_have_text([item["label"]])
     station.settle()
     told = next(label for label in station.state("labels") if label["kind"] == "item")["position"]
     assert told == pytest.approx(item["position"], abs=2.0)
-    x, y = station.place(told)  # by the planner's own camera
     box = page.locator("#scene").bounding_box()
     assert box is not None
-    assert page.evaluate("(p) => { const { x, y } = vfix.layer.hooks.project(p); return [x, y]; }", told) == (
-        pytest.approx([x - box["x"], y - box["y"]], abs=1.0)
-    )
+    drawn = "(p) => { const { x, y } = vfix.layer.hooks.project(p); return [x, y]; }"
+
+    def same() -> bool:
+        """By the planner's own camera as by the canvas's."""
+        x, y = station.place(told)
+        return bool(page.evaluate(drawn, told) == pytest.approx([x - box["x"], y - box["y"]], abs=1.0))
+
+    station.wait_for("one camera", same)
+    _, y = station.place(told)
     shown = label.evaluate(
         "(label) => new DOMMatrix().translate(...label.style.translate.split(' ').map(parseFloat)).f"
     )
@@ -78,7 +85,7 @@ def test_the_path_is_drawn_once_more_where_bone_hides_it(open_page: Open, rest: 
 def test_clear_bone_has_its_depth_drawn_first(open_page: Open) -> None:
     """Only what faces the eye is tinted: unsorted triangles would speckle."""
     station = layered(open_page())
-    assert station.page.evaluate(BONE)["first"] == []
+    station.wait_for("bone of one pass", lambda: station.page.evaluate(BONE).get("first") == [])
     station.page.evaluate("vfix.request('view.set', { opacity: 0.3 })")
     wanted = {"transparent": True, "depthWrite": True, "first": [[False, True, True]]}
     station.wait_for("clear bone", lambda: station.page.evaluate(BONE) == wanted)
@@ -86,8 +93,8 @@ def test_clear_bone_has_its_depth_drawn_first(open_page: Open) -> None:
     station.page.evaluate("vfix.request('view.set', { cut: 'left' })")  # another mesh
     station.wait_for("the cut", lambda: station.page.evaluate(BONE) == wanted)
     station.page.evaluate("vfix.request('view.set', { opacity: 1.0 })")
-    station.wait_for("solid bone", lambda: not station.page.evaluate(BONE)["transparent"])
-    station.wait_for("one pass", lambda: station.page.evaluate(BONE)["first"] == [])
+    station.wait_for("solid bone", lambda: station.page.evaluate(BONE).get("transparent") is False)
+    station.wait_for("one pass", lambda: station.page.evaluate(BONE).get("first") == [])
     assert station.errors == []
 
 

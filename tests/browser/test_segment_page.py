@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from workstation import Rest, Workstation
+from playwright.sync_api import expect
+from workstation import DRIVEN_S, Rest, Workstation
 
 DRAWN = "document.querySelector('.slice-stage[data-axis=axial] .slice-picture').width > 0"
 # A grey that is mixed with the colour of a label has more red and blue than green.
@@ -28,18 +29,20 @@ def test_a_threshold_is_shown_and_becomes_a_structure(open_page: Callable[..., W
     page.wait_for_selector("#segment:visible")
     assert page.evaluate(TINTED) is None
     page.select_option("#segment-preset", "air")
-    assert page.evaluate(TINTED)["high"] == -301
+    station.wait_for("the tint", lambda: page.evaluate(TINTED) == {"low": -1100, "high": -301})
     page.fill("#segment-high", "-400")
-    assert page.evaluate(TINTED) == {"low": -1100, "high": -400}
+    station.wait_for("another tint", lambda: page.evaluate(TINTED) == {"low": -1100, "high": -400})
     page.check("#segment-crop")
     for number, place in ((1, "L 15 A 20 I 10"), (2, "R 15 P 20 S 20")):
         page.fill(f"#segment-corner-{number}", place)
         page.keyboard.press("Tab")
-    assert page.input_value("#segment-corner-1") == "L 15.0 A 20.0 I 10.0 mm"
+    expect(page.locator("#segment-corner-1")).to_have_value("L 15.0 A 20.0 I 10.0 mm")
     page.fill("#segment-name", "Nasal air")
     station.picture("segment")
     page.click("#segment-make")
-    station.wait_for("the structure", lambda: "Nasal air" in str(rest.client.get("/api/cases/head-phantom").json()))
+    station.wait_for(
+        "the structure", lambda: "Nasal air" in str(rest.client.get("/api/cases/head-phantom").json()), DRIVEN_S
+    )
     made = [item for item in rest.client.get("/api/cases/head-phantom").json()["structures"] if item["role"] == "spare"]
     assert made[0]["name"] == "Nasal air"
     assert "−1100" in made[0]["notes"][0] or "−400" in made[0]["notes"][0]
@@ -71,6 +74,7 @@ def test_a_stroke_is_painted_at_once_kept_and_taken_back(open_page: Callable[...
     station.wait_for("the voxels in the browser", lambda: page.evaluate(DRAWN))
     stage = page.locator(".slice-stage[data-axis=axial]")
     stage.scroll_into_view_if_needed()
+    station.slices_stand()
     box = stage.bounding_box()
     assert box is not None
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -82,14 +86,16 @@ def test_a_stroke_is_painted_at_once_kept_and_taken_back(open_page: Callable[...
     page.mouse.up()
     station.wait_for("the stroke in the store", lambda: strokes() == 1)
     station.picture("paint")
+    expect(page.locator("#paint-undo")).to_be_enabled()  # the page has heard of the stroke
     page.keyboard.press("Control+z")
     station.wait_for("the undo in the store", lambda: strokes() == 0)
     station.wait_for("the undo in the slice", lambda: painted() == 0)
+    expect(page.locator("#paint-redo")).to_be_enabled()
     page.keyboard.press("Control+Shift+z")
     station.wait_for("the stroke again", lambda: painted() > 50)
     whole = painted()
     page.click("#paint-surface")
-    station.wait_for("the structure", lambda: rest.client.get(address).json()[0]["structure"])
+    station.wait_for("the structure", lambda: rest.client.get(address).json()[0]["structure"], DRIVEN_S)
     page.click("[data-step=plan]")
     station.wait_for("no more than its structure's outline in another step", lambda: painted() < 0.6 * whole)
     structure = rest.client.get(address).json()[0]["structure"]

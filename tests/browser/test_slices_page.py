@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import SimpleITK
-from workstation import Rest, Workstation
+from playwright.sync_api import expect
+from workstation import DRIVEN_S, Rest, Workstation
 
 from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
 
@@ -33,6 +34,7 @@ GREY = """(axis) => {
 def opened(open_page: Open, viewport: dict[str, int] | None = None) -> Workstation:
     station = open_page(viewport=viewport or LARGE).ready()
     station.wait_for("the voxels", lambda: station.page.evaluate("vfix.slices.link.ready"))
+    station.slices_stand()
     return station
 
 
@@ -45,6 +47,15 @@ def middle(station: Workstation, axis: str) -> tuple[float, float]:
     box = station.page.locator(f"[data-axis={axis}]").bounding_box()
     assert box is not None
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+# Notes when the pointer goes down and up, in milliseconds.
+PRESSES = """() => {
+  window.presses = [];
+  const note = () => window.presses.push(performance.now());
+  for (const kind of ['pointerup', 'pointerdown']) window.addEventListener(kind, note, { capture: true });
+}"""
+DOUBLE_MS = 250.0  # two clicks that are further apart are no double click, and each adds
 
 
 def told(station: Workstation, axis: str) -> Callable[[], str]:
@@ -80,12 +91,12 @@ def test_scrolling_and_grey_values_need_no_picture_from_the_planner(open_page: O
     page.mouse.move(*middle(station, "axial"))
     page.mouse.wheel(0, 120)
     station.wait_for("the next slice", lambda: cross(station)[2] == pytest.approx(3.5 + step))
-    station.wait_for("the reading", lambda: label().endswith(" HU"))
-    reading = label()
+    reading = station.wait_for("the reading", lambda: (now := label()).endswith(" HU") and now)
     assert reading.split()[0] in "LR"
     assert reading.split()[2] in "PA"
     station.wait_for("the planner's cross", lambda: station.state("slices")["cross"] == pytest.approx(cross(station)))
 
+    station.slices_stand()
     before = page.evaluate(GREY, "axial")
     x, y = middle(station, "axial")
     page.mouse.move(x, y)
@@ -94,8 +105,8 @@ def test_scrolling_and_grey_values_need_no_picture_from_the_planner(open_page: O
     page.mouse.up(button="right")
     station.wait_for("brighter", lambda: page.evaluate(GREY, "axial") > before + 10)
     station.wait_for("the planner's window", lambda: station.state("slices")["window_name"] == "own")
-    assert station.state("slices")["level"] < -200
-    assert page.locator("[aria-label='Grey values']").input_value() == "own"
+    station.wait_for("the planner's level", lambda: station.state("slices")["level"] < -200)
+    expect(page.locator("[aria-label='Grey values']")).to_have_value("own")
     page.keyboard.down("Shift")
     page.mouse.move(x, y)
     page.mouse.down()
@@ -120,7 +131,6 @@ def test_zoom_keeps_the_place_under_the_pointer_and_pan_moves_the_view(open_page
       return port.place(x - box.x, y - box.y);
     }"""
     spot = [x + 50, y - 20]
-    station.wait_for("the picture", lambda: page.evaluate("Boolean(vfix.slices.panes[1].port)"))
     before, kept = page.evaluate(at, spot), cross(station)
     wide = page.evaluate("vfix.slices.panes[1].port.perPixel")
     page.mouse.move(*spot)
@@ -142,12 +152,13 @@ def test_zoom_keeps_the_place_under_the_pointer_and_pan_moves_the_view(open_page
 def test_distance_and_angle_are_measured_and_escape_ends(open_page: Open) -> None:
     station = opened(open_page)
     page = station.page
-    x, y = middle(station, "axial")
     page.click("[data-tool=distance]")
+    station.slices_stand()
+    x, y = middle(station, "axial")
     page.mouse.click(x - 40, y)
     page.mouse.click(x + 40, y)
     words = page.locator("[data-axis=axial] .slice-measure-words")
-    station.wait_for("the distance", lambda: words.count() == 1)
+    expect(words).to_have_count(1)
     per_pixel = page.evaluate("vfix.slices.panes[0].port.perPixel")
     assert float((words.text_content() or "").split()[0]) == pytest.approx(80 * per_pixel, abs=0.06)
     page.click("[data-tool=angle]")
@@ -158,10 +169,10 @@ def test_distance_and_angle_are_measured_and_escape_ends(open_page: Open) -> Non
     page.locator("[data-axis=axial]").focus()
     page.keyboard.press("Escape")
     page.keyboard.press("Escape")
-    assert page.locator("[data-tool=cross]").get_attribute("aria-pressed") == "true"
-    assert words.count() == 2
+    expect(page.locator("[data-tool=cross]")).to_have_attribute("aria-pressed", "true")
+    expect(words).to_have_count(2)
     page.get_by_role("button", name="Clear measures").click()
-    station.wait_for("none", lambda: words.count() == 0)
+    expect(words).to_have_count(0)
     assert station.state("plan")["ghost"] is None, "measuring adds nothing"
     assert station.errors == []
 
@@ -174,10 +185,10 @@ def test_a_place_is_typed_and_points_are_added_and_moved_by_keys_alone(open_page
     page.keyboard.type("L 4.5 P 17.5 S 3.5")
     page.keyboard.press("Enter")
     station.wait_for("the place", lambda: cross(station) == pytest.approx([4.5, 17.5, 3.5]))
-    assert page.locator("#slice-place").input_value() == "L 4.5 P 17.5 S 3.5 mm"
+    expect(page.locator("#slice-place")).to_have_value("L 4.5 P 17.5 S 3.5 mm")
     page.locator("#slice-place").fill("somewhere")
     page.keyboard.press("Enter")
-    station.wait_for("the words", lambda: "R 24.5 A 10 S 3" in page.locator("[role=alert]").last.inner_text())
+    expect(page.locator("[role=alert]").last).to_contain_text("R 24.5 A 10 S 3")
 
     station.tab_to("[data-axis=axial]", back=True)
     for key, place in (
@@ -187,7 +198,7 @@ def test_a_place_is_typed_and_points_are_added_and_moved_by_keys_alone(open_page
         ("PageUp", [0.5, 17.6, 3.5 + station.state("slices")["planes"]["axial"]["step"]]),
     ):
         page.keyboard.press(key)
-        assert cross(station) == pytest.approx(place), key
+        station.wait_for(key, lambda place=place: cross(station) == pytest.approx(place))
     page.keyboard.press("Enter")
     station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
     page.keyboard.press("Enter")
@@ -199,8 +210,8 @@ def test_a_place_is_typed_and_points_are_added_and_moved_by_keys_alone(open_page
         place: list[float] = station.state("plan")["points"][0]["position"]
         return place
 
-    at_slice = "document.activeElement.matches('[data-axis=axial]')"
-    station.wait_for("the focus, which the ghost's card had", lambda: page.evaluate(at_slice))
+    station.drawn()
+    expect(page.locator("[data-axis=axial]"), "the focus, which the ghost's card had").to_be_focused()
     page.keyboard.press("m")
     page.keyboard.press("Shift+ArrowDown")
     station.wait_for("the carried point", lambda: position()[1] == pytest.approx(point["position"][1] + 5.0, abs=0.01))
@@ -222,7 +233,7 @@ def test_the_view_across_the_path_runs_along_it_with_the_tool_in_it(open_page: O
     station = opened(open_page)
     page = station.page
     station.open_plan(rest.copy_of_sample("Along"))
-    station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True, 180)
+    station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True, DRIVEN_S)
     station.wait_for("the tool's poses", lambda: page.evaluate("Boolean(vfix.slices.pose)"))
     length = page.evaluate("vfix.slices.frames.length")
     assert length == pytest.approx(station.state("plan")["length_mm"], abs=0.1)
@@ -250,25 +261,44 @@ def test_one_slice_is_large_and_back(open_page: Open, rest: Rest) -> None:
     station = opened(open_page)
     page = station.page
     station.open_plan(rest.copy_of_sample("Large"))
-    stage = page.locator("[data-axis=sagittal]")
+    stage, bench = page.locator("[data-axis=sagittal]"), page.locator(".bench")
+    station.slices_stand()
     small = stage.bounding_box()
-    page.mouse.dblclick(middle(station, "sagittal")[0] + 30, middle(station, "sagittal")[1] - 20)
-    station.wait_for("the large slice", lambda: page.locator(".bench").get_attribute("data-layout") == "sagittal")
+    page.evaluate(PRESSES)
+
+    def double_clicked() -> bool:
+        """A busy machine may press so slowly that it is two clicks: then it is done anew on another copy."""
+        page.evaluate("presses.length = 0")
+        x, y = middle(station, "sagittal")
+        page.mouse.dblclick(x + 30, y - 20)
+        _, up, down, _ = page.evaluate("presses")
+        if down - up < DOUBLE_MS:
+            return True
+        page.evaluate("vfix.slices.enlarge(null)")
+        station.open_plan(rest.copy_of_sample("Large, once more"))
+        station.slices_stand()
+        return False
+
+    station.wait_for("a double click", double_clicked)
+    expect(bench).to_have_attribute("data-layout", "sagittal")
+    station.slices_stand()
     large = stage.bounding_box()
     assert small is not None
     assert large is not None
     assert large["width"] > 3 * small["width"]
-    assert page.locator(".slice-stage:visible").count() == 1
+    expect(page.locator(".slice-stage:visible")).to_have_count(1)
     station.wait_for("its picture", lambda: page.evaluate("vfix.slices.panes[2].canvas.width") == round(large["width"]))
     page.wait_for_timeout(400)
+    page.evaluate("vfix.request('project', { points: [] })")  # answered after whatever was asked for before
     assert station.state("plan")["ghost"] is None, "a double click adds nothing"
     station.picture("slice-large")
     page.keyboard.press("Escape")
-    station.wait_for("all of them", lambda: page.locator(".slice-stage:visible").count() == 4)
+    expect(page.locator(".slice-stage:visible")).to_have_count(4)
     page.evaluate("vfix.slices.enlarge('path')")
-    station.wait_for("the view across", lambda: page.locator("[data-axis=path]").is_visible())
+    expect(bench).to_have_attribute("data-layout", "path")
+    expect(page.locator("[data-axis=path]")).to_be_visible()
     page.evaluate("vfix.slices.enlarge(null)")
-    assert page.locator(".bench").get_attribute("data-layout") == "one-three"
+    expect(bench).to_have_attribute("data-layout", "one-three")
     assert station.errors == []
 
 
@@ -287,8 +317,7 @@ def test_a_threshold_tints_the_slices_at_once(open_page: Open) -> None:
     }"""
     choose = "async (range) => (await import('/static/js/threshold-preview.js')).thresholdPreview.set(range)"
     page.locator("#slice-outlines").uncheck()
-    station.wait_for("a picture", lambda: page.evaluate(GREY, "axial") > 1)
-    assert page.evaluate(green) == 0
+    station.wait_for("a picture", lambda: page.evaluate(GREY, "axial") > 1 and page.evaluate(green) == 0)
     for low, high in ((300, 3000), (-1024, -500)):
         page.evaluate(choose, {"low": low, "high": high})
         station.wait_for("the tint", lambda: 0.02 < page.evaluate(green) < 0.98)
@@ -316,12 +345,11 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
         assert now["state"] != "failed", now
         return now["state"] == "done"
 
-    station.wait_for("the second head", imported, 180)
-    station.wait_for("the list", lambda: page.locator("#overlay-case option", has_text="Second").count() == 1)
+    station.wait_for("the second head", imported, DRIVEN_S)
+    expect(page.locator("#overlay-case option", has_text="Second")).to_have_count(1)
     page.locator("#slice-outlines").uncheck()
     grey = lambda: page.evaluate(GREY, "axial")  # noqa: E731
     station.wait_for("a picture", lambda: grey() > 1)
-    page.wait_for_timeout(500)
     page.select_option("#overlay-case", label="Second")
     page.select_option("#overlay-window", "sinus")
     page.locator("#overlay-opacity").fill("0")
@@ -332,10 +360,12 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
         page.wait_for_timeout(1000)
         return bool(grey() == before)
 
+    station.slices_stand()
     station.wait_for("its controls have taken their room from the slices", settled)
     alone = grey()
     page.locator("#overlay-opacity").fill("100")
     page.wait_for_timeout(500)
+    station.slices_stand()
     station.wait_for("the same voxels at the same place", lambda: grey() == pytest.approx(alone, abs=0.5))
     page.select_option("#overlay-window", "soft")
     station.wait_for("another window", lambda: abs(grey() - alone) > 3)
@@ -344,12 +374,12 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
     page.locator("#overlay-opacity").fill("100")
     page.locator("#overlay-transform").fill("1 2 3")
     page.keyboard.press("Tab")
-    station.wait_for("the words", lambda: "16 numbers" in page.locator("[role=alert]").last.inner_text())
+    expect(page.locator("[role=alert]").last).to_contain_text("16 numbers")
     page.locator("#overlay-transform").fill("1 0 0 0 0 1 0 0 0 0 1 80 0 0 0 1")
     page.keyboard.press("Tab")
     station.wait_for("the moved volume", lambda: grey() == pytest.approx(alone, abs=0.5))
-    station.wait_for("no alert any more", lambda: "16 numbers" not in page.locator("#alerts").inner_text())
-    station.wait_for("the six numbers", lambda: page.locator("#overlay-z").input_value() == "80")
+    expect(page.locator("#alerts")).not_to_contain_text("16 numbers")
+    expect(page.locator("#overlay-z")).to_have_value("80")
     kept = lambda: (station.state("second_volume") or {}).get("laid") or {}  # noqa: E731
     station.wait_for("what the plan keeps", lambda: kept().get("opacity") == 1 and kept()["transform"][11] == 80)
     page.select_option("#overlay-window", "bone")
@@ -358,7 +388,7 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
     station.wait_for("the slices again", lambda: page.evaluate("Boolean(window.vfix?.slices.second.look)"))
     look = page.evaluate("vfix.slices.second.look")
     assert (look["opacity"], look["greys"]["window"], look["greys"]["level"]) == (1, 2500, 600)
-    assert page.locator("#overlay-transform").input_value().split()[11] == "80"
+    expect(page.locator("#overlay-transform")).to_have_value("1 0 0 0 0 1 0 0 0 0 1 80 0 0 0 1")
     page.locator("#overlay-case").select_option(label="None")
     station.wait_for("nothing over it", lambda: station.state("second_volume")["laid"] is None)
     rest.client.delete(f"/api/cases/{rest.client.get(f'/api/jobs/{job}').json()['result']}").raise_for_status()

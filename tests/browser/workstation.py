@@ -8,7 +8,6 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,12 +15,11 @@ from typing import Any
 
 import httpx
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright
-from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import connect
+from page_scripts import DRAWN, IN_SCENE, LOOK, LOOKS_FROM, SLICES
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, Playwright, expect
 
 from app.browsers import find_browser
-from app.messages.version import VERSION
+from app.scene.camera import DIRECTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 TOKEN = "browser-tests-" + "0" * 20
@@ -40,15 +38,8 @@ FLAGS = (
 
 # Software drawing on two busy cores takes seconds for a frame.
 PATIENCE_S = 120.0  # a busy machine is slow; what never comes is still told
-
-# Antialiasing costs two thirds of the time of a frame in software.
-NO_ANTIALIASING = """
-const original = HTMLCanvasElement.prototype.getContext;
-HTMLCanvasElement.prototype.getContext = function (kind, options) {
-  return original.call(this, kind, kind.startsWith("webgl") ? { ...options, antialias: false } : options);
-};
-"""
-
+PATIENCE_MS = 1000.0 * PATIENCE_S
+DRIVEN_S = 400.0  # for a dry run on a busy machine, where fields are measured for the first time
 
 # The planner with one more line in its list of steps.
 WITH_STEPS = """
@@ -95,9 +86,17 @@ class Workstation:
         sections = {name: self.state(name) for name in ("step", "scene", "plan", "corridor", "rehearsal")}
         raise AssertionError(f"waited {patience_s:.0f} s for {what}; the page shows {json.dumps(sections)[:3000]}")
 
+    def drawn(self) -> None:
+        """Wait until the page shows the state that it has got: it draws once a frame."""
+        self.page.evaluate(DRAWN)
+
+    def said(self, words: str) -> bool:
+        """Whether a note with these words was shown, also one that has left."""
+        return any(words in note for note in self.page.evaluate("said"))
+
     def ready(self) -> Workstation:
         """The scene is drawn and the camera has reported."""
-        self.wait_for("the scene", lambda: (self.state("scene") or {}).get("ready"))
+        self.wait_for("the scene", lambda: (self.state("scene") or {}).get("ready"), DRIVEN_S)
         self.wait_for("the camera", lambda: (self.state("camera") or {}).get("view_height_mm"))
         return self
 
@@ -116,19 +115,70 @@ class Workstation:
 
     def look_from(self, view: str) -> None:
         """Choose a standard view and wait until the camera stands still there."""
+        direction = list(DIRECTIONS[view])
+        there = self.page.evaluate(LOOKS_FROM, direction)
         self.page.click(f"[data-view={view}]")
+        if there is False:
+            self.wait_for(f"the view {view!r}", lambda: self.page.evaluate(LOOKS_FROM, direction))
+        else:  # the camera comes nearer or goes away, or nobody can tell
+            self.page.wait_for_timeout(1000)
         self.settle()
 
     def settle(self) -> None:
-        """Wait until what the scene shows of the camera no longer changes."""
+        """Wait until the camera no longer moves, and the planner knows where it is."""
         last: Any = None
-        for _ in range(60):
-            self.page.wait_for_timeout(250)
-            now = self.page.evaluate("vfix.request('project', { points: [[0, 0, 0], [0, 60, 40]] })")
-            if now == last and now["places"]:
-                return
+
+        def rests() -> bool:
+            nonlocal last
+            self.page.wait_for_timeout(200)
+            now = self.page.evaluate(LOOK)
+            rests = bool(now["same"]) and now == last
             last = now
-        raise AssertionError("the camera does not come to rest")
+            return rests
+
+        self.wait_for("the camera to come to rest", rests)
+
+    def slices_stand(self) -> None:
+        """Wait until every slice in sight is drawn as it is to be, and none gets another size or place."""
+        last: Any = None
+
+        def stand() -> bool:
+            nonlocal last
+            now = self.page.evaluate(SLICES)
+            stand = now is not None and now == last
+            last = now
+            return stand
+
+        self.wait_for("the slices to stand", stand)
+
+    def place_in_slice(self, axis: str, place: list[float]) -> dict[str, float]:
+        """Where in a slice a place of its plane is drawn, in pixels from its corner."""
+        drawn = """([axis, place]) => {
+          const { port } = vfix.slices.panes.find((pane) => pane.name === axis);
+          return port && Math.abs(port.project(place).away) < 1e-3 ? port.project(place) : null;
+        }"""
+        self.wait_for(f"the {axis} slice", lambda: self.page.evaluate(drawn, [axis, place]))
+        self.slices_stand()
+        at = self.page.evaluate(drawn, [axis, place])
+        return {"x": at["x"], "y": at["y"]}
+
+    def press_at(self, position: list[float]) -> tuple[float, float]:
+        """Press on what is drawn small at a place of the head; returns the place on the page. The button stays down."""
+        self.wait_for("it in the scene", lambda: self.page.evaluate(IN_SCENE, position))
+        x, y = self.place(position)
+        self.page.mouse.move(x, y)
+        self.page.wait_for_timeout(300)
+        self.drawn()
+        self.page.mouse.down()
+        return x, y
+
+    def drag_by(self, position: list[float], by: tuple[float, float], pause_ms: float = 120.0) -> None:
+        """Take what is drawn at a place of the head and drag it by some pixels; the button stays down."""
+        x, y = self.press_at(position)
+        for part in (0.3, 0.6, 1.0):
+            self._pointer = (x + part * by[0], y + part * by[1])
+            self.page.mouse.move(*self._pointer)
+            self.page.wait_for_timeout(pause_ms)
 
     def open_plan(self, plan_id: str) -> None:
         self.page.evaluate("(id) => vfix.request('plan.open', { plan_id: id })", plan_id)
@@ -139,10 +189,17 @@ class Workstation:
         self.page.click("[data-step=rehearse]")
         self.wait_for("Rehearse", lambda: self.state("step")["name"] == "rehearse")
         self.page.click("#start")
-        self.wait_for("the robot", lambda: self.state("rehearsal")["state"] == "running")
+        self.wait_for("the robot", lambda: self.state("rehearsal")["state"] == "running", DRIVEN_S)
 
     def rehearsal(self) -> Any:
         return self.state("rehearsal")
+
+    def rehearsal_after(self, ms: float) -> Any:
+        """Figures of a robot that runs, taken so many milliseconds from now or later."""
+        begin = 1000.0 * time.time()
+        return self.wait_for(
+            "newer figures", lambda: (now := self.rehearsal()) and (now.get("taken_ms") or 0.0) >= begin + ms and now
+        )
 
     def tab_to(self, selector: str, back: bool = False) -> None:
         """Press Tab, or Shift+Tab, until an element has the focus."""
@@ -157,28 +214,25 @@ class Workstation:
 
         The click that opens it is waited for, not the chooser: of some 200, a busy Chromium opened one not at all.
         """
+        opened = self.watch_chooser(chooser)
+        self.page.keyboard.press(key)
+        expect(opened).to_have_count(1)
+        self.page.set_input_files(chooser, file)
+
+    def watch_chooser(self, chooser: str) -> Locator:
+        """What is there once a file chooser is asked for."""
         self.page.on("filechooser", lambda opened: None)  # none of the browser's own opens
         self.page.evaluate(
             "(chooser) => document.querySelector(chooser).addEventListener('click',"
             " (event) => { event.target.dataset.opened = 'yes'; }, { once: true })",
             chooser,
         )
-        self.page.keyboard.press(key)
-        opened = self.page.locator(f"{chooser}[data-opened=yes]")
-        self.wait_for("the file chooser", lambda: opened.count() == 1)
-        self.page.set_input_files(chooser, file)
+        return self.page.locator(f"{chooser}[data-opened=yes]")
 
     def grab(self, towards: tuple[float, float]) -> None:
         """Take the grip with the mouse and pull it by some pixels; the button stays down."""
         self.look_from("nose")
-        x, y = self.place(self.rehearsal()["grip"])
-        self.page.mouse.move(x, y)
-        self.page.wait_for_timeout(300)
-        self.page.mouse.down()
-        for part in (0.3, 0.6, 1.0):
-            self._pointer = (x + part * towards[0], y + part * towards[1])
-            self.page.mouse.move(*self._pointer)
-            self.page.wait_for_timeout(60)
+        self.drag_by(self.rehearsal()["grip"], towards, 60.0)
 
     def hold_on(self) -> None:
         """A hand that a busy machine has lost takes hold again by moving, here by a pixel (HAZ-11)."""
@@ -219,7 +273,7 @@ class Rest:
     """The planner's REST face, for preparing plans and looking at them from outside."""
 
     def __init__(self, base: str, token: str) -> None:
-        self.client = httpx.Client(base_url=base, headers={"Authorization": f"Bearer {token}"}, timeout=60.0)
+        self.client = httpx.Client(base_url=base, headers={"Authorization": f"Bearer {token}"}, timeout=PATIENCE_S)
 
     def sample(self) -> Any:
         return self.plan("head-phantom-sample")
@@ -293,48 +347,3 @@ class Planner:
             self.process.wait()
         if self.process.stdout is not None:
             self.process.stdout.close()
-
-
-class Onlooker:
-    """Watches a rehearsal without a browser: reads the session's websocket and notes when the tip moved."""
-
-    INTERVAL_S = 0.1  # two states of the page are so far apart at most, told with some delay
-
-    def __init__(self, base: str, token: str, plan_id: str) -> None:
-        address = base.replace("http", "ws") + "/session?tab=onlooker-0000&case=head-phantom&step=rehearse"
-        self._socket = connect(
-            f"{address}&plan={plan_id}", additional_headers={"Authorization": f"Bearer {token}"}, max_size=None
-        )
-        self._socket.send(json.dumps({"type": "hello", "version": VERSION, "role": "watches"}))
-        self._moves: list[float] = []
-        self._thread = threading.Thread(target=self._read, daemon=True)
-
-    def __enter__(self) -> Onlooker:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._socket.close()
-        self._thread.join(5)
-
-    def _read(self) -> None:
-        tip = None
-        try:
-            for text in self._socket:
-                now = json.loads(text).get("sections", {}).get("rehearsal") or {}
-                if now.get("tip") is not None and now["tip"] != tip:
-                    tip = now["tip"]
-                    self._moves.append(time.monotonic())
-        except ConnectionClosed:
-            pass
-
-    def wait_for_motion(self, hold_on: Callable[[], None]) -> None:
-        """Until the tip has been seen moving for a while, by a hand that holds on."""
-        deadline = time.monotonic() + PATIENCE_S
-        while len(self._moves) < 5:
-            assert time.monotonic() < deadline, "the tip does not move"
-            hold_on()
-            time.sleep(0.02)
-
-    def last_motion(self) -> float:
-        return self._moves[-1]

@@ -30,17 +30,37 @@ export function numberInput(id, low, high, step, changed, emptied) {
       input.value = input.dataset.known ?? "";
     } else changed(value);
   } });
+  watchTyping(input);
   input.addEventListener("keydown", (event) => {
     if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return;
     event.preventDefault();
     const wanted = Number(input.value) + (event.key === "ArrowUp" ? step : -step);
     input.value = String(Math.round(Math.min(high, Math.max(low, wanted)) * 1000) / 1000);
+    delete input.dataset.typing;
     changed(Number(input.value));
   });
   return input;
 }
 
 /**
+ * Note that something is being typed, until it is done.
+ * @param {HTMLInputElement} input
+ */
+export function watchTyping(input) {
+  input.addEventListener("input", () => { input.dataset.typing = "yes"; });
+  for (const end of ["change", "blur"]) input.addEventListener(end, () => { delete input.dataset.typing; });
+}
+
+/**
+ * Whether an input is in the middle of being typed in: what the planner tells meanwhile must not replace it.
+ * @param {HTMLInputElement} input
+ */
+export function isTyped(input) {
+  return document.activeElement === input && input.dataset.typing === "yes";
+}
+
+/**
+ * Show a number; what is being typed stays, and is checked against this number when it is done.
  * @param {HTMLInputElement} input
  * @param {number | null} value
  * @param {number} [digits] after the point
@@ -48,5 +68,6 @@ export function numberInput(id, low, high, step, changed, emptied) {
 export function showNumber(input, value, digits = 3) {
   const text = value === null ? "" : String(Number(value.toFixed(digits)));
   input.dataset.known = text;
+  if (isTyped(input)) return;
   if (document.activeElement !== input || input.value === "" || Number(input.value) !== value) input.value = text;
 }

@@ -3,6 +3,7 @@ import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
 import { sentence } from "/static/js/format.js";
 import { clearErrors, note } from "/static/js/dialogs.js";
 import { upload } from "/static/js/rest.js";
+import { isTyped, watchTyping } from "./fields.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { InstrumentsSection, OwnRobotPublic, PlanRobotView, PlanSection, PlanToolView, ViewModel } from "/static/js/types.js" */
@@ -42,6 +43,7 @@ export class InstrumentsGroup {
   number(id, step) {
     /** @type {HTMLInputElement} */
     const input = h("input", { type: "number", id, step, onchange: () => this.shape(input) });
+    watchTyping(input);
     return input;
   }
 
@@ -183,5 +185,5 @@ function fill(input, value, low, high, label, unit) {
   input.max = String(high);
   input.setAttribute("aria-label", `${label} in ${unit}`);
   if (!input.disabled) input.title = `${low} to ${high} ${unit}`;
-  input.value = value === null ? "" : String(value);
+  if (!isTyped(input)) input.value = value === null ? "" : String(value);
 }

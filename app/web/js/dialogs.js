@@ -13,6 +13,8 @@ export const FRAME_QUESTION = {
 
 /** @typedef {{ name: string, label: string, options: string[][] }} Question options: [value, words] */
 
+const LINGER_MS = 1000; // that a note stays where it is pointed at or focused, before it is looked at again
+
 const dialog = () => /** @type {HTMLDialogElement} */ (byId("dialog"));
 
 /** @type {Promise<string>} */
@@ -116,7 +118,8 @@ export function whenReady(words, label) {
 }
 
 /**
- * A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves.
+ * A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves, but
+ * not from under the pointer or the focus of somebody who is about to press their button.
  * @param {string} words
  * @param {{ error?: boolean, action?: Action | null, stay?: boolean }} [options]
  */
@@ -126,9 +129,13 @@ export function note(words, { error = false, action = null, stay = false } = {})
   const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, text));
   if (stay) element.dataset.stays = "yes";
   const leave = () => element.remove();
+  const leaveUnlessUsed = () => {
+    if (element.matches(":hover, :focus-within")) setTimeout(leaveUnlessUsed, LINGER_MS);
+    else leave();
+  };
   if (action) element.append(h("button", { type: "button", onclick: () => { action.run(); leave(); } }, action.label));
   if (error) element.append(h("button", { type: "button", class: "plain", onclick: leave }, "Dismiss"));
-  else if (!stay) setTimeout(leave, action ? 9000 : 4500);
+  else if (!stay) setTimeout(leaveUnlessUsed, action ? 9000 : 4500);
   if (error) [...box.children].find((other) => other.firstElementChild?.textContent === text)?.remove();
   box.append(element);
   const passing = () => [...box.children].filter((other) => other instanceof HTMLElement && !other.dataset.stays);

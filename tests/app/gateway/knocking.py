@@ -117,7 +117,7 @@ def other_routes() -> APIRouter:
 
     @router.get("/api/slow")
     async def slow() -> None:
-        await asyncio.sleep(0.5)
+        await asyncio.sleep(1.5)
 
     @router.post("/api/takes")
     async def takes(numbers: list[int]) -> int:
@@ -162,7 +162,7 @@ def listening(home: Path, routers: Sequence[APIRouter]) -> Iterator[Planner]:
             yield Planner(app, settings, scene_server)
         finally:
             server.should_exit = True
-            thread.join(20)
+            thread.join(60)
             assert not thread.is_alive(), "the planner did not stop"
 
 

@@ -5,6 +5,7 @@ import contextlib
 import json
 import logging
 import socket
+import time
 
 import pytest
 from knocking import Planner, raw
@@ -16,7 +17,8 @@ from app.gateway.body_limit import MAX_BODY_BYTES
 def is_closed_on(connection: socket.socket, drip: bytes) -> bool:
     """Whether the planner ends a connection over which a byte comes again and again."""
     connection.settimeout(0.1)
-    for _ in range(50):
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline:
         try:
             connection.sendall(drip)
             with contextlib.suppress(TimeoutError):
@@ -41,16 +43,16 @@ def test_who_does_not_ask_in_time_is_let_go(
     planner: Planner, monkeypatch: pytest.MonkeyPatch, first: bytes, drip: bytes
 ) -> None:
     monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 0.5)
-    with socket.create_connection(("127.0.0.1", planner.port), timeout=5) as connection:
+    with socket.create_connection(("127.0.0.1", planner.port), timeout=60) as connection:
         connection.sendall(first.replace(b"{host}", planner.host.encode()))
         assert is_closed_on(connection, drip)
 
 
 def test_a_request_that_is_answered_slowly_is_not_cut_off(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 0.2)
+    monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 1.0)  # less than the answer takes
     assert planner.http("GET", "/api/slow", planner.bearer).status == 200
     request = f"GET /api/slow HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\n\r\n".encode()
-    with socket.create_connection(("127.0.0.1", planner.port), timeout=5) as connection:
+    with socket.create_connection(("127.0.0.1", planner.port), timeout=60) as connection:
         for _ in range(2):  # of one connection
             connection.sendall(request)
             answer = b""

@@ -139,7 +139,7 @@ def test_at_control_rate_every_step_comes(planner: Planner, drives: SharedDrives
         ring, step = Ring(memory, 2), iter(range(10**9))
         mailbox.reader = RowReader(memory.name)
         with _open(planner, f"{PATH}&rate=control") as reader:
-            hello = json.loads(reader.recv(timeout=10))
+            hello = json.loads(reader.recv(timeout=60))
             assert (hello["type"], hello["fields"]) == ("poses", ["t", "tip_x"])
             found = np.zeros((0, 2))
             for _ in range(200):
@@ -152,7 +152,7 @@ def test_at_control_rate_every_step_comes(planner: Planner, drives: SharedDrives
             mailbox.reader._ring.lost = 5  # as after seconds in which nobody read
             told: Any = b""
             while isinstance(told, bytes):
-                told = reader.recv(timeout=10)
+                told = reader.recv(timeout=60)
             assert json.loads(told) == {"type": "missed", "rows": 5}
             mailbox.reader.ended = True
             assert _end(reader) == 4409

@@ -263,6 +263,7 @@ def test_a_flood_of_messages_is_read_at_the_relay_s_pace(planner: Planner, monke
         start = time.monotonic()
         for number in range(3000):
             say(connection, **{**CAMERA, "fov": 0.5 + number / 10_000})
+        eventually(lambda: arrived)
         time.sleep(0.5)
         count, elapsed = len(arrived), time.monotonic() - start
         assert close_code(connection) == 4429, "it did not end"

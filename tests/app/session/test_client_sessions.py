@@ -52,7 +52,7 @@ def _settle(session: ClientSession) -> None:
     """Wait until everything that was asked of a session is done."""
     done: Future[None] = Future()
     session.post(lambda: done.set_result(None))
-    done.result(20)
+    done.result(60)
 
 
 @pytest.fixture
@@ -115,7 +115,7 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: Cl
     sessions.beat(time.monotonic() + client_sessions.ENDED_S)  # the handle first,
     sessions.beat(time.monotonic() + client_sessions.ENDED_S)  # then the rehearsal,
     sessions.beat(time.monotonic() + client_sessions.ENDED_S)  # then all of it
-    session._thread.join(20)
+    session._thread.join(60)
     assert not session._thread.is_alive()
     assert drive.watchers == set()
     assert sessions.connect("tab-one-0", {}) is not session
@@ -224,7 +224,7 @@ def test_slow_heads_keep_no_other_tab_waiting(sessions: ClientSessions, monkeypa
         for n in range(3):
             sessions.connect(f"tab-slow-{n}", {"case": slow.id})
         quick = sessions.connect("tab-quick-0", {"case": HEAD})
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + 60
         while quick.views.case.surface is None and time.monotonic() < deadline:
             time.sleep(0.02)
         assert quick.views.case.surface is not None

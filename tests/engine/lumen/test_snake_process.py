@@ -46,6 +46,28 @@ def until(
     raise AssertionError(f"it did not come to that; the last was {process.snapshot()}")
 
 
+def later(process: Process, wanted: Callable[[SnakeSnapshot], bool]) -> SnakeSnapshot:
+    """The first snapshot that is as wanted, with no sign of a hand meanwhile."""
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline:
+        snapshot = process.snapshot()
+        if snapshot is not None and wanted(snapshot):
+            return snapshot
+        time.sleep(0.01)
+    raise AssertionError(f"it did not come to that; the last was {process.snapshot()}")
+
+
+def signs(process: Process, count: int) -> SnakeSnapshot:
+    """The snapshot after so many signs of life from now on: the loop had its time, however busy the machine is."""
+    for _ in range(count):
+        process.snapshot()
+        seen = process._seen
+        later(process, lambda _, seen=seen: process._seen != seen)
+    last = process.snapshot()
+    assert last is not None
+    return last
+
+
 def in_a_process_of_its_own(*words: Path) -> str:
     """What snake_replay.py prints."""
     here = Path(__file__).resolve()
@@ -68,19 +90,24 @@ def test_driven_by_heartbeats_in_a_lumen_that_moves(tmp_path: Path) -> None:
         process.run()
         until(process, lambda s: s.progress_mm > 152.0, (0.0, 0.0, 1.0))
         until(process, lambda s: s.bend > 0.2 and s.outcome == "held", PUSH)
-        beat = process.snapshot()  # and no heartbeat more
+        before = process.snapshot()
+        process.axes(*PUSH)  # and no sign of the hand more
+        after = process.snapshot()
+        assert before is not None
+        assert after is not None
         time.sleep(1.0)
         assert process.hand_lost
+        gone = after.steps + 1e3 * GONE_S + LATE_STEPS
+        later(process, lambda s: s.steps > gone + 100)  # the tissue moves on, and the clock with it
     finally:
         process.close()
-    assert beat is not None
     run = Run.read(tmp_path / "snake.run")
     assert run.lost == 0
     axes = np.array([run.command(index).axes for index in range(len(run.ticks))])
     pushed = int(np.flatnonzero(axes.any(axis=1))[-1])
-    assert beat.steps <= pushed <= beat.steps + 1e3 * GONE_S + LATE_STEPS
+    assert before.steps <= pushed <= gone
     steering = np.column_stack([run.column("u"), run.column("v")])
-    assert len(steering) > pushed + 100  # the tissue moves on, and the clock with it
+    assert len(steering) > pushed + 100
     assert (steering[pushed:] == steering[-1]).all()
     again = json.loads(in_a_process_of_its_own(tmp_path / "snake.run"))
     assert again["first_difference"] is None, again
@@ -102,8 +129,7 @@ def test_a_look_round_in_the_process_and_a_pause_in_the_middle_of_it() -> None:
         paused = until(process, lambda s: not s.running, (0.0, 0.0, 0.0))
         process.axes(1.0, 0.0, 0.0)  # somebody pushes nevertheless
         time.sleep(0.3)
-        still = process.snapshot()
-        assert still is not None
+        still = signs(process, 2)
         assert (still.steps, still.doing) == (paused.steps, "look")
         process.release()
         time.sleep(0.2)
@@ -112,12 +138,10 @@ def test_a_look_round_in_the_process_and_a_pause_in_the_middle_of_it() -> None:
         assert (seen.looked_deg > 4.0).all()
         assert seen.straight
         time.sleep(0.3)
-        rested = process.snapshot()
-        assert rested is not None
+        rested = signs(process, 3)
         time.sleep(0.3)
-        later = process.snapshot()
-        assert later is not None
-        assert later.steps == rested.steps, "nothing is left to do"
-        assert np.abs(later.forces).max() < STILL_N
+        last = signs(process, 2)
+        assert last.steps == rested.steps, "nothing is left to do"
+        assert np.abs(last.forces).max() < STILL_N
     finally:
         process.close()

@@ -74,7 +74,7 @@ def test_a_process_that_cannot_begin_keeps_the_other_from_waiting(
 
     def one_only(command: list[str], **options: Any) -> Any:
         if "parts" in command:
-            at_the_meeting.wait(10)
+            at_the_meeting.wait(60)
             raise OSError("cannot allocate memory")
         process = begin([sys.executable, "-c", "print(flush=True); input()"], **options)
         at_the_meeting.set()
@@ -82,7 +82,7 @@ def test_a_process_that_cannot_begin_keeps_the_other_from_waiting(
 
     monkeypatch.setattr(subprocess, "Popen", one_only)
     with ThreadPoolExecutor(1) as background, pytest.raises(OSError, match="memory"):
-        background.submit(RIGID.prepare).result(20)
+        background.submit(RIGID.prepare).result(60)
     assert not RIGID.is_prepared()
 
 
@@ -106,11 +106,11 @@ def test_who_needs_the_engine_meanwhile_waits_for_it(folder: Path, monkeypatch: 
     RIGID.wait()  # nothing runs yet
     with ThreadPoolExecutor(1) as background:
         running = background.submit(RIGID.prepare)
-        began.wait(10)
+        began.wait(60)
         SNAKE.wait()  # that is another
         RIGID.wait()
         assert len(order) == 2
-        assert isinstance(running.exception(10), subprocess.SubprocessError)
+        assert isinstance(running.exception(60), subprocess.SubprocessError)
 
 
 def test_the_progress_is_what_lies_in_the_folder(folder: Path) -> None:
@@ -157,7 +157,7 @@ def test_a_part_ends_with_the_planner(one: Preparation, part: str) -> None:
     """Its stdin is held by the planner: when that ends, compiling for nobody ends."""
     command = [sys.executable, "-m", one.module, part]
     root = Path(__file__).resolve().parents[3]
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, cwd=root, capture_output=True, timeout=60, check=False)
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, cwd=root, capture_output=True, timeout=120, check=False)
     assert done.returncode == 1
     assert not done.stderr
 

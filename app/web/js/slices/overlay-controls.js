@@ -35,6 +35,8 @@ export class OverlayControls extends EventTarget {
     /** @type {Choice[]} */
     this.choices = [];
     this.shown = ""; // what of the plan is shown
+    this.told = ""; // what the plan was last asked to keep
+    this.pending = 0; // edits that the planner has not answered: what it told before them is older than what is shown
     this.asked = ""; // what the worker was asked to lay
     this.changed = whenChanged();
     this.choice = h("select", { id: "overlay-case", "aria-label": "Volume that is laid over", onchange: () => this.chosen() });
@@ -84,7 +86,7 @@ export class OverlayControls extends EventTarget {
       this.words.hidden = !laid || Boolean(second?.known);
     });
     const key = JSON.stringify(laid);
-    if (key !== this.shown) {
+    if (key !== this.shown && !this.pending) {
       this.shown = key;
       this.show(second?.known ? laid : null);
     }
@@ -208,14 +210,33 @@ export class OverlayControls extends EventTarget {
   keep() {
     if (this.locked) return;
     const picked = this.picked;
-    if (!picked) {
-      if (this.shown !== "null") this.connection.send("second_volume.none");
+    const laid = picked ? { case: picked.case, volume: picked.volume, transform: this.transform, opacity: Number(this.opacity.value) / 100, ...this.greys } : null;
+    const key = JSON.stringify(laid);
+    if (key === (this.pending ? this.told : this.shown)) return;
+    this.told = key;
+    if (!laid) {
+      this.answered(this.connection.request("second_volume.none"));
       return;
     }
-    const laid = { case: picked.case, volume: picked.volume, transform: this.transform, opacity: Number(this.opacity.value) / 100, ...this.greys };
-    if (JSON.stringify(laid) === this.shown) return;
     const { case: caseId, ...rest } = laid;
-    this.connection.send("second_volume.lay", { case_id: caseId, ...rest });
+    this.answered(this.connection.request("second_volume.lay", { case_id: caseId, ...rest }));
+  }
+
+  /**
+   * Show what the plan keeps once the newest edit is answered: an answer to an earlier one would take the newer back.
+   * @param {Promise<unknown>} request
+   */
+  async answered(request) {
+    this.pending += 1;
+    try {
+      await request;
+    } catch (error) {
+      note(error instanceof Error ? error.message : String(error), { error: true });
+    }
+    this.pending -= 1;
+    if (this.pending) return;
+    this.shown = "";
+    this.update(this.connection.state);
   }
 
   refused() {
