@@ -31,7 +31,7 @@ def test_a_fourth_step_is_one_folder_and_one_line(browser: Browser, planner: Pla
     station = Workstation(page, artefacts)
     page.goto(f"{planner.base}/?token={TOKEN}")
     station.ready()
-    assert page.locator("#steps button").all_inner_texts() == ["Patient", "Plan", "Rehearse", "Marker"]
+    assert page.locator("#steps button").all_inner_texts() == ["Patient", "Plan", "Register", "Rehearse", "Marker"]
     page.click("[data-step=marker]")
     station.wait_for("the panel", lambda: page.locator("#marker-words").is_visible())
     assert station.state("marker") is None
