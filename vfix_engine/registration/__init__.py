@@ -8,22 +8,38 @@ those measured at the patient and the moving points those of the image: the tran
 from .beads import Bead, BeadSearch, NoBead, find_beads, smallest_bead_mm
 from .correspondence import Candidate, Match, match_points
 from .expected_error import expected_fre_mm, fle_from_fre_mm
+from .hand_eye import HandEye, register_robot_to_tracker
 from .outlier import Outlier, find_outlier
+from .pointer import PivotCalibration, TracedPath, calibrate_pivot, traced_path
 from .points import Registration, register_points
+from .surface import SurfaceRefinement, refine_on_surface
+from .tracker import SimulatedTracker
+from .transform_files import read_transform, write_transform
 
 __all__ = [
     "Bead",
     "BeadSearch",
     "Candidate",
+    "HandEye",
     "Match",
     "NoBead",
     "Outlier",
+    "PivotCalibration",
     "Registration",
+    "SimulatedTracker",
+    "SurfaceRefinement",
+    "TracedPath",
+    "calibrate_pivot",
     "expected_fre_mm",
     "find_beads",
     "find_outlier",
     "fle_from_fre_mm",
     "match_points",
+    "read_transform",
+    "refine_on_surface",
     "register_points",
+    "register_robot_to_tracker",
     "smallest_bead_mm",
+    "traced_path",
+    "write_transform",
 ]

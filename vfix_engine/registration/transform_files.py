@@ -1,0 +1,244 @@
+"""Rigid transforms in files: ITK's text format, as 3D Slicer and ANTs write it, and JSON. LPS, mm.
+
+Direction
+    A transform here takes a point of the moving frame to the fixed frame, as ``Registration.transform`` does. An ITK
+    file holds the opposite: to resample a moving image ITK asks, for each place of the fixed image, where in the moving
+    image it is. 3D Slicer keeps to that: the file of a linear transform holds 'from parent', from the node's parent,
+    which is the fixed frame or the world, to what is moved by the node. So the transform is inverted once when it is
+    written and once when it is read, and in 3D Slicer it moves the image (moving) onto the patient (fixed). Point
+    coordinates are LPS in the file; 3D Slicer shows the same matrix in RAS.
+
+Rounding
+    Seventeen digits are written, so that what is read is the same to 1e-12. A file of six digits is off from a rotation
+    by about 1e-6; up to 1e-4 the nearest rotation is taken, beyond that it is a scale or a shear and refused.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..frames import inverse
+from ..given import real_array, rigid_transform
+
+Array = NDArray[np.float64]
+
+JSON_SCHEMA = "vfix-transform/1"
+LARGEST_BYTES = 1_000_000
+ROTATION_OFF = 1e-4  # of RᵀR − I, absolute
+
+_MAGIC = "#Insight Transform File V1.0"
+_KINDS = {  # number of parameters; those with a centre have it as fixed parameters
+    "MatrixOffsetTransformBase": 12,
+    "AffineTransform": 12,
+    "Rigid3DTransform": 12,
+    "Euler3DTransform": 6,
+    "VersorRigid3DTransform": 6,
+    "QuaternionRigidTransform": 7,
+    "TranslationTransform": 3,
+    "IdentityTransform": 0,
+}
+
+
+def write_transform(file: Path | str, transform: ArrayLike) -> None:
+    """Writes a transform from the moving to the fixed frame (4, 4) as `.tfm` or `.json`, by the file's name.
+
+    Raises:
+        InputError: it is not rigid, or the name ends otherwise.
+    """
+    path = Path(file)
+    written = {".tfm": tfm_text, ".txt": tfm_text, ".json": json_text}.get(path.suffix.lower())
+    if written is None:
+        raise InputError(f"a transform is written as .tfm or .json, not as '{path.suffix}'")
+    path.write_text(written(transform), encoding="utf-8")
+
+
+def read_transform(file: Path | str) -> Array:
+    """The transform from the moving to the fixed frame (4, 4) in a `.tfm` (or `.txt`) or `.json` file.
+
+    Raises:
+        InputError: another kind of file, or as ``transform_from_tfm`` and ``transform_from_json``.
+    """
+    path = Path(file)
+    suffix = path.suffix.lower()
+    if suffix in (".h5", ".hdf5", ".mat"):
+        raise InputError(f"'{suffix}' transforms are not read; save the transform as text, .tfm")
+    if suffix not in (".tfm", ".txt", ".json"):
+        raise InputError(f"a transform is read from .tfm, .txt or .json, not from '{suffix}'")
+    if path.stat().st_size > LARGEST_BYTES:
+        raise InputError("the file is too large for a transform; a rigid one has a few hundred characters")
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return transform_from_json(text) if suffix == ".json" else transform_from_tfm(text)
+
+
+def tfm_text(transform: ArrayLike) -> str:
+    """The text of an ITK file, an `AffineTransform_double_3_3` about the origin; see above for its direction.
+
+    Raises:
+        InputError: the transform is not rigid.
+    """
+    back = inverse(transform)
+    numbers = " ".join(f"{value:.17g}" for value in [*back[:3, :3].ravel(), *back[:3, 3]])
+    return (
+        f"{_MAGIC}\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: {numbers}\n"
+        "FixedParameters: 0 0 0\n"
+    )
+
+
+def transform_from_tfm(text: str) -> Array:
+    """The transform from the moving to the fixed frame (4, 4) in the text of an ITK file; see above for its direction.
+
+    Read are affine and matrix-offset transforms that are rigid, Euler (both orders), versor, quaternion and translation
+    transforms in three dimensions, about any centre.
+
+    Raises:
+        InputError: no ITK text file, several transforms, an unknown kind, wrong numbers, a mirror, scale or shear.
+    """
+    kind, parameters, fixed = _only_transform(text)
+    matrix, offset = _matrix_and_offset(kind, parameters, fixed)
+    forth = np.eye(4)
+    forth[:3, :3], forth[:3, 3] = _rotation(matrix), offset
+    return inverse(forth)
+
+
+def json_text(transform: ArrayLike) -> str:
+    """A transform as JSON: its rows, and its direction in words.
+
+    Raises:
+        InputError: the transform is not rigid.
+    """
+    rows = rigid_transform(transform, "the transform").tolist()
+    content = {"schema": JSON_SCHEMA, "unit": "mm", "axes": "LPS", "from": "moving", "to": "fixed", "transform": rows}
+    return json.dumps(content, indent=2) + "\n"
+
+
+def transform_from_json(text: str) -> Array:
+    """The inverse of ``json_text``.
+
+    Raises:
+        InputError: not JSON, another schema, unit, frame or direction, or not rigid.
+    """
+    try:
+        content: Any = json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise InputError("the file is not valid JSON; write it again") from error
+    wanted = {"schema": JSON_SCHEMA, "unit": "mm", "axes": "LPS", "from": "moving", "to": "fixed"}
+    if not isinstance(content, dict):
+        raise InputError(f"a transform in JSON is an object with the schema {JSON_SCHEMA!r}")
+    for name, value in wanted.items():
+        if content.get(name) != value:
+            raise InputError(f"a transform in JSON has {name} {value!r}, not {content.get(name)!r:.40}")
+    return rigid_transform(real_array("the transform", content.get("transform", ())), "the transform")
+
+
+def _only_transform(text: str) -> tuple[str, list[float], list[float]]:
+    """Kind, parameters and fixed parameters of the file's one transform, its dimensions checked."""
+    lines = [line.strip() for line in text.lstrip("\ufeff").splitlines()]
+    if not lines or not lines[0].startswith(_MAGIC):
+        raise InputError(f"no ITK transform in text form: its first line is '{_MAGIC}'; save the transform as .tfm")
+    blocks: list[dict[str, str]] = []
+    for line in lines[1:]:
+        name, colon, value = line.partition(":")
+        if line.startswith("#") or not line:
+            continue
+        if not colon or name not in ("Transform", "Parameters", "FixedParameters"):
+            raise InputError(f"the line {line!r:.60} does not belong into an ITK transform")
+        if name == "Transform":
+            blocks.append({})
+        elif not blocks or name in blocks[-1]:
+            raise InputError(f"'{name}' has to stand once, below its transform's name")
+        blocks[-1][name] = value.strip()
+    blocks = [block for block in blocks if not block["Transform"].startswith("CompositeTransform_")]
+    if len(blocks) != 1:
+        raise InputError(
+            f"the file has {len(blocks)} transforms; give one with a single rigid one (in 3D Slicer: harden the "
+            "transforms into one linear transform, and save that)"
+        )
+    kind, *dimensions = blocks[0]["Transform"].split("_")
+    if kind not in _KINDS:
+        raise InputError(f"the transform is of the kind {kind!r:.60}, which is not rigid or not known")
+    if dimensions not in (["double", "3", "3"], ["float", "3", "3"]):
+        raise InputError(f"the transform {blocks[0]['Transform']!r:.60} is not one of three dimensions")
+    parameters = _numbers("Parameters", blocks[0])
+    if len(parameters) != _KINDS[kind]:
+        raise InputError(f"a {kind} has {_KINDS[kind]} parameters, not {len(parameters)}")
+    return kind, parameters, _numbers("FixedParameters", blocks[0])
+
+
+def _numbers(name: str, block: dict[str, str]) -> list[float]:
+    try:
+        values = [float(word) for word in block.get(name, "").split()]
+    except ValueError as error:
+        raise InputError(f"'{name}' of the transform are not numbers") from error
+    if not all(math.isfinite(value) for value in values):
+        raise InputError(f"'{name}' of the transform are not finite")
+    return values
+
+
+def _matrix_and_offset(kind: str, parameters: Sequence[float], fixed: Sequence[float]) -> tuple[Array, Array]:
+    """Matrix M (3, 3) and offset (3,) of x → M x + offset; the offset is t + c − M c about a centre c, as in ITK."""
+    if kind in ("TranslationTransform", "IdentityTransform"):
+        return np.eye(3), np.array(parameters or np.zeros(3), dtype=np.float64)
+    most = 4 if kind == "Euler3DTransform" else 3
+    if len(fixed) not in (0, 3, most):
+        raise InputError(f"a {kind} has its centre as three fixed parameters, not {len(fixed)}")
+    given, centre = np.array(parameters), np.array(fixed[:3] or [0.0, 0.0, 0.0])
+    if kind == "Euler3DTransform":
+        matrix = _euler(given[:3], zyx=len(fixed) == 4 and fixed[3] != 0.0)
+    elif kind == "VersorRigid3DTransform":
+        matrix = _versor(given[:3])
+    elif kind == "QuaternionRigidTransform":
+        matrix = _quaternion(given[:4])
+    else:
+        matrix = given[:9].reshape(3, 3)
+    return matrix, given[-3:] + centre - matrix @ centre
+
+
+def _euler(angles: Array, zyx: bool) -> Array:
+    """Rotation by angles about x, y and z: Rz Rx Ry, or Rz Ry Rx where the file says so."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
+    about_y = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
+    about_z = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
+    rotation: Array = about_z @ about_y @ about_x if zyx else about_z @ about_x @ about_y
+    return rotation
+
+
+def _versor(vector: Array) -> Array:
+    """Rotation of a unit quaternion by its vector part (3,)."""
+    size = float(vector @ vector)
+    if size > 1.0 + 1e-9:
+        raise InputError("the versor of the transform is longer than 1; it is no rotation")
+    return _quaternion(np.append(vector, math.sqrt(max(1.0 - size, 0.0))))
+
+
+def _quaternion(quaternion: Array) -> Array:
+    """Rotation of a quaternion (x, y, z, w) of length 1."""
+    size = float(np.linalg.norm(quaternion))
+    if abs(size - 1.0) > ROTATION_OFF:
+        raise InputError("the quaternion of the transform is not of length 1; it is no rotation")
+    x, y, z, w = quaternion / size
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation: Array = np.eye(3) + 2.0 * w * cross + 2.0 * (cross @ cross)
+    return rotation
+
+
+def _rotation(matrix: Array) -> Array:
+    """The rotation nearest to a matrix that is one but for rounding."""
+    u, scales, vt = np.linalg.svd(matrix)
+    if np.linalg.det(matrix) < 0.0:
+        raise InputError("the transform is a mirror, not a motion; left and right would be swapped: export it as rigid")
+    if np.abs(matrix.T @ matrix - np.eye(3)).max() > ROTATION_OFF:
+        raise InputError(
+            f"the transform scales or shears, by {scales.min():.6g} to {scales.max():.6g}; only a rigid one can place "
+            "a patient: register again without scale"
+        )
+    rotation: Array = u @ vt
+    return rotation
