@@ -9,6 +9,7 @@ from app.gateway.application import build_application
 from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp, WarmUpStep
 from app.services import Services, build_services
+from app.services.live_link import LiveLink
 from app.session import router as session_router
 from app.settings import Settings
 from app.steps.registry import routers as step_routers
@@ -33,7 +34,9 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
         ),
         later=(WarmUpStep("Preparing the snake", worlds.SNAKE.prepare),),
     )
-    return build_application(settings, services, scene_server, warm_up, (api_router, session_router, *step_routers()))
+    routers = (api_router, session_router, *step_routers())
+    link = None if settings.igtl is None else LiveLink(settings.igtl, services)
+    return build_application(settings, services, scene_server, warm_up, routers, link)
 
 
 def _load_scene() -> None:

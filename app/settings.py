@@ -5,7 +5,7 @@ import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import platformdirs
 
@@ -13,6 +13,14 @@ from vfix_engine.errors import InputError
 
 LOOPBACK_HOSTS = frozenset({"127.0.0.1", "localhost", "::1"})
 MIN_TOKEN_LENGTH = 16
+
+
+class LinkAddress(NamedTuple):
+    """Where OpenIGTLink is spoken. name: of the tracked tool, '' where there is none."""
+
+    host: str
+    port: int
+    name: str = ""
 
 
 def default_home() -> Path:
@@ -33,6 +41,8 @@ class Settings:
     host, port: the one public address; port 0 asks the system for a free one.
     token: the secret every request must carry. It is fresh at each start unless VFIX_TOKEN names one.
     allow_remote: an address other than loopback was asked for explicitly.
+    igtl: where others are told of the open plan by OpenIGTLink; None for nowhere.
+    tracker: of a tracking server that speaks OpenIGTLink; None for none.
     """
 
     home: Path
@@ -40,6 +50,8 @@ class Settings:
     port: int = 8765
     token: str = field(default_factory=new_token, repr=False)
     allow_remote: bool = False
+    igtl: LinkAddress | None = None
+    tracker: LinkAddress | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
@@ -52,6 +64,12 @@ class Settings:
             raise InputError(
                 f"host {self.host} can be reached from the network; "
                 "use 127.0.0.1, or say --allow-remote together with a token of your own in VFIX_TOKEN."
+            )
+
+        if self.igtl is not None and self.igtl.host not in LOOPBACK_HOSTS and not self.allow_remote:
+            raise InputError(
+                f"OpenIGTLink on {self.igtl.host} can be reached from the network, and it asks nobody for a token; "
+                "use a port alone, or say --allow-remote where the network is trusted."
             )
 
     @property
@@ -104,6 +122,33 @@ class Settings:
 
 
 _TOKEN_CHARACTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.~")
+
+
+def link_address(text: str) -> LinkAddress:
+    """The address of a server of OpenIGTLink: 'PORT' on this machine, or 'HOST:PORT'. Raises InputError."""
+    host, _, port = text.rpartition(":")
+    return LinkAddress(host.strip("[]") or "127.0.0.1", _link_port(port, text))
+
+
+def tracker_address(text: str) -> LinkAddress:
+    """The address of a tracking server and the name of a transform of it: 'HOST:PORT/NAME'. Raises InputError."""
+    where, slash, name = text.partition("/")
+    host, _, port = where.rpartition(":")
+    if not slash or not name.isascii() or not 0 < len(name) <= _LINK_NAME:
+        raise InputError(
+            f"a tracker is named as HOST:PORT/NAME, such as localhost:18944/StylusTipToReference, with a name of up to "
+            f"{_LINK_NAME} ASCII characters; {text!r:.60} is not."
+        )
+    return LinkAddress(host.strip("[]") or "127.0.0.1", _link_port(port, text), name)
+
+
+_LINK_NAME = 20  # [byte] of a message of OpenIGTLink
+
+
+def _link_port(port: str, text: str) -> int:
+    if not port.isdecimal() or not 0 < int(port) <= 65535:
+        raise InputError(f"{text!r:.60} names no port between 1 and 65535, such as 18944.")
+    return int(port)
 
 
 def _port(text: str) -> int:

@@ -49,6 +49,7 @@ APP_ROOMS = {
     "clock": 0,
     "extras": 0,
     "settings": 1,
+    "link": 2,
     "store": 2,
     "services": 3,
     "messages": 3,

@@ -25,7 +25,7 @@ Image and base
     registration  ``transform_image_to_patient``, or directly ``transform_image_to_base``: how the image lies on the
                   patient. A document of its own; see ``ImageRegistration``.
 
-    Nothing else composes them: ``transform_image_to_base`` and ``transform_base_to_image`` here do.
+    Nothing else composes them: ``transform_image_to_base``, ``transform_base_to_image`` and ``placement_of`` here do.
 """
 
 from __future__ import annotations
@@ -107,6 +107,22 @@ def transform_image_to_base(
     if registration.to == "base":
         return np.array(registration.transform, dtype=np.float64)
     return inverse(transform_base_to_patient) @ np.asarray(registration.transform, dtype=np.float64)
+
+
+def placement_of(transform_base_to_image: ArrayLike, registration: ImageRegistration | None = None) -> Array:
+    """The placement (4, 4), mm, of a robot whose base lies like this in the image: undoes `transform_base_to_image`.
+
+    registration: None where image and patient are one frame.
+
+    Raises:
+        InputError: the transform is not rigid, or the image is registered to the base, which leaves the patient open.
+    """
+    base = rigid_transform(transform_base_to_image, "the robot's base")
+    if registration is None:
+        return base
+    if registration.to == "base":
+        raise InputError("a registration to the robot's base does not say where the patient's frame is.")
+    return np.asarray(registration.transform @ base, dtype=np.float64)
 
 
 def direction_in_base(direction_in_patient: ArrayLike, transform_base_to_patient: ArrayLike) -> Array:

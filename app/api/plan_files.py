@@ -1,6 +1,6 @@
 """Plans as files: export and import."""
 
-from typing import Annotated, cast, get_args
+from typing import Annotated, Literal, cast, get_args
 from urllib.parse import quote
 
 from fastapi import APIRouter, Query, Request, Response
@@ -39,17 +39,24 @@ _FORM = form_of(
     responses={200: {"content": {"application/json": {}, "text/csv": {}}, "description": "The file"}},
 )
 def export_plan(
-    plan_id: Identifier, services: ServicesDep, form: Annotated[Format, Query(alias="format")] = "json"
+    plan_id: Identifier,
+    services: ServicesDep,
+    form: Annotated[Format, Query(alias="format")] = "json",
+    frame: Annotated[Literal["image", "base"], Query(description="base: of the placed robot, json or csv")] = "image",
+    registration: Annotated[str | None, Query(max_length=200, description="of the image, for frame=base")] = None,
 ) -> Response:
     """The plan as vfix JSON, 3D Slicer Markups with the path as driven, or a table. Not for clinical use."""
     plan = services.plans.get(plan_id)
-    curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
     # Headers are Latin-1: the name goes in percent-encoded, with a plain one for clients that cannot read that.
     plain, full = safe_name(plan.name), quote(plan.name, safe="")
     disposition = f"attachment; filename=\"{plain}.{form}\"; filename*=UTF-8''{full}.{form}"
-    urdf = services.instruments.carried(plan, form)
+    if frame == "base":
+        text = services.base_export.text(plan, form, registration)
+    else:
+        curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
+        text = export_text(plan, form, curve, remark, services.instruments.carried(plan, form))
     return Response(
-        export_text(plan, form, curve, remark, urdf),
+        text,
         media_type=MEDIA_TYPES[form],
         headers={"Content-Disposition": disposition, "X-Notice": NOTICE, "Cache-Control": "no-store"},
     )

@@ -276,6 +276,7 @@ class EvaluationPublic(BaseModel):
     reached_mm: float
     length_mm: float
     degree: int
-    transform_base_to_patient: list[list[float]]
+    transform_base_to_patient: list[list[float]] | None
+    transform_base_to_image: list[list[float]]
     q_start: list[float]
     removed_mm3: float

@@ -94,6 +94,16 @@ def change_plan(plan_id: Identifier, change: PlanUpdate, services: ServicesDep, 
     return _told(condition, plan)
 
 
+@router.post("/plans/{plan_id}/placing")
+def place_robot(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
+    """Keep the placing that the dry run finds for the plan's robot with the plan, as one edit."""
+    expected = condition.expected()
+    plan = services.plans.get(plan_id)
+    robot = services.planning.placed_robot(plan)
+    seen = plan.revision if expected is None else expected
+    return _told(condition, services.plans.editor(plan_id).set_robot(robot, expected_revision=seen))
+
+
 @router.delete("/plans/{plan_id}")
 def delete_plan(
     plan_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
@@ -206,7 +216,8 @@ def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
         reached_mm=result.reached_mm,
         length_mm=result.length_mm,
         degree=result.degree,
-        transform_base_to_patient=result.base.tolist(),
+        transform_base_to_patient=None if result.placement is None else result.placement.tolist(),
+        transform_base_to_image=result.base.tolist(),
         q_start=result.q_start.tolist(),
         removed_mm3=result.removed_mm3,
     )

@@ -10,10 +10,20 @@ from typing import Any, get_args
 from app.commands import plan_evaluate, plan_suggest, plan_versions
 from app.commands.head_options import say_notes
 from app.services import Services, build_services
-from app.services.exchange import FORMATS, PointsAs, export_text, format_of, read_plan, to_native_json, write_export
+from app.services.exchange import (
+    FORMATS,
+    Format,
+    PointsAs,
+    export_text,
+    format_of,
+    read_plan,
+    to_native_json,
+    write_export,
+)
 from app.services.plans import Plan
 from app.services.resolve import find, path_notes, read_bytes
 from app.settings import Settings
+from vfix_engine.errors import PlanError
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
@@ -27,6 +37,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     named = {
         "show": "everything of one plan",
         "export": "write a plan to a file",
+        "place": "keep the placing of the robot that the dry run finds with the plan",
         "rename": "give a plan another name",
         "delete": "take a plan off the lists",
         "restore": "bring a deleted plan back",
@@ -37,7 +48,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         every[action].add_argument("plan", metavar="PLAN", help="id or name")
     every["export"].add_argument("file", metavar="FILE", type=Path, help=f"ends in {', '.join(FORMATS)}")
     every["export"].add_argument("--format", choices=FORMATS, help="instead of the one the file's ending tells")
+    every["export"].add_argument(
+        "--frame", choices=("image", "base"), default="image", help="base: of the placed robot, as json or csv"
+    )
+    every["export"].add_argument("--registration", metavar="NAME", help="of the image, with --frame base; else none")
     every["rename"].add_argument("name", metavar="NAME", help="the new name")
+    every["export-slicer"] = actions.add_parser("export-slicer", help="write plan and head as a folder for 3D Slicer")
+    every["export-slicer"].add_argument("plan", metavar="PLAN", help="id or name")
+    every["export-slicer"].add_argument("folder", metavar="FOLDER", type=Path, help="one that is not there yet")
     every["import"] = actions.add_parser("import", help="make a plan of a file")
     _add_import_options(every["import"])
     every["evaluate"] = plan_evaluate.add_parser(actions)
@@ -87,19 +105,39 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
         return
     if args.action == "export":
         plan, form = services.plans.get(plan_id), args.format or format_of(args.file.name)
-        curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
-        urdf = services.instruments.carried(plan, form)
-        write_export(args.file, export_text(plan, form, curve, remark, urdf))
+        write_export(args.file, _exported(services, plan, form, args))
         answer = {**summary(plan), "file": str(args.file), "format": form}
+        if args.frame == "base":
+            answer["frame"] = "base"
         _say(args, answer, [f"{args.file} written. Not for clinical use."])
         return
-    if args.action == "rename":
+    if args.action == "export-slicer":
+        plan = services.plans.get(plan_id)
+        names = services.slicer.write(plan, args.folder)
+        answer = {**summary(plan), "folder": str(args.folder), "files": list(names)}
+        _say(args, answer, [f"{args.folder / names[0]} written, with {len(names) - 1} files. Not for clinical use."])
+        return
+    if args.action == "place":
+        plan = services.plans.get(plan_id)
+        robot = services.planning.placed_robot(plan)
+        plan = services.plans.editor(plan_id).set_robot(robot, expected_revision=plan.revision)
+    elif args.action == "rename":
         plan = services.plans.rename(plan_id, args.name)
     elif args.action == "delete":
         plan = services.plans.delete(plan_id)
     else:
         plan = services.plans.restore(plan_id)
     _say(args, summary(plan), [_line(plan)])
+
+
+def _exported(services: Services, plan: Plan, form: Format, args: argparse.Namespace) -> str:
+    """The text of an export."""
+    if args.frame == "base":
+        return services.base_export.text(plan, form, args.registration)
+    if args.registration is not None:
+        raise PlanError("--registration goes with --frame base.")
+    curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
+    return export_text(plan, form, curve, remark, services.instruments.carried(plan, form))
 
 
 def _import(services: Services, args: argparse.Namespace) -> Plan:

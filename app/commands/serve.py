@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from app.browsers import PAGE_STAYS_S, private_page, remove_old_pages
 from app.gateway.addresses import allowed_hosts, login_url
-from app.settings import Settings
+from app.settings import Settings, link_address, tracker_address
 from vfix_engine.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +30,16 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         action="store_true",
         help="let other machines reach the planner; needs a token of your own in VFIX_TOKEN",
     )
+    parser.add_argument(
+        "--igtl",
+        metavar="[HOST:]PORT",
+        help="tell 3D Slicer and others of the open plan by OpenIGTLink on this port (18944 is usual); off without it",
+    )
+    parser.add_argument(
+        "--tracker",
+        metavar="HOST:PORT/NAME",
+        help="a tracking server that speaks OpenIGTLink, such as PLUS, and the transform of its pointer",
+    )
     parser.add_argument("--no-browser", action="store_true", help="print the address only")
     return parser
 
@@ -38,7 +48,15 @@ def run(args: argparse.Namespace) -> int:
     """Serve until interrupted, then end the process."""
     if args.allow_remote and not os.environ.get("VFIX_TOKEN"):
         raise InputError("--allow-remote needs a token of your own: set VFIX_TOKEN first.")
-    settings = Settings.from_environment(host=args.host, port=args.port, allow_remote=args.allow_remote)
+    settings = Settings.from_environment(
+        host=args.host,
+        port=args.port,
+        allow_remote=args.allow_remote,
+        igtl=None if args.igtl is None else link_address(args.igtl),
+        tracker=None if args.tracker is None else tracker_address(args.tracker),
+    )
+    if settings.igtl is not None:
+        bind(dataclasses.replace(settings, host=settings.igtl.host, port=settings.igtl.port), may_move=False).close()
     may_move = args.port is None and "VFIX_PORT" not in os.environ
     allowed_hosts(settings)  # refuses what cannot be guarded before anything is opened
     with bind(settings, may_move=may_move) as listener:
@@ -51,6 +69,8 @@ def run(args: argparse.Namespace) -> int:
         server = PlannerServer(build(settings))
         listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
         print(f"vfix is at {login_url(settings)}", flush=True)
+        if settings.igtl is not None:
+            print(f"OpenIGTLink on {settings.igtl.host}, port {settings.igtl.port}", flush=True)
         remove_old_pages()
         opener = threading.Thread(target=_open_browser, args=(server, login_url(settings)), daemon=True)
         if not args.no_browser and _has_screen():

@@ -25,6 +25,14 @@ class Closable(Protocol):
     def close(self) -> None: ...
 
 
+class Link(Protocol):
+    """A server beside the page's."""
+
+    def start(self) -> int: ...
+
+    def close(self) -> None: ...
+
+
 class GuardedApplication(FastAPI):
     """FastAPI with the guard as the outermost layer, outside its own middleware."""
 
@@ -50,9 +58,13 @@ def build_application(
     scene_server: SceneServer,
     warm_up: WarmUp,
     routers: Sequence[APIRouter],
+    link: Link | None = None,
 ) -> FastAPI:
-    """Application whose `state` holds settings, services, scene_server and warmup; it closes them at its end."""
-    app = GuardedApplication(settings, _lifespan(services, scene_server, warm_up))
+    """Application whose `state` holds settings, services, scene_server and warmup; it closes them at its end.
+
+    link: a further server, which begins and ends with the application.
+    """
+    app = GuardedApplication(settings, _lifespan(services, scene_server, warm_up, link))
     app.state.services = services
     app.state.scene_server = scene_server
     app.state.warmup = warm_up
@@ -63,11 +75,15 @@ def build_application(
     return app
 
 
-def _lifespan(services: Closable, scene_server: SceneServer, warm_up: WarmUp) -> Lifespan[FastAPI]:
+def _lifespan(services: Closable, scene_server: SceneServer, warm_up: WarmUp, link: Link | None) -> Lifespan[FastAPI]:
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        if link is not None:
+            link.start()
         warm_up.start()
         yield
+        if link is not None:
+            link.close()
         scene_server.stop()
         services.close()
 

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from app.link import TrackerClient
     from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
     from app.services.dry_runs import DryRuns
+    from app.services.exchange_base import BaseExport
     from app.services.fields import Fields
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from app.services.island_previews import IslandPreviews
     from app.services.jobs import Jobs
     from app.services.labels import Labels
+    from app.services.live_link import LiveBoard
     from app.services.overlays import Overlays
     from app.services.path_reports import PathReports
     from app.services.plan_versions import PlanVersions
@@ -33,6 +36,7 @@ if TYPE_CHECKING:
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
     from app.services.segmenting import Segmenting
+    from app.services.slicer import SlicerExport
     from app.services.suggestions import Suggestions
     from app.services.switches import SwitchBoard
     from app.settings import Settings
@@ -72,6 +76,10 @@ class Services:
     segmenting: Segmenting
     labels: Labels
     islands: IslandPreviews
+    slicer: SlicerExport
+    base_export: BaseExport
+    live: LiveBoard
+    tracker: TrackerClient | None
 
     def sweep(self) -> None:
         """Remove what planners that ended without doing so have left."""
@@ -87,6 +95,8 @@ class Services:
     def close(self) -> None:
         """End what runs, remove what is temporary, and let go of the database."""
         self.end()
+        if self.tracker is not None:
+            self.tracker.close()
         self.jobs.close()
         self.store.close()
 
@@ -96,8 +106,10 @@ def build_services(settings: Settings) -> Services:
     from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
+    from app.services.driven_registration import driven_registration
     from app.services.dry_runs import DryRuns
     from app.services.embedded import ensure_head_phantom
+    from app.services.exchange_base import BaseExport
     from app.services.fields import Fields
     from app.services.import_jobs import ImportJobs
     from app.services.importing import ImportService
@@ -105,6 +117,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.island_previews import IslandPreviews
     from app.services.jobs import Jobs
     from app.services.labels import Labels
+    from app.services.live_link import LiveBoard
     from app.services.overlays import Overlays
     from app.services.path_reports import PathReports
     from app.services.plan_versions import PlanVersions
@@ -118,6 +131,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
     from app.services.segmenting import Segmenting
+    from app.services.slicer import SlicerExport
     from app.services.suggestions import Suggestions
     from app.services.switches import SwitchBoard
     from app.store import Store
@@ -126,10 +140,12 @@ def build_services(settings: Settings) -> Services:
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
     instruments, fields = Instruments(store.files), Fields(cases)
-    planning, importing, jobs = Planning(cases, instruments, fields), ImportService(cases), Jobs()
+    importing, jobs, registrations = ImportService(cases), Jobs(), Documents(store, REGISTRATION)
+    registering = Registering(registrations, cases, plans, jobs)
+    planning = Planning(cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan)))
     runs, dry_runs = RunService(store), DryRuns(jobs, planning)
     removed_volumes = RemovedVolumeService(cases)
-    registrations, import_jobs = Documents(store, REGISTRATION), ImportJobs(jobs, importing)
+    import_jobs = ImportJobs(jobs, importing)
     return Services(
         settings=settings,
         store=store,
@@ -141,7 +157,7 @@ def build_services(settings: Settings) -> Services:
         versions=PlanVersions(store, plans),
         instruments=instruments,
         registrations=registrations,
-        registering=Registering(registrations, cases, plans, jobs),
+        registering=registering,
         fields=fields,
         planning=planning,
         importing=importing,
@@ -158,4 +174,18 @@ def build_services(settings: Settings) -> Services:
         segmenting=Segmenting(cases, jobs),
         labels=Labels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),
+        slicer=SlicerExport(cases, planning, registrations),
+        base_export=BaseExport(planning, registrations),
+        live=LiveBoard(),
+        tracker=_tracker(settings),
     )
+
+
+def _tracker(settings: Settings) -> TrackerClient | None:
+    if settings.tracker is None:
+        return None
+    from app.link import TrackerClient
+
+    client = TrackerClient(settings.tracker.host, settings.tracker.port, settings.tracker.name)
+    client.start()
+    return client

@@ -40,7 +40,7 @@ def to_csv(plan: Plan) -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(_COLUMNS)
     for kind, points in zip(_KINDS, (plan.points, plan.targets), strict=True):
-        writer.writerows([kind, _shield(point.label), *map(repr, point.position)] for point in points)
+        writer.writerows([kind, shielded(point.label), *map(repr, point.position)] for point in points)
     return out.getvalue()
 
 
@@ -99,7 +99,8 @@ def _point(row: dict[str, Any], frame: str, scale: float) -> PlanPoint:
     return new_point(_unshield(row.get("label") or ""), position)
 
 
-def _shield(label: str) -> str:
+def shielded(label: str) -> str:
+    """A label as a table writes it, so that no spreadsheet runs it as a formula."""
     return f"'{label}" if label.startswith(_FORMULA) else label
 
 

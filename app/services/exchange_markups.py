@@ -24,7 +24,7 @@ from app.services.names import MAX_NAME, check_name
 from app.services.plan_model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, Position, check_content, number
 from vfix_engine.errors import PlanError
 
-_SCHEMA = (
+MARKUPS_SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
     "markups-schema-v1.0.3.json#"
 )
@@ -44,7 +44,7 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     curve: samples of the path; those with a clearance carry it as a measurement per control point.
     remark: why there are no clearances, where there are none.
     """
-    markups = [_markup("Curve", plan.name, plan.points)]
+    markups = [markup_node("Curve", plan.name, plan.points)]
     reached = [sample for sample in curve if sample.clearance_mm is not None]
     beyond = [sample for sample in curve if sample.clearance_mm is None]
     if reached:
@@ -58,11 +58,11 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     if beyond:
         # The last place that was reached belongs to both, so that the curves meet.
         markups.append(_dense(plan.name + _UNREACHED, reached[-1:] + beyond, _UNREACHED_MARK))
-    markups.append(_markup("Fiducial", plan.name + _TARGETS, plan.targets))
+    markups.append(markup_node("Fiducial", plan.name + _TARGETS, plan.targets))
     for markup in markups:
         markup["description"] = f"{NOTICE}. {remark}".strip()
     markups.extend(region_markups(plan))
-    return to_json_text({"@schema": _SCHEMA, "notice": NOTICE, "markups": markups})
+    return to_json_text({"@schema": MARKUPS_SCHEMA, "notice": NOTICE, "markups": markups})
 
 
 def from_markups(
@@ -157,7 +157,11 @@ def number_text(text: str) -> float:
         raise PlanError(f"{text!r:.40} is not a coordinate.") from None
 
 
-def _markup(kind: str, name: str, points: Sequence[PlanPoint], mark: str = NOTICE) -> dict[str, Any]:
+def markup_node(kind: str, name: str, points: Sequence[PlanPoint], mark: str = NOTICE) -> dict[str, Any]:
+    """A node of a kind of Markups ('Curve', 'Fiducial', 'Line', 'Plane') with its control points, LPS mm.
+
+    mark: what each of them says of itself.
+    """
     return {
         "type": kind,
         "name": name,
@@ -176,7 +180,7 @@ def _markup(kind: str, name: str, points: Sequence[PlanPoint], mark: str = NOTIC
 
 def _dense(name: str, samples: Sequence[CurveSample], mark: str) -> dict[str, Any]:
     points = [PlanPoint("", f"{sample.s_mm:.2f} mm", sample.position) for sample in samples]
-    return _markup("Curve", name, points, mark) | {"locked": True}
+    return markup_node("Curve", name, points, mark) | {"locked": True}
 
 
 def _control_point(point_id: str, label: str, position: Position, description: str) -> dict[str, Any]:

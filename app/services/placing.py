@@ -20,12 +20,26 @@ class StoredPlacing(NamedTuple):
     q_start: Array
 
 
-def stored_placing(robot: Mapping[str, Any], registration: ImageRegistration | None = None) -> StoredPlacing | None:
-    """The placing that a plan holds for its robot; None where it holds none and the robot is to be placed.
+def stored_placing(robot: Mapping[str, Any]) -> StoredPlacing | None:
+    """The placing that a plan holds for its robot, where image and patient are one frame, as in a simulation.
 
-    registration: of the image to the patient beside the robot; None in a simulation, where they are one.
+    None where it holds none and the robot is to be placed.
     """
     if robot.get("base") is None:
         return None
-    base = transform_base_to_image(np.array(robot["base"], dtype=np.float64).reshape(4, 4), registration)
-    return StoredPlacing(base, np.array(robot["q_start"], dtype=np.float64))
+    return StoredPlacing(transform_base_to_image(_placement(robot)), np.array(robot["q_start"], dtype=np.float64))
+
+
+def standing_base(robot: Mapping[str, Any], registration: ImageRegistration) -> Array | None:
+    """transform_base_to_image (4, 4) of a robot beside a registered patient, mm; None where it is to be placed.
+
+    A registration to the base says it alone; one to the patient needs the placement that the plan holds.
+    """
+    if registration.to == "patient" and robot.get("base") is None:
+        return None
+    placement = _placement(robot) if registration.to == "patient" else np.eye(4)
+    return transform_base_to_image(placement, registration)
+
+
+def _placement(robot: Mapping[str, Any]) -> Array:
+    return np.array(robot["base"], dtype=np.float64).reshape(4, 4)

@@ -117,6 +117,17 @@ class PlanVersions:
             made = self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, plan.content))
         return PlanVersion(made.id, made.name, plan_id, plan.revision, made.created, made.content.content)
 
+    def propose(self, plan_id: str, name: str, content: PlanContent) -> PlanVersion:
+        """Keep another content under a name, for somebody to compare with the plan and to go over to.
+
+        Raises PlanError for a name that another version has.
+        """
+        plan = self._plans.get(plan_id)
+        with self._lock:
+            self._check_room(plan_id, name)
+            made = self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, content))
+        return PlanVersion(made.id, made.name, plan_id, plan.revision, made.created, made.content.content)
+
     def rename(self, plan_id: str, version: str, name: str) -> PlanVersion:
         """Give a version another name."""
         with self._lock:

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,14 @@ from numpy.typing import NDArray
 from app.services.cache import Cache
 from app.services.case_settings import settings_in_case
 from app.services.cases import Case, CaseService
+from app.services.driven_registration import DrivenRegistration, no_registration
 from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
 from app.services.fields import Fields
 from app.services.instruments import Instruments, plan_tool, shaped_tool
 from app.services.openings import Openings, PlanBone
-from app.services.placing import StoredPlacing, stored_placing
+from app.services.placing import StoredPlacing
+from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
 from app.services.plan_shaft import shaft_of
 from app.services.plan_zones import PlanZone, check_zone, zone_to_json
@@ -27,24 +30,22 @@ from app.services.remote_centre import path_of
 from app.services.switches import NO_SWITCHES, Standing, Switches, standing
 from app.services.verdict import Profile, Verdict, profile_of, verdict_of
 from app.services.zone_sets import check_kept, near_zones, with_errors, zone_set
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import InputError, PlanError, VfixError
 from vfix_engine.fixtures.zone_file import ZoneSet
+from vfix_engine.frames import placement_of
 from vfix_engine.geometry.distance_field import DistanceField
 from vfix_engine.geometry.fit import Inside, nearest_free_point
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
 from vfix_engine.simulation import preparation
-from vfix_engine.simulation.dry_run import STEP_MM, DryRun, dry_run
+from vfix_engine.simulation.dry_run import DryRun
 from vfix_engine.simulation.inspection_cone import InspectionCone, inspection_cone
-from vfix_engine.simulation.placing import place_robot, started_at
-from vfix_engine.simulation.scene import Scene
 
 Array = NDArray[np.float64]
 
 Tell = Callable[[str, float], None]
 
 SPACING_MM = 0.5  # between samples of the spline
-PROSPECT_STEP_MM = 0.2  # of the dry run while a hand drags; the least clearance is within some 0.03 mm
 _MOVED_MM = 0.01  # a shorter move is not worth a word
 
 
@@ -71,12 +72,13 @@ class PlanEvaluation:
 
     s (n,), positions (n, 3): samples of the spline. clearance (n,): bone clearance of the whole tool when its tip is
     there, NaN where it did not get. soft_tissue: what the tool passes besides.
-    base (4, 4) transform_base_to_patient and q_start: the placing that was driven.
+    base (4, 4) transform_base_to_image and q_start: the placing that was driven.
     completed, reason: whether the end was reached, and what held the tool where it was not.
     standing: the fixtures that the switches of the rehearsal stood for. zones: the plan's structures to spare.
     profile: clearance and soft tissue along the path; verdict: what both mean, with words.
     tool_radius (S,): of the tool's segments.
     removed_mm3: volume of the bone that the plan removes first; the run is in what is left.
+    registered: the registration that it goes by.
     """
 
     s: Array
@@ -97,11 +99,19 @@ class PlanEvaluation:
     tool_radius: Array
     zones: ZoneSet
     removed_mm3: float = 0.0
+    registered: DrivenRegistration | None = None
 
     @property
     def min_clearance_mm(self) -> float:
         """Least bone clearance of the whole tool."""
         return float(self.run.clearance.min())
+
+    @property
+    def placement(self) -> Array | None:
+        """transform_base_to_patient (4, 4), mm; None where the image is registered to the base alone."""
+        if self.registered is None:
+            return self.base
+        return None if self.registered.image.to == "base" else placement_of(self.base, self.registered.image)
 
     @property
     def tightest_mm(self) -> float:
@@ -117,8 +127,14 @@ class PlanEvaluation:
 class Planning:
     """Runs the engine for plans in the caller's thread; answers are kept per content of the plan and head."""
 
-    def __init__(self, cases: CaseService, instruments: Instruments, fields: Fields | None = None) -> None:
-        self._cases, self._instruments = cases, instruments
+    def __init__(
+        self,
+        cases: CaseService,
+        instruments: Instruments,
+        fields: Fields | None = None,
+        registered: Callable[[Plan], DrivenRegistration | None] = no_registration,
+    ) -> None:
+        self._cases, self._instruments, self._registered = cases, instruments, registered
         self._fields = fields or Fields(cases)
         self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
         self._cones: Cache[str, Mapping[str, InspectionCone]] = Cache(32)
@@ -194,12 +210,27 @@ class Planning:
         case = self._cases.get(plan.case_id)
         check_kept(check_zone(zone), partial(self._cases.structure_mesh, case.id), case.anatomy.id)
 
+    def registration(self, plan: Plan) -> DrivenRegistration | None:
+        """The registration that a plan goes by; None where image and patient are one frame.
+
+        Raises PlanError where the plan refers to one that cannot be used.
+        """
+        return self._registered(plan)
+
+    def registration_key(self, plan: Plan) -> str:
+        """Equal for plans whose registrations are driven and judged alike; '' without one."""
+        try:
+            registered = self._registered(plan)
+        except PlanError as error:
+            return str(error)
+        return "" if registered is None else repr(registered.key)
+
     def content_key(self, plan: Plan, switches: Switches = NO_SWITCHES) -> str:
         """Equal for plans that are driven alike."""
         case_hash = self._cases.get(plan.case_id).content_hash
         # A point that the remote centre is at is known by its id.
         on, ids = asdict(switches.in_force), [point.id for point in plan.points] if switches.centre.point else []
-        return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids])
+        return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids, self.registration_key(plan)])
 
     def is_evaluated(self, plan: Plan, switches: Switches = NO_SWITCHES) -> bool:
         """Whether the answer for a plan is there already."""
@@ -242,6 +273,11 @@ class Planning:
         held = f"The tool gets {evaluation.reached_mm:.1f} of {evaluation.length_mm:.1f} mm: {evaluation.reason}."
         return evaluation.samples(), " ".join(filter(None, ["" if evaluation.completed else held, removed]))
 
+    def placed_robot(self, plan: Plan) -> dict[str, Any]:
+        """The plan's robot with the placing of its dry run, for `PlanEditor.set_robot`. Raises what `evaluate` does."""
+        found = self.evaluate(plan)
+        return {**plan.robot, "base": found.base.ravel().tolist(), "q_start": found.q_start.tolist()}
+
     def prospect(
         self, plan: Plan, placing: StoredPlacing, progress: Tell = _tell_nobody, switches: Switches = NO_SWITCHES
     ) -> PlanEvaluation:
@@ -274,36 +310,23 @@ class Planning:
             return self._fields.of_plan(plan, lambda stage, fraction: tell(stage, 0.0)).tissue
 
         stands, zones = standing(switches, plan, volume, tissue), self.zones(plan)
-        fixtures, shaft = (*zones.soft_zones, *stands.fixtures), shaft_of(plan, path)
-        stored = stored_placing(plan.robot)
-        if stored is None and kept is not None:
-            placed = robot.placed(kept.base, tool)
-            stored = StoredPlacing(kept.base, started_at(placed, kept.q_start, path, shaft))
-        if stored is None:
-            placing = place_robot(
-                tree, robot, tool, path, settings, zones.zones, fixtures, structure_names=names,
-                tell=lambda share: tell("Placing the robot and driving the path", 0.95 * share), shaft=shaft,
-            )  # fmt: skip
-            base, q_start, run = placing.base, placing.q_start, placing.run
-        else:
-            base, q_start = stored
-            scene = Scene(
-                tree, robot, tool, base, q_start, path, zones=zones.zones, fixtures=fixtures, structure_names=names,
-                shaft=shaft,
-            )  # fmt: skip
-            step_mm = STEP_MM if kept is None else PROSPECT_STEP_MM
-            run = dry_run(scene, settings, tell=lambda share: tell("Driving the path", 0.95 * share), step_mm=step_mm)
+        registered = self.registration(plan)
+        drive = Drive(
+            tree, robot, tool, path, zones.zones, (*zones.soft_zones, *stands.fixtures), names, shaft_of(plan, path)
+        )
+        placing = drive.run(plan.robot, settings, tell, None if registered is None else registered.image, kept)
+        run = placing.run
         tell("Measuring the soft tissue", 0.95)
         s = _stations(path)
-        profile, passed = self._profile(plan, run, zones, tell), tissue_passed(volume, run.stations())
+        profile, passed = self._profile(plan, run, zones, registered, tell), tissue_passed(volume, run.stations())
         return PlanEvaluation(
             s=s,
             positions=path.position(s),
             clearance=_clearance_at(s, run),
             completed=run.completed,
             reason=run.reason,
-            base=base,
-            q_start=q_start,
+            base=placing.base,
+            q_start=placing.q_start,
             degree=path.degree,
             length_mm=path.length,
             reached_mm=run.reached_mm,
@@ -315,15 +338,19 @@ class Planning:
             tool_radius=tool.radius,
             zones=zones,
             removed_mm3=bone.removed_mm3,
+            registered=registered,
         )
 
-    def _profile(self, plan: Plan, run: DryRun, zones: ZoneSet, tell: Tell) -> Profile:
+    def _profile(
+        self, plan: Plan, run: DryRun, zones: ZoneSet, registered: DrivenRegistration | None, tell: Tell
+    ) -> Profile:
         """Bone clearance and soft tissue along a dry run; without tissue where no place of the plan is in the scan."""
         try:
             tissue = self._fields.of_plan(plan, lambda stage, fraction: tell(stage, 0.95)).tissue
         except InputError:
             tissue = None
-        return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones)
+        off_mm = {} if registered is None else {"off_mm": registered.off_mm}
+        return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, **off_mm)
 
 
 def _stations(path: SplinePath) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -51,6 +51,8 @@ class Profile:
     zones: the hard structures to spare, and zone_clearance (Z, n) of the whole tool to each. soft: the soft ones that
     it touches.
     tissue: the tool in soft tissue; None without a CT.
+    off_mm (n,): what the registration is off by at the tip, 95 of 100 times at most; None without a registration, or
+    where that is not known.
     """
 
     s: Floats
@@ -60,17 +62,29 @@ class Profile:
     zones: tuple[Zone, ...] = ()
     zone_clearance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     soft: tuple[SoftDepth, ...] = ()
+    off_mm: Floats | None = None
+
+
+class Doubt(NamedTuple):
+    """Where clearance is below what the registration may be off by: both in mm, what is near, and s_mm of the tip."""
+
+    off_mm: float
+    clearance_mm: float
+    nearest: str
+    s_mm: float
 
 
 @dataclass(frozen=True)
 class Verdict:
     """What a dry run says of a path; lengths in mm.
 
-    level: from bone and reach: 'tight' is within 0.2 mm of the margin, 'unknown' that the scan ends beside the tool.
+    level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %),
+    'unknown' that the scan ends beside the tool.
     nearest, part: names of the structure and of the part of the tool at the least clearance, and s_mm of the tip there.
     tissue_mm: largest length of the tool whose surface is in soft tissue, nostril_mm the share of it within 20 mm of
     the entry; tissue_depth_mm: the greatest depth, and tissue_s_mm of the tip there. None without a CT.
     parts: the verdict in words. soft: the soft structures to spare that the tool touches, the deepest touched first.
+    doubt: where the registration leaves it open whether the tool is clear, at the worst such place; None elsewhere.
     """
 
     level: Level
@@ -85,6 +99,7 @@ class Verdict:
     tissue_s_mm: float | None
     parts: tuple[Part, ...]
     soft: tuple[SoftDepth, ...] = ()
+    doubt: Doubt | None = None
 
     @property
     def words(self) -> str:
@@ -92,10 +107,23 @@ class Verdict:
         return "".join(part.words for part in self.parts)
 
 
+def _nothing_known(places: Floats) -> Floats | None:
+    """No registration says by how much places are off."""
+    return None
+
+
 def profile_of(
-    run: DryRun, tool: Tool, path: SplinePath, tissue: DistanceField | None, spared: ZoneSet = _NONE_SPARED
+    run: DryRun,
+    tool: Tool,
+    path: SplinePath,
+    tissue: DistanceField | None,
+    spared: ZoneSet = _NONE_SPARED,
+    off_mm: Callable[[Floats], Floats | None] = _nothing_known,
 ) -> Profile:
-    """The dry run at one pose for every 0.5 mm; each with the least bone clearance of the poses around it."""
+    """The dry run at one pose for every 0.5 mm; each with the least bone clearance of the poses around it.
+
+    off_mm: what a registration may be off by (n,) at places (n, 3) of the image, 95 of 100 times at most, or None.
+    """
     stations = np.rint(run.s / STATION_MM)
     _, rows, group = np.unique(stations, return_index=True, return_inverse=True)
     least = np.full(len(rows), np.inf)
@@ -105,7 +133,8 @@ def profile_of(
         pressed = tool_depth(tissue, start, end, tool.radius, path.position(0.0), NOSTRIL_MM)
     away = np.array([_zone_clearance(zone, start, end, tool.radius) for zone in spared.zones])
     soft = soft_depths(run, rows, tool, spared.soft_zones)
-    return Profile(run.s[rows], least, rows, pressed, spared.zones, away.reshape(-1, len(rows)), soft)
+    off = off_mm(run.tip[rows])
+    return Profile(run.s[rows], least, rows, pressed, spared.zones, away.reshape(-1, len(rows)), soft, off)
 
 
 def _zone_clearance(zone: Zone, start: Floats, end: Floats, radius: Floats) -> Floats:
@@ -128,9 +157,11 @@ def verdict_of(
     """
     least, s_mm, part, nearest, kept_mm = _nearest(run, profile, tool, tree, case, margin_mm)
     level: Level = "fits"
+    doubt = _doubt(profile, case.structure_names()[case.anatomy.id])
+    near = least < kept_mm + TIGHT_MM
     if not run.completed:
         level = "blocked"
-    elif least < kept_mm + TIGHT_MM:
+    elif near or doubt is not None:
         level = "tight"
     elif case.has_volume and not complete:
         level = "unknown"
@@ -141,15 +172,29 @@ def verdict_of(
     at_nostril = None if found is None else float(found.near_length[longest])
     deepest_s = None if found is None else float(profile.s[deepest])
     off = case.uncertainty.off_mm if nearest in case.structure_names().values() else -np.inf
+    margin = _margin_words(kept_mm, margin_mm, case) if near else ""
     parts = (
-        *_bone_parts(run, level, least, nearest, part, s_mm, off, _margin_words(kept_mm, margin_mm, case)),
+        *_bone_parts(run, level, least, nearest, part, s_mm, off, margin),
+        *_doubt_parts(doubt),
         *_soft_parts(profile.soft),
         *_tissue_parts(length, at_nostril, depth, deepest_s, complete),
     )
     return Verdict(
         level, tissue_level(length, depth, complete), least, nearest, part, s_mm, length, at_nostril, depth, deepest_s,
-        parts, profile.soft,
+        parts, profile.soft, doubt,
     )  # fmt: skip
+
+
+def _doubt(profile: Profile, bone: str) -> Doubt | None:
+    """The place where the registration's error exceeds a clearance most; None where it exceeds none."""
+    if profile.off_mm is None:
+        return None
+    clearance = np.vstack([profile.clearance, profile.zone_clearance])
+    index, at = np.unravel_index(int((clearance - profile.off_mm).argmin()), clearance.shape)
+    off_mm, least = float(profile.off_mm[at]), float(clearance[index, at])
+    if least >= off_mm:
+        return None
+    return Doubt(off_mm, least, (bone, *(zone.name for zone in profile.zones))[index], float(profile.s[at]))
 
 
 def _nearest(
@@ -199,8 +244,18 @@ def _bone_parts(
         doubt = f"), and {nearest} may lie {off_mm:.2f} mm off its surface."
         return (Part("Fits the surface only: "), *at, Part(doubt))
     if level == "tight":
-        return (Part("Tight: "), *at, Part(f"), with {margin}."))
+        return (Part("Tight: "), *at, Part(f"), with {margin}." if margin else ")."))
     return (Part("Fits: "), *at, Part(")."))
+
+
+def _doubt_parts(doubt: Doubt | None) -> tuple[Part, ...]:
+    if doubt is None:
+        return ()
+    return (
+        Part(f" The registration may be off by {doubt.off_mm:.2f} mm (95 %) "),
+        Part(f"at {doubt.s_mm:.0f} mm", doubt.s_mm),
+        Part(f", more than the {max(doubt.clearance_mm, 0.0):.2f} mm to {doubt.nearest}."),
+    )
 
 
 def _margin_words(kept_mm: float, bone_mm: float, case: Case) -> str:

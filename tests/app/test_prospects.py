@@ -13,7 +13,8 @@ from app.services import Services
 from app.services.case_settings import settings_in_case
 from app.services.errors import JobCancelled
 from app.services.placing import StoredPlacing
-from app.services.planning import PROSPECT_STEP_MM, PlanEvaluation
+from app.services.plan_drive import PROSPECT_STEP_MM
+from app.services.planning import PlanEvaluation
 from app.services.prospects import Dragged, with_points
 from app.services.switches import NO_SWITCHES
 from app.steps.plan import commands as c

@@ -11,11 +11,16 @@ test("a clearance has the colour of the path there", () => {
   assert.equal(colourOf(9, scale), "#ffffff");
 });
 
-const profile = { s_mm: [0, 0.5, 1], clearance_mm: [5, 1.234, 0.7], tissue_mm: [0, 18.6, 0.2], tissue_depth_mm: [0, 2.71, 0.1] };
+const profile = { s_mm: [0, 0.5, 1], clearance_mm: [5, 1.234, 0.7], tissue_mm: [0, 18.6, 0.2], tissue_depth_mm: [0, 2.71, 0.1], registration_mm: null };
 
 test("a place says bone and soft tissue of the nearest pose", () => {
   assert.equal(placeWords({ profile, nearest: "bone" }, 0.6), "At 0.6 mm: bone 1.23 mm; soft tissue 19 mm, 2.7 mm deep.");
   assert.equal(placeWords({ profile, nearest: "bone" }, 7), "At 7.0 mm: bone 0.70 mm; no soft tissue.");
+});
+
+test("behind a registration a place says what it may be off by", () => {
+  const registered = { ...profile, registration_mm: [0.41, 0.42, 0.431] };
+  assert.equal(placeWords({ profile: registered, nearest: "bone" }, 1), "At 1.0 mm: bone 0.70 ± 0.43 mm (registration, 95 %); no soft tissue.");
 });
 
 test("without a CT a place says nothing of soft tissue", () => {

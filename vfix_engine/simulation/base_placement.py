@@ -17,10 +17,13 @@ _SAME_LINE_MM = 0.05  # a joint's axis this near to the shaft is the shaft's
 
 
 class BasePlacement:
-    """One robot with one tool; ``at`` finds a base for every pose of the tip."""
+    """One robot with one tool; ``at`` finds a base for every pose of the tip.
 
-    def __init__(self, robot: RobotModel, tool: Tool):
-        self._robot, self._tool = robot, tool
+    base: transform_base_to_image (4, 4) of a robot that stands already; ``at`` then finds its joints alone.
+    """
+
+    def __init__(self, robot: RobotModel, tool: Tool, base: Array | None = None):
+        self._robot, self._tool, self._base = robot, tool, base
         self._at_origin = robot.placed(np.eye(4), tool)
         self._roll_joint, self._sense = self._find_roll_joint()
 
@@ -36,24 +39,29 @@ class BasePlacement:
             rotation: (3, 3) wanted, the roll in rad about the shaft included.
 
         Raises:
-            StartRefused: a robot whose base is upright cannot hold the tool like that.
+            StartRefused: a robot whose base is upright, or stands already, cannot hold the tool like that.
         """
         q = self._robot.home.copy()
         if self._roll_joint is not None:
             q[self._roll_joint] = self._turned(self._roll_joint, self._sense * roll)
+        base = self._beside(rotation, position, q) if self._base is None else self._base
+        if self._base is None and not self._robot.upright:
+            return base, q
+        reached = inverse_kinematics(self._robot.placed(base, self._tool), rotation, position, q)
+        if not reached.found:
+            how = "while it stands upright" if self._base is None else "from where it stands"
+            raise StartRefused(f"{self._robot.title} cannot hold the tool like that {how}{self._stops(reached)}")
+        return base, reached.q
+
+    def _beside(self, rotation: Array, position: Array, q: Array) -> Array:
+        """Base (4, 4) that brings the tip to a pose with these joints; an upright one to the position alone."""
         tip_rotation, tip_position = self._at_origin.tip_pose(q)
         base = np.eye(4)
         base[:3, :3] = rotation @ tip_rotation.T
         if self._robot.upright:
             base[:3, :3] = _upright(base[:3, :3])
         base[:3, 3] = position - base[:3, :3] @ tip_position
-        if not self._robot.upright:
-            return base, q
-        reached = inverse_kinematics(self._robot.placed(base, self._tool), rotation, position, q)
-        if not reached.found:
-            stops = self._stops(reached)
-            raise StartRefused(f"{self._robot.title} cannot hold the tool like that while it stands upright{stops}")
-        return base, reached.q
+        return base
 
     def _stops(self, reached: IkResult) -> str:
         """Which joints stop it, and how far from the entry."""

@@ -35,7 +35,7 @@ _SAMPLES = 24  # poses along the path that rank a placing
 
 @dataclass(frozen=True)
 class Placing:
-    """base: transform_base_to_patient (4, 4); q_start (n,); run: the dry run that this placing was chosen by."""
+    """base: transform_base_to_image (4, 4); q_start (n,); run: the dry run that this placing was chosen by."""
 
     base: Array
     q_start: Array
@@ -54,6 +54,7 @@ def place_robot(
     structure_names: Mapping[str, str] | None = None,
     tell: Callable[[float], object] = bool,
     shaft: ShaftDirections | None = None,
+    base: Array | None = None,
 ) -> Placing:
     """The placing from which the controller gets furthest along the path.
 
@@ -66,11 +67,13 @@ def place_robot(
     ``structure_names``: as of ``Scene``, for the words of the reason.
     ``shaft``: its planned directions, which are then the only ones; a bent tool whose roll they leave open is tried
     with turns about the shaft.
+    ``base``: transform_base_to_image (4, 4) of a robot that stands already, as a registration gives it; its joints at
+    the entry are sought alone.
 
     Raises:
-        StartRefused: the tool does not fit at the entry in any of these directions.
+        StartRefused: the tool does not fit at the entry in any of these directions, or the robot does not reach it.
     """
-    placement, names = BasePlacement(robot, tool), structure_names or {}
+    placement, names = BasePlacement(robot, tool, base), structure_names or {}
 
     every = _orientations(path, tool) if shaft is None else _planned(path, tool, shaft)
     ranked = _ranked(tree, tool, path, every, settings, go_on, tell)
@@ -79,9 +82,9 @@ def place_robot(
     tried = 0
     for orientation in ranked:
         try:
-            base, q_start = placement.at(orientation.tip, path.position(0.0), orientation.roll)
+            placed, q_start = placement.at(orientation.tip, path.position(0.0), orientation.roll)
             scene = Scene(
-                tree, robot, tool, base, q_start, path, zones=zones, fixtures=fixtures, structure_names=names,
+                tree, robot, tool, placed, q_start, path, zones=zones, fixtures=fixtures, structure_names=names,
                 shaft=shaft,
             )  # fmt: skip
             run = dry_run(scene, settings, go_on, partial(_tell_share, tell, tried))
@@ -89,7 +92,7 @@ def place_robot(
             reason = reason or str(error)  # of the best one
             continue
         if best is None or run.reached_mm > best.run.reached_mm:
-            best = Placing(base, q_start, run)
+            best = Placing(placed, q_start, run)
         tried += 1
         if run.completed or tried == _TRIED:
             break

@@ -79,12 +79,13 @@ export class ClearanceGroup {
     });
     const points = profile.s_mm.map((s, index) => `${x(s)},${y(profile.clearance_mm[index])}`).join(" ");
     const outline = svg("polyline", { points, class: "profile-outline" }); // the middle of the scale is almost white
-    this.drawing.replaceChildren(...axes(length, top, x, y), tissueArea(profile, x, y),
+    this.drawing.replaceChildren(...axes(length, top, x, y), tissueArea(profile, x, y), registrationBand(profile, x, y),
       svg("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(scale.margin), y2: y(scale.margin), class: "profile-margin" }), outline, ...lines, this.cursor);
     this.drawing.setAttribute("aria-label", `Clearance to ${verdict.nearest} over ${fixed(length, 0)} mm of path`);
     this.slider.max = String(Math.floor(length / STEP_MM) * STEP_MM);
     const tissue = profile.tissue_depth_mm ? " Grey area: depth in soft tissue." : "";
-    this.key.textContent = `Line: clearance of the whole tool to ${verdict.nearest}, mm, in the colours of the path. Dashed: margin ${fixed(scale.margin, 2)} mm.${tissue}`;
+    const band = profile.registration_mm ? " Band: what the registration may be off by, 95 of 100 times at most." : "";
+    this.key.textContent = `Line: clearance of the whole tool to ${verdict.nearest}, mm, in the colours of the path. Dashed: margin ${fixed(scale.margin, 2)} mm.${tissue}${band}`;
   }
 
   /**
@@ -120,6 +121,19 @@ function tissueArea(profile, x, y) {
   const points = profile.s_mm.map((s, index) => `${x(s)},${y(depths[index])}`);
   const ends = [x(profile.s_mm[0]), x(profile.s_mm[profile.s_mm.length - 1])];
   return svg("polygon", { points: `${ends[0]},${y(0)} ${points.join(" ")} ${ends[1]},${y(0)}`, class: "profile-tissue" });
+}
+
+/**
+ * Clearance less and plus the registration's error.
+ * @param {ClearanceProfile} profile
+ * @param {(s: number) => number} x
+ * @param {(value: number) => number} y
+ */
+function registrationBand(profile, x, y) {
+  const off = profile.registration_mm;
+  if (!off) return svg("g");
+  const edge = (/** @type {number} */ sign) => profile.s_mm.map((s, index) => `${x(s)},${y(profile.clearance_mm[index] + sign * off[index])}`);
+  return svg("polygon", { points: [...edge(1), ...edge(-1).reverse()].join(" "), class: "profile-registration" });
 }
 
 /**

@@ -25,6 +25,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "clearance_mm": np.round(profile.clearance, 3).tolist(),
         "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
         "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
+        "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
     }
     deep = verdict.level == "fits" and verdict.tissue_level == "deep" and verdict.tissue_s_mm is not None
     show = evaluation.reached_mm if verdict.level == "blocked" else verdict.tissue_s_mm if deep else verdict.s_mm

@@ -6,7 +6,7 @@ from typing import Any
 
 from app.services.case_settings import settings_in_case
 from app.services.placing import StoredPlacing
-from app.services.plan_model import Plan, drive_parts
+from app.services.plan_model import Plan, Position, drive_parts
 from app.services.planning import PlanEvaluation
 from app.steps.plan.clearance import ShownTool
 from app.steps.plan.cones import Cones
@@ -14,6 +14,7 @@ from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.live import LiveRuns
 from app.views.views import Views
+from vfix_engine.errors import PlanError
 
 
 class Judged:
@@ -51,6 +52,16 @@ class Judged:
         """The next refresh asks for a dry run of the stored path anew."""
         self._key = None
 
+    def error_balls(self, plan: Plan) -> tuple[tuple[Position, float], ...]:
+        """Each target, and what it may be off by behind the plan's registration, 95 of 100 times at most; LPS mm."""
+        try:
+            registered = self._services.planning.registration(plan)
+        except PlanError:  # the dry run's words say why
+            return ()
+        places = [target.position for target in plan.targets]
+        off = None if registered is None else registered.off_mm(places)
+        return () if off is None else tuple(zip(places, off.tolist(), strict=True))
+
     def shown(self, edited: EditedPlan | None) -> Corridor:
         """The dry run of the points as they are shown: live while a hand drags one of the path."""
         hand = None if edited is None else edited.in_hand
@@ -68,7 +79,7 @@ class Judged:
     def _refresh_stored(self, edited: EditedPlan) -> None:
         plan = edited.plan
         switches = self._services.switches.of(plan.id).in_force
-        key = (plan.id, switches, repr(drive_parts(plan)))
+        key = (plan.id, switches, repr(drive_parts(plan)), self._services.planning.registration_key(plan))
         if key == self._key:
             return
         before, self._key = self._before(plan), key

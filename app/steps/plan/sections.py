@@ -130,12 +130,14 @@ class ClearanceProfile(TypedDict):
     """Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
 
     tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
+    registration_mm: what the registration may be off by at the tip (95 %); None without one.
     """
 
     s_mm: list[float]
     clearance_mm: list[float]
     tissue_mm: list[float] | None
     tissue_depth_mm: list[float] | None
+    registration_mm: list[float] | None
 
 
 class VerdictView(TypedDict):

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from app.messages.fields import Command
 from app.scene.dragging import DragEvent
+from app.scene.error_balls import ErrorBalls
 from app.scene.plan import GhostNodes, PlanItem
 from app.scene.regions import DrawingNodes, RegionNodes
 from app.scene.view import ClickRay
@@ -98,6 +99,7 @@ class PlanStep(Step):
         self._check_own(plan_id)
         self._shafts.clear()
         self._edited = EditedPlan(self._services, plan_id)
+        self._services.live.opened(plan_id)
         points = self._edited.points()
         self._judged.again()
         if points:
@@ -247,6 +249,7 @@ class PlanStep(Step):
             self._judged.tool.layer(self._shown_corridor().evaluation if self.active else None),
             *self._region_layers(),
             self._judged.cones.layer(self._edited if self.active else None),
+            self._error_layer(),
             *self._shafts.layers(edited, edited is None or edited.locked or not self.active),
             Layer(
                 "plan.ghost",
@@ -255,6 +258,13 @@ class PlanStep(Step):
                 lambda nodes: self._show_ghost(nodes, ghost),
             ),
         ]
+
+    def _error_layer(self) -> Layer[Any]:
+        """What the targets may be off by behind the plan's registration (95 %)."""
+        balls: tuple[tuple[Position, float], ...] = ()
+        if self._edited is not None and self.active and self._edited.plan.targets:
+            balls = self._judged.error_balls(self._edited.plan)
+        return Layer("plan.error", balls, ErrorBalls, lambda nodes: nodes.show(balls))
 
     def _region_layers(self) -> list[Layer[Any]]:
         edited = self._edited

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 import time
+from typing import Any
 
 from app.messages.client import Client
 from app.services import Services
 from app.services.errors import PlanLocked
+from app.services.plans import Plan
 from app.services.switches import NO_SWITCHES, Switches
 from app.steps.base import Step
 from app.steps.rehearse.drive_record import NO_DRIVE, DriveRecord
@@ -106,7 +108,10 @@ class DriveFollower(Step):
     def _compare(self, now: DriveRecord) -> None:
         """Look whether the robot was placed for the plan as it is now."""
         plan = self.views.plan.current
-        self._changed = now.prepared is not None and not (plan is not None and now.is_for(plan_key(plan)))
+        self._changed = now.prepared is not None and not (plan is not None and now.is_for(self._key(plan)))
+
+    def _key(self, plan: Plan) -> Any:
+        return plan_key(plan, self._services.planning.registration_key(plan))
 
     def give_up(self) -> None:
         """The robot pauses where it is and the handle is free."""
@@ -166,7 +171,7 @@ class DriveFollower(Step):
             self._unkept = accepted
             return [f"The changed settings hold for this rehearsal only, the plan could not keep them: {error}"]
         else:
-            drive.plan_changed(plan_key(before), plan_key(after))
+            drive.plan_changed(self._key(before), self._key(after))
             self._plan_edited = True
         drive.kept(accepted)
         return words

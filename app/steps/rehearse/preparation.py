@@ -53,13 +53,14 @@ class Prepared:
         return ids.index(target_id)
 
 
-def plan_key(plan: Plan) -> Any:
-    """What a rehearsal depends on: another key, another placing."""
+def plan_key(plan: Plan, registered: str = "") -> Any:
+    """What a rehearsal depends on: another key, another placing. registered: key of the plan's registration."""
     return (
         plan.id,
         plan.case_hash,
         repr(drive_parts(plan)),
         tuple((target.id, tuple(target.position)) for target in plan.targets),
+        registered,
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from app.messages.fields import Command
 from app.scene.centre import CentreNodes
 from app.scene.drive import DriveNodes
@@ -16,7 +18,7 @@ from app.steps.rehearse import commands as c
 from app.steps.rehearse.drive_record import DriveRecord
 from app.steps.rehearse.following import DriveFollower
 from app.steps.rehearse.hints import rehearse_hint
-from app.steps.rehearse.preparation import plan_key, prepare
+from app.steps.rehearse.preparation import prepare
 from app.steps.rehearse.sections import OptionsSection, RehearsalSection, RehearsalSections
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
@@ -45,6 +47,7 @@ class RehearseStep(DriveFollower):
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
         self._centre = CentrePlaces(views.services, views.executor, views.post)
         self._shown_options: tuple[object, OptionsSection] | None = None  # with what it depends on
+        self._told_of: Snapshot | None = None  # the pose that others were told last
         self._told = NO_SWITCHES  # the switches as they were when everything was published last
 
     def available(self) -> bool:
@@ -58,7 +61,7 @@ class RehearseStep(DriveFollower):
         self.views.case.open_up([] if plan is None else [item.position for item in plan_items(plan)])
         self.views.camera.look_from("nose")
         drive = self.drive
-        if drive is None or plan is None or len(plan.points) < 2 or drive.is_for(plan_key(plan)):
+        if drive is None or plan is None or len(plan.points) < 2 or drive.is_for(self._key(plan)):
             return
         if drive.lease.take(self._client):
             self._open(drive, plan)
@@ -125,13 +128,13 @@ class RehearseStep(DriveFollower):
         elif now.state == "ready":
             drive.run(self._client)
             return
-        elif not now.is_for(plan_key(plan)):
+        elif not now.is_for(self._key(plan)):
             self._open(drive, plan)
         self._run_when_ready = True
 
     def _reset(self, drive: SharedDrive, plan: Plan) -> None:
         now = self.read()
-        if now.is_for(plan_key(plan)) and now.switches == self.wanted.in_force:
+        if now.is_for(self._key(plan)) and now.switches == self.wanted.in_force:
             drive.reset(self._client)
         else:
             self._open(drive, plan)
@@ -140,7 +143,7 @@ class RehearseStep(DriveFollower):
         if len(plan.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
         switches = self.wanted.in_force
-        drive.open(plan_key(plan), lambda: prepare(self._services, plan, switches), self.views.executor)
+        drive.open(self._key(plan), lambda: prepare(self._services, plan, switches), self.views.executor)
 
     # -- the hand: each is a write into the control process's shared memory; called on other threads
 
@@ -190,9 +193,19 @@ class RehearseStep(DriveFollower):
         self.views.stale |= edited
         if self._run_when_ready:
             self._run_if_ready(self.now)
+        if self._services.live.wanted:
+            self._tell_tool(self.now)
         drawn, told, self._told = self.driven, self._told, self.wanted
         self._compare(self.now)
         return edited or self.driven is not drawn or told != self._told
+
+    def _tell_tool(self, now: DriveRecord) -> None:
+        """Say where the tool is, for those who are connected to the planner; the client that drives says it."""
+        if now.mine and now.snapshot is not None and now.robot is not None and now.snapshot is not self._told_of:
+            self._told_of = now.snapshot
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = now.robot.tip_pose(now.snapshot.q)
+            self._services.live.show_tool(pose)
 
     def _run_if_ready(self, now: DriveRecord) -> None:
         """Start was pressed before the robot had come; one that came with other switches comes again."""

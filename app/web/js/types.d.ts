@@ -482,12 +482,14 @@ export interface VerdictPart {
  * Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
  *
  * tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
+ * registration_mm: what the registration may be off by at the tip (95 %); None without one.
  */
 export interface ClearanceProfile {
   s_mm: number[];
   clearance_mm: number[];
   tissue_mm: number[] | null;
   tissue_depth_mm: number[] | null;
+  registration_mm: number[] | null;
 }
 
 /**

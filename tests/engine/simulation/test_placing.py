@@ -51,6 +51,21 @@ def test_every_robot_gets_to_the_end_of_the_tube(name: str) -> None:
         assert judge.clearance(tool.segments(*placed.tip_pose(q))) >= 0.3 - 1e-6
 
 
+def test_a_robot_that_stands_already_keeps_its_base() -> None:
+    """As behind a registration: only its joints are sought, and one that stands too far away is told which stops it."""
+    robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
+    base = place(robot).base.copy()
+    base[:3, 3] += [4.0, -3.0, 2.0]
+    placing = place_robot(TREE, robot, tool, PATH, ControlSettings(), base=base)
+    assert placing.run.completed, placing.run.reason
+    assert (placing.base == base).all()
+    tip = robot.placed(base, tool).tip_pose(placing.q_start)[1]
+    np.testing.assert_allclose(tip, PATH.position(0.0), atol=1e-5)
+    base[:3, 3] += [500.0, 0.0, 0.0]
+    with pytest.raises(StartRefused, match=r"from where it stands: joint .* at (its|their) limit"):
+        place_robot(TREE, robot, tool, PATH, ControlSettings(), base=base)
+
+
 @pytest.mark.parametrize("tool", ["straight_pointer", "shaver_40", "endoscope_45"])
 def test_every_kind_of_tool_is_driven(tool: str) -> None:
     assert place(RobotModel.load("steady_hand"), tool).run.completed

@@ -1,0 +1,21 @@
+"""OpenIGTLink: messages, a server that several clients listen to, and a client of a tracking server.
+
+Nothing here knows plans or cases; `app.services.live_link` does.
+"""
+
+from app.link.messages import LinkFault, Message, Point, PointList, Text, Transform
+from app.link.server import LinkServer
+from app.link.tracker import Collected, Pose, TrackerClient
+
+__all__ = [
+    "Collected",
+    "LinkFault",
+    "LinkServer",
+    "Message",
+    "Point",
+    "PointList",
+    "Pose",
+    "Text",
+    "TrackerClient",
+    "Transform",
+]

@@ -1,0 +1,195 @@
+"""Messages of OpenIGTLink, versions 1 to 3: TRANSFORM, POINT and STRING packed and unpacked.
+
+Source: http://openigtlink.org/protocols/v2_header.html and the pages beside it, https://openigtlink.org/developers/spec
+for the extended header. Numbers are big-endian; lengths in mm; matrices and positions are float32.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.link.crc64 import crc64
+from vfix_engine.errors import InputError
+
+Array = NDArray[np.float64]
+
+HEADER_BYTES = 58
+MAX_DEVICE_NAME = 20  # [byte]
+MAX_POINT_NAME = 64  # [byte]
+_HEADER = struct.Struct(">H12s20sIIQQ")
+_EXTENDED = struct.Struct(">HHII")
+_MATRIX = struct.Struct(">12f")
+_POINT = struct.Struct(">64s32s4B4f20s")
+_UTF8 = 106  # IANA's number of the character set
+_VERSIONS = (1, 2, 3)
+
+
+class LinkFault(InputError):
+    """A message, or a connection, of OpenIGTLink cannot be used."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """What precedes a body of `size` bytes. time_s: since 1970, 0 where the sender gives none."""
+
+    version: int
+    kind: str
+    name: str
+    time_s: float
+    size: int
+    crc: int
+
+
+@dataclass(frozen=True, eq=False)
+class Transform:
+    """A named matrix (4, 4). metadata: what the sender says of it, such as a tracker's status."""
+
+    name: str
+    matrix: Array
+    time_s: float = 0.0
+    metadata: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a list; position in mm."""
+
+    name: str
+    position: tuple[float, float, float]
+    colour: tuple[int, int, int, int] = (255, 255, 0, 255)
+    diameter_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class PointList:
+    """A named list of points."""
+
+    name: str
+    points: tuple[Point, ...]
+    time_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Text:
+    """A named text."""
+
+    name: str
+    text: str
+    time_s: float = 0.0
+
+
+Message = Transform | PointList | Text
+
+
+def pack(message: Message) -> bytes:
+    """Header of version 1 and body. Raises LinkFault for a name that is no ASCII text of up to 20 characters."""
+    kind, body = _packed(message)
+    if not message.name.isascii() or not 0 < len(message.name) <= MAX_DEVICE_NAME:
+        raise LinkFault(f"a message's name has 1 to {MAX_DEVICE_NAME} ASCII characters, not {message.name!r:.60}.")
+    seconds = message.time_s or time.time()
+    whole = int(seconds)
+    fraction = int((seconds - whole) * 2**32)
+    header = _HEADER.pack(1, kind.encode(), message.name.encode(), whole, fraction, len(body), crc64(body))
+    return header + body
+
+
+def parse_header(data: bytes) -> Header:
+    """The header of 58 bytes. Raises LinkFault where it is none."""
+    version, kind, name, whole, fraction, size, crc = _HEADER.unpack(data)
+    if version not in _VERSIONS:
+        raise LinkFault("what came is no OpenIGTLink message of version 1 to 3.")
+    return Header(version, _text(kind), _text(name), whole + fraction / 2**32, size, crc)
+
+
+def unpack(header: Header, body: bytes) -> Message | None:
+    """The message of a header and its body; None for a kind that is not read.
+
+    Raises LinkFault for a body that is damaged.
+    """
+    if len(body) != header.size or crc64(body) != header.crc:
+        raise LinkFault(f"the {header.kind} {header.name!r} arrived damaged: its checksum is another.")
+    content, metadata = (body, {}) if header.version == 1 else _without_extension(body)
+    try:
+        if header.kind == "TRANSFORM":
+            return Transform(header.name, _matrix(content), header.time_s, metadata)
+        if header.kind == "POINT":
+            return PointList(header.name, _points(content), header.time_s)
+        if header.kind == "STRING":
+            return Text(header.name, content[4:].decode("utf-8", "replace"), header.time_s)
+    except struct.error:
+        raise LinkFault(f"the {header.kind} {header.name!r} has a body of a wrong length.") from None
+    return None
+
+
+def cut_name(name: str, most: int = MAX_POINT_NAME - 1) -> str:
+    """A name that fits into a field of so many bytes of UTF-8, cut between characters."""
+    return name.encode("utf-8")[:most].decode("utf-8", "ignore")
+
+
+def _packed(message: Message) -> tuple[str, bytes]:
+    if isinstance(message, Transform):
+        return "TRANSFORM", _MATRIX.pack(*message.matrix[:3].T.ravel())
+    if isinstance(message, PointList):
+        return "POINT", b"".join(_packed_point(point) for point in message.points)
+    text = message.text.encode("utf-8")[: 2**16 - 1]
+    return "STRING", struct.pack(">HH", _UTF8, len(text)) + text
+
+
+def _packed_point(point: Point) -> bytes:
+    name = cut_name(point.name).encode("utf-8")
+    return _POINT.pack(name, b"", *point.colour, *point.position, point.diameter_mm, b"")
+
+
+def _matrix(content: bytes) -> Array:
+    matrix = np.eye(4)
+    matrix[:3] = np.reshape(_MATRIX.unpack(content), (4, 3)).T
+    if not np.isfinite(matrix).all():
+        raise LinkFault("a matrix holds a number that is not finite.")
+    return matrix
+
+
+def _points(content: bytes) -> tuple[Point, ...]:
+    if len(content) % _POINT.size:
+        raise LinkFault("a list of points has a body of a wrong length.")
+    found = []
+    for name, _, r, g, b, a, x, y, z, diameter, _ in _POINT.iter_unpack(content):
+        if not np.isfinite((x, y, z)).all():
+            raise LinkFault("a point has a coordinate that is not finite.")
+        found.append(Point(_text(name), (x, y, z), (r, g, b, a), diameter))
+    return tuple(found)
+
+
+def _without_extension(body: bytes) -> tuple[bytes, dict[str, str]]:
+    """Content and metadata of a body with the extended header of version 3."""
+    if len(body) < _EXTENDED.size:
+        raise LinkFault("a message's extended header is cut off.")
+    header_bytes, index_bytes, metadata_bytes, _ = _EXTENDED.unpack_from(body)
+    end = len(body) - index_bytes - metadata_bytes
+    if not _EXTENDED.size <= header_bytes <= end:
+        raise LinkFault("a message's extended header has lengths that cannot be.")
+    return body[header_bytes:end], _metadata(body[end:], index_bytes)
+
+
+def _metadata(data: bytes, index_bytes: int) -> dict[str, str]:
+    """Keys and values; {} where there are none or they are damaged, since the content is told apart from them."""
+    try:
+        (count,) = struct.unpack_from(">H", data)
+        sizes = [struct.unpack_from(">HHI", data, 2 + 8 * at) for at in range(count)]
+    except struct.error:
+        return {}
+    found, at = {}, index_bytes
+    for key_bytes, _, value_bytes in sizes:
+        key, at = data[at : at + key_bytes], at + key_bytes
+        value, at = data[at : at + value_bytes], at + value_bytes
+        found[_text(key)] = _text(value)
+    return found
+
+
+def _text(data: bytes) -> str:
+    return data.split(b"\0", 1)[0].decode("utf-8", "replace").strip()

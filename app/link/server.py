@@ -1,0 +1,179 @@
+"""A server of OpenIGTLink on a thread of its own: what is told goes to every client, what they send to one listener.
+
+Bounded everywhere, since anybody on this machine may connect: clients, the size of a body before it is read, the time
+that one takes to send or to receive. Of a name only the newest message waits for a client that is slow.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import threading
+from collections.abc import Callable, Iterable
+
+from app.link.messages import HEADER_BYTES, LinkFault, Message, Text, pack, parse_header, unpack
+from vfix_engine.errors import InputError, VfixError
+
+_LOG = logging.getLogger(__name__)
+
+MAX_CLIENTS = 8
+MAX_BODY_BYTES = 256 << 10  # of points there are 300 at most, 136 bytes each
+BODY_DEADLINE_S = 5.0  # for a body to arrive, once its header has
+SLOW_S = 2.0  # a client that takes nothing for so long is dropped
+_QUEUE_BYTES = 64 << 10  # that wait in the system for one client
+STATUS = "Status"  # name of the text that answers a message
+
+Listener = Callable[[Message], str]
+
+
+class LinkServer:
+    """Sends to and hears several clients; thread-safe.
+
+    heard: called on a thread of its own with each message of a client; the words that it returns are sent back as the
+        text 'Status'. Raises VfixError, whose words are sent back as well. greeting: what a new client is sent first.
+    """
+
+    def __init__(self, host: str, port: int, heard: Listener, greeting: Callable[[], Iterable[Message]]) -> None:
+        self._host, self._port = host, port
+        self._heard, self._greeting = heard, greeting
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, name="openigtlink", daemon=True)
+        self._clients: set[_Client] = set()
+        self._server: asyncio.Server | None = None
+        self._started = threading.Event()
+        self._refusal: OSError | None = None
+
+    def start(self) -> int:
+        """Listen; returns the port. Raises InputError where the address cannot be had."""
+        self._thread.start()
+        self._started.wait()
+        if self._refusal is not None:
+            self._thread.join()
+            raise InputError(
+                f"OpenIGTLink cannot listen on {self._host}, port {self._port}: {self._refusal.strerror}. "
+                "Another program may have it; name another port."
+            )
+        assert self._server is not None
+        return int(self._server.sockets[0].getsockname()[1])
+
+    @property
+    def clients(self) -> int:
+        """How many are connected."""
+        return len(self._clients)
+
+    def tell(self, messages: Iterable[Message]) -> None:
+        """Send to every client; never waits."""
+        packed = [(type(message).__name__ + message.name, pack(message)) for message in messages]
+        with contextlib.suppress(RuntimeError):  # the loop has been closed
+            self._loop.call_soon_threadsafe(self._tell, packed)
+
+    def close(self) -> None:
+        """Let go of every client and of the port."""
+        if self._thread.is_alive():
+            with contextlib.suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join(5.0)
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            opening = asyncio.start_server(self._serve, self._host, self._port, limit=_QUEUE_BYTES)
+            self._server = self._loop.run_until_complete(opening)
+        except OSError as error:
+            self._refusal = error
+            self._started.set()
+            self._loop.close()
+            return
+        self._started.set()
+        self._loop.run_forever()
+        self._server.close()
+        tasks = asyncio.all_tasks(self._loop)
+        for task in tasks:
+            task.cancel()
+        self._loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
+        self._loop.run_until_complete(self._loop.shutdown_default_executor())
+        self._loop.close()
+
+    def _tell(self, packed: Iterable[tuple[str, bytes]]) -> None:
+        for client in self._clients:
+            for key, data in packed:
+                client.put(key, data)
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if len(self._clients) >= MAX_CLIENTS:
+            _LOG.warning("OpenIGTLink: a client was turned away, %d are connected", MAX_CLIENTS)
+            await _closed(writer)
+            return
+        client = _Client(writer)
+        self._clients.add(client)
+        sending = self._loop.create_task(client.send())
+        hearing = self._loop.create_task(self._hear(reader, client))
+        try:
+            greeting = await self._loop.run_in_executor(None, lambda: list(self._greeting()))
+            for message in greeting:
+                client.put(type(message).__name__ + message.name, pack(message))
+            await asyncio.wait((sending, hearing), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._clients.discard(client)
+            for task in (sending, hearing):
+                task.cancel()
+            for done in await asyncio.gather(sending, hearing, return_exceptions=True):
+                if isinstance(done, (VfixError, TimeoutError)):
+                    _LOG.warning("OpenIGTLink: a client was dropped: %s", done or "it was too slow")
+            await _closed(writer)
+
+    async def _hear(self, reader: asyncio.StreamReader, client: _Client) -> None:
+        """Read one message after the other; the next one is read once this one is dealt with."""
+        while True:
+            try:
+                header = parse_header(await reader.readexactly(HEADER_BYTES))
+            except (asyncio.IncompleteReadError, ConnectionError):
+                return
+            if header.size > MAX_BODY_BYTES:
+                raise LinkFault(f"a body of {header.size:,} bytes was announced; {MAX_BODY_BYTES:,} are taken.")
+            try:
+                body = await asyncio.wait_for(reader.readexactly(header.size), BODY_DEADLINE_S)
+            except (asyncio.IncompleteReadError, ConnectionError):
+                return
+            try:
+                words = await self._loop.run_in_executor(None, self._dealt, unpack(header, body))
+            except VfixError as error:
+                words = str(error)
+            if words:
+                client.put("Text" + STATUS, pack(Text(STATUS, words)))
+
+    def _dealt(self, message: Message | None) -> str:
+        return "" if message is None else self._heard(message)
+
+
+class _Client:
+    """What waits for one client: of each name the newest message."""
+
+    def __init__(self, writer: asyncio.StreamWriter) -> None:
+        self._writer = writer
+        self._waiting: dict[str, bytes] = {}
+        self._some = asyncio.Event()
+        writer.transport.set_write_buffer_limits(high=_QUEUE_BYTES)
+
+    def put(self, key: str, data: bytes) -> None:
+        """Queue a message instead of an older one of its name; on the loop's thread."""
+        self._waiting.pop(key, None)  # so that it comes last
+        self._waiting[key] = data
+        self._some.set()
+
+    async def send(self) -> None:
+        """Send what waits, for ever. Raises TimeoutError where the client takes nothing."""
+        with contextlib.suppress(ConnectionError):
+            while True:
+                await self._some.wait()
+                while self._waiting:
+                    self._writer.write(self._waiting.pop(next(iter(self._waiting))))
+                    await asyncio.wait_for(self._writer.drain(), SLOW_S)
+                self._some.clear()
+
+
+async def _closed(writer: asyncio.StreamWriter) -> None:
+    writer.transport.abort()  # what a client does not take is not waited for
+    with contextlib.suppress(OSError):
+        await writer.wait_closed()

@@ -1,0 +1,190 @@
+"""A client of a tracking server that speaks OpenIGTLink, such as PLUS: the pose of one tracked tool."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.link.messages import HEADER_BYTES, LinkFault, Transform, parse_header, unpack
+
+Array = NDArray[np.float64]
+TrackerState = Literal["connecting", "waiting", "fresh", "stale"]
+
+STALE_S = 0.5
+MAX_BODY_BYTES = 64 << 20  # of messages that are passed over, such as images of a tracking server
+_READ_BYTES = 1 << 16  # of a body that is read at all
+_RETRY_S = 1.0
+_CONNECT_S = 2.0
+_KEPT = 2000  # poses that `collect` looks back at
+_FEWEST = 5  # poses of which a place is averaged
+_RIGID = 1e-4  # of RᵀR − I: float32, and a tracker's own rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """transform (4, 4): from the tool to the tracker's frame, mm. received_s: on the clock `time.monotonic`."""
+
+    transform: Array
+    received_s: float
+
+    @property
+    def position(self) -> Array:
+        """Place (3,) of the tool's origin in the tracker's frame, mm."""
+        return self.transform[:3, 3]
+
+
+@dataclass(frozen=True, eq=False)
+class Collected:
+    """A place that was averaged: position (3,) mm; spread_mm: root mean square distance from it of `count` poses.
+
+    largest_mm: the largest such distance.
+    """
+
+    position: Array
+    spread_mm: float
+    largest_mm: float
+    count: int
+
+
+class TrackerClient:
+    """Listens to a tracking server for the transform of a name; connects again whenever the connection is lost.
+
+    The frame of the poses is that of the server's transform, unchanged: 'StylusTipToReference' of PLUS is the tip in
+    the reference's frame. Thread-safe.
+    """
+
+    def __init__(self, host: str, port: int, name: str) -> None:
+        self.host, self.port, self.name = host, port, name
+        self._lock = threading.Condition()
+        self._poses: deque[Pose] = deque(maxlen=_KEPT)
+        self._connected = False
+        self._trouble = ""
+        self._socket: socket.socket | None = None
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="tracker", daemon=True)
+
+    def start(self) -> None:
+        """Begin to listen."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the connection and the thread."""
+        self._ended.set()
+        with self._lock:
+            held = self._socket
+        if held is not None:
+            with contextlib.suppress(OSError):
+                held.shutdown(socket.SHUT_RDWR)
+        if self._thread.is_alive():
+            self._thread.join(_CONNECT_S + 1.0)
+
+    def latest(self) -> Pose | None:
+        """The newest pose, however old; None before the first one."""
+        with self._lock:
+            return self._poses[-1] if self._poses else None
+
+    @property
+    def age_s(self) -> float | None:
+        """Age of the newest pose; None before the first one."""
+        pose = self.latest()
+        return None if pose is None else time.monotonic() - pose.received_s
+
+    @property
+    def state(self) -> TrackerState:
+        """'fresh' where a pose came within half a second, 'stale' where one came before that."""
+        age = self.age_s
+        if age is not None and age <= STALE_S:
+            return "fresh"
+        if not self._connected:
+            return "connecting"
+        return "waiting" if age is None else "stale"
+
+    @property
+    def words(self) -> str:
+        """The state for people."""
+        match self.state:
+            case "fresh":
+                return f"{self.name} is tracked"
+            case "stale":
+                return f"{self.name} is stale: no pose for {self.age_s or 0.0:.1f} s"
+            case "waiting":
+                return f"connected; no pose of {self.name} yet"
+        return f"no connection to {self.host}, port {self.port}{self._trouble and ': ' + self._trouble}"
+
+    def collect(self, seconds: float) -> Collected:
+        """Average the tool's place over the next seconds. Raises LinkFault where it is not tracked meanwhile."""
+        begin = time.monotonic()
+        end = begin + seconds
+        with self._lock:
+            while (left := end - time.monotonic()) > 0 and not self._ended.is_set():
+                self._lock.wait(min(left, STALE_S))
+            found = [pose for pose in self._poses if pose.received_s >= begin]
+        if self.state != "fresh" or _longest_gap_s(found, begin) > STALE_S:
+            raise LinkFault(f"{self.words}; hold the tool where the tracker sees it, and touch the point again.")
+        if len(found) < _FEWEST:
+            raise LinkFault(f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. Hold the tool longer.")
+        places = np.array([pose.position for pose in found])
+        mean = places.mean(axis=0)
+        off = np.linalg.norm(places - mean, axis=1)
+        return Collected(mean, float(np.sqrt((off**2).mean())), float(off.max()), len(found))
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            try:
+                with socket.create_connection((self.host, self.port), timeout=_CONNECT_S) as opened:
+                    opened.settimeout(None)
+                    with self._lock:
+                        self._socket, self._connected, self._trouble = opened, True, ""
+                    self._listen(opened)
+            except LinkFault as error:
+                self._trouble = str(error).rstrip(".")
+            except OSError as error:
+                self._trouble = error.strerror or str(error)
+            with self._lock:
+                self._socket, self._connected = None, False
+            self._ended.wait(_RETRY_S)
+
+    def _listen(self, opened: socket.socket) -> None:
+        """Read messages until the server or `close` ends the connection. Raises OSError and LinkFault."""
+        with opened.makefile("rb") as stream:
+            while not self._ended.is_set():
+                data = stream.read(HEADER_BYTES)
+                if len(data) < HEADER_BYTES:
+                    self._trouble = "the server ended the connection"
+                    return
+                header = parse_header(data)
+                if header.size > MAX_BODY_BYTES:
+                    raise LinkFault(f"the server announced a body of {header.size:,} bytes.")
+                if header.kind != "TRANSFORM" or header.name != self.name or header.size > _READ_BYTES:
+                    left = header.size
+                    while left > 0 and (passed := len(stream.read(min(left, _READ_BYTES)))):
+                        left -= passed
+                    continue
+                message = unpack(header, stream.read(header.size))
+                if isinstance(message, Transform):
+                    self._take(message)
+
+    def _take(self, message: Transform) -> None:
+        """Keep a pose that is one: of a tool that is out of sight some servers send what they last saw, marked so."""
+        status = [text for key, text in message.metadata.items() if key.endswith("Status")]
+        rotation = message.matrix[:3, :3]
+        rigid = np.abs(rotation.T @ rotation - np.eye(3)).max() < _RIGID and np.linalg.det(rotation) > 0
+        if not rigid or any(text.upper() != "OK" for text in status):
+            return
+        with self._lock:
+            self._poses.append(Pose(message.matrix, time.monotonic()))
+            self._lock.notify_all()
+
+
+def _longest_gap_s(poses: list[Pose], begin: float) -> float:
+    times = [begin, *(pose.received_s for pose in poses)]
+    return max((later - earlier for earlier, later in pairwise(times)), default=0.0)

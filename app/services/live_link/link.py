@@ -1,0 +1,112 @@
+"""The live link: tells of the open plan and the rehearsed tool, and takes proposals."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import Protocol
+
+from app.link import LinkServer, Message, Text, Transform
+from app.link.server import STATUS
+from app.services.documents import Documents
+from app.services.live_link.board import LiveBoard
+from app.services.live_link.frames import pose_to_ras
+from app.services.live_link.incoming import Intake
+from app.services.live_link.outgoing import TOOL, plan_messages, registration_message
+from app.services.plan_versions import PlanVersions
+from app.services.plans import PlanService
+from app.services.registration import RegistrationContent
+from app.settings import LinkAddress
+from vfix_engine.errors import VfixError
+
+_LOG = logging.getLogger(__name__)
+_TICK_S = 1.0 / 60.0  # between poses of the tool
+_LOOK_EVERY = 15  # ticks between looks at the plan
+
+
+class HasServices(Protocol):
+    """The part of the services that is needed here."""
+
+    @property
+    def live(self) -> LiveBoard: ...
+
+    @property
+    def plans(self) -> PlanService: ...
+
+    @property
+    def versions(self) -> PlanVersions: ...
+
+    @property
+    def registrations(self) -> Documents[RegistrationContent]: ...
+
+
+class LiveLink:
+    """An OpenIGTLink server that tells of the open plan when it changes and of the tool while it is rehearsed."""
+
+    def __init__(self, address: LinkAddress, services: HasServices) -> None:
+        self._board, self._plans, self._registrations = services.live, services.plans, services.registrations
+        self._intake = Intake(services.live, services.plans, services.versions, services.registrations)
+        self._server = LinkServer(address.host, address.port, self._intake.hear, self._now)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="live-link", daemon=True)
+        self._known: object = None
+        self._poses = 0
+
+    def start(self) -> int:
+        """Listen; returns the port. Raises InputError where the address cannot be had."""
+        port = self._server.start()
+        self._board.wanted = True
+        self._thread.start()
+        return port
+
+    def close(self) -> None:
+        """Let go of every client and of the port."""
+        self._board.wanted = False
+        self._ended.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._server.close()
+
+    def _run(self) -> None:
+        tick = 0
+        while not self._ended.wait(_TICK_S):
+            self._tell_tool()
+            tick += 1
+            if tick % _LOOK_EVERY == 0:
+                try:
+                    self._look()
+                except Exception:  # the link must not end with one plan that cannot be read
+                    _LOG.exception("the live link stumbled")
+
+    def _tell_tool(self) -> None:
+        poses, transform = self._board.tool
+        if poses != self._poses and transform is not None:
+            self._poses = poses
+            self._server.tell([Transform(TOOL, pose_to_ras(transform))])
+
+    def _look(self) -> None:
+        """Tell of the plan where it, or a registration of its head, has changed; make the proposals that are due."""
+        words = self._intake.settle()
+        if words:
+            self._server.tell([Text(STATUS, " ".join(words))])
+        plan_id = self._board.plan_id
+        if plan_id is None or not self._server.clients:
+            self._known = None
+            return
+        plan = self._plans.get(plan_id)
+        revisions = [(one.id, one.revision) for one in self._registrations.list(plan.case_id)]
+        now = (plan.id, plan.revision, revisions)
+        if now != self._known:
+            self._known = now
+            self._server.tell(self._now())
+
+    def _now(self) -> list[Message]:
+        """Everything that is told of the open plan."""
+        plan_id = self._board.plan_id
+        if plan_id is None:
+            return [Text(STATUS, "No plan is open.")]
+        try:
+            plan = self._plans.get(plan_id)
+            return [*plan_messages(plan), *registration_message(self._registrations.list(plan.case_id))]
+        except VfixError as error:
+            return [Text(STATUS, str(error))]

@@ -1,0 +1,120 @@
+"""The marks of a plan for 3D Slicer, one markup a file: a storage node reads the first one of its file only."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from app.services.case_model import Case
+from app.services.exchange_markups import MARKUPS_SCHEMA, markup_node, to_markups
+from app.services.exchange_parts import CurveSample, to_json_text
+from app.services.exchange_regions import region_markups
+from app.services.plan_model import NOTICE, Plan, PlanPoint
+from app.services.plan_zones import PlanZone
+from app.services.slicer.scene import NodeKind
+
+PATH, OTHER_PATH, NOT_REACHED = "#6db3f2", "#8a94a6", "#f0857d"
+TARGET, REMOVED, BEAD, SHAFT = "#e58fd0", "#d9a066", "#facc5c", "#ced4dc"
+_SHAFT_MM = 50.0
+_PLANE_MM = 60.0
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A markup: what the scene says of it, and its JSON."""
+
+    kind: NodeKind
+    name: str
+    colour: str
+    markup: dict[str, Any]
+    visible: bool = True
+
+    def text(self) -> str:
+        """The content of its `.mrk.json`."""
+        return to_json_text({"@schema": MARKUPS_SCHEMA, "notice": NOTICE, "markups": [self.markup]})
+
+
+def marks_of(plan: Plan, case: Case, curve: Sequence[CurveSample], remark: str) -> list[Mark]:
+    """Path as planned and as driven, targets, the other paths, shafts, regions and beads; LPS mm."""
+    colours = {"Curve": PATH, "Fiducial": TARGET}
+    own = json.loads(to_markups(replace(plan, zones=(), removed_bone=()), curve, remark))["markups"]
+    marks = [
+        Mark(
+            one["type"], one["name"], NOT_REACHED if one["name"].endswith("not reached") else colours[one["type"]], one
+        )
+        for one in own
+        if one["controlPoints"]
+    ]
+    marks += [
+        Mark("Curve", path.name, OTHER_PATH, markup_node("Curve", path.name, path.points), visible=False)
+        for path in plan.paths
+        if path.id != plan.path_id and path.points
+    ]
+    marks += _shafts(plan.points)
+    marks += _regions(plan)
+    if case.beads:
+        beads = [PlanPoint("", bead.name, bead.position) for bead in case.beads]
+        marks.append(Mark("Fiducial", "Beads", BEAD, markup_node("Fiducial", "Beads", beads)))
+    return marks
+
+
+def _shafts(points: Sequence[PlanPoint]) -> Iterator[Mark]:
+    """Directions of the shaft, from the tip towards the tail."""
+    for number, point in enumerate(points, start=1):
+        if point.direction is None:
+            continue
+        name = f"Shaft at {point.label or number}"
+        x, y, z = (at + _SHAFT_MM * along for at, along in zip(point.position, point.direction, strict=True))
+        ends = [PlanPoint("", "", point.position), PlanPoint("", "", (x, y, z))]
+        yield Mark("Line", name, SHAFT, markup_node("Line", name, ends) | {"locked": True})
+
+
+def _regions(plan: Plan) -> Iterator[Mark]:
+    for zone in plan.zones:
+        if zone.shape["kind"] == "half_space":
+            yield Mark("Plane", zone.name, zone.colour, _plane(zone), zone.visible)
+            continue
+        for one in region_markups(replace(plan, zones=(zone,), removed_bone=())):
+            yield Mark(one["type"], one["name"], zone.colour, one, zone.visible)
+    for one in region_markups(replace(plan, zones=())):
+        yield Mark(one["type"], one["name"], REMOVED, one)
+
+
+def _plane(zone: PlanZone) -> dict[str, Any]:
+    """The border of a half-space, its normal on the side that is kept free.
+
+    Slicer reads the axes from `baseToNode`: columns x, y, z (the normal) and the origin, in the frame of the file.
+    `objectToBase` is the identity, which a file in LPS has with its first two rows negated, as Slicer writes it.
+    """
+    origin = np.asarray(zone.shape["point"], dtype=np.float64)
+    base = np.eye(4)
+    base[:3, :3], base[:3, 3] = axes_about(zone.shape["normal"]), origin
+    markup = markup_node("Plane", zone.name, [PlanPoint("", zone.name, tuple(origin.tolist()))])
+    words = f"{NOTICE}. Half-space to spare, margin {zone.margin_mm:g} mm; the normal points to the side of the tool."
+    return markup | {
+        "description": words,
+        "locked": True,
+        "planeType": "pointNormal",
+        "sizeMode": "absolute",
+        "autoScalingFactor": 1.0,
+        "center": origin.tolist(),
+        "normal": base[:3, 2].tolist(),
+        "objectToBase": np.diag([-1.0, -1.0, 1.0, 1.0]).ravel().tolist(),
+        "baseToNode": base.ravel().tolist(),
+        "orientation": base[:3, :3].ravel().tolist(),
+        "size": [_PLANE_MM, _PLANE_MM, 0.0],
+        "planeBounds": [-_PLANE_MM / 2, _PLANE_MM / 2, -_PLANE_MM / 2, _PLANE_MM / 2],
+    }
+
+
+def axes_about(normal: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """A rotation (3, 3) whose third column is the direction of a normal (3,)."""
+    along = np.asarray(normal, dtype=np.float64)
+    along = along / np.linalg.norm(along)
+    first = np.cross(np.eye(3)[np.abs(along).argmin()], along)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(along, first), along])

@@ -1,0 +1,188 @@
+"""The client of a tracking server: poses of the one name, staleness, reconnection and averaged places."""
+
+import socket
+import struct
+import threading
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from app.link import LinkFault, LinkServer, Text, TrackerClient, Transform
+from app.link import tracker as module
+from app.link.crc64 import crc64
+from app.link.messages import pack
+
+NAME = "StylusTipToReference"
+
+
+def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Transform:
+    matrix = np.array([[0, -1, 0, x], [0, 0, -1, y], [1, 0, 0, z], [0, 0, 0, 1.0]])
+    return Transform(NAME, matrix)
+
+
+class FakeTracker:
+    """A tracking server that sends poses at 100 Hz from the moment it is told to, through the server's own port."""
+
+    def __init__(self, port: int = 0) -> None:
+        self.server = LinkServer("127.0.0.1", port, lambda _: "", list)
+        self.port = self.server.start()
+        self.place = (0.0, 0.0, 0.0)
+        self.noise_mm = 0.0
+        self._random = np.random.default_rng(1)
+        self._sends = threading.Event()
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def send(self, on: bool) -> None:
+        (self._sends.set if on else self._sends.clear)()
+
+    def _run(self) -> None:
+        while not self._ended.wait(0.01):
+            if self._sends.is_set():
+                x, y, z = np.array(self.place) + self.noise_mm * self._random.standard_normal(3)
+                self.server.tell([Transform("Other", np.eye(4)), pose(x, y, z)])
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        self.server.close()
+
+
+@pytest.fixture
+def fake() -> Iterator[FakeTracker]:
+    made = FakeTracker()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def tracker(fake: FakeTracker, monkeypatch: pytest.MonkeyPatch) -> Iterator[TrackerClient]:
+    monkeypatch.setattr(module, "_RETRY_S", 0.05)
+    made = TrackerClient("127.0.0.1", fake.port, NAME)
+    made.start()
+    yield made
+    made.close()
+
+
+def wait_for_state(tracker: TrackerClient, state: str, seconds: float = 5.0) -> None:
+    end = time.monotonic() + seconds
+    while tracker.state != state:
+        assert time.monotonic() < end, tracker.words
+        time.sleep(0.01)
+
+
+def test_poses_come_and_become_stale_and_come_again(fake: FakeTracker, tracker: TrackerClient) -> None:
+    wait_for_state(tracker, "waiting")
+    assert tracker.latest() is None
+    assert tracker.age_s is None
+    fake.place = (1.5, -2.25, 100.0)
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    newest = tracker.latest()
+    assert newest is not None
+    np.testing.assert_allclose(newest.position, fake.place, atol=1e-5)
+    fake.send(False)
+    wait_for_state(tracker, "stale")
+    assert tracker.age_s is not None
+    assert tracker.age_s > module.STALE_S
+    assert "stale: no pose for" in tracker.words
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+
+
+def test_a_lost_server_is_found_again(fake: FakeTracker, tracker: TrackerClient) -> None:
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    port = fake.port
+    fake.close()
+    wait_for_state(tracker, "connecting")
+    assert "no connection" in tracker.words
+    again = FakeTracker(port)
+    try:
+        again.send(True)
+        wait_for_state(tracker, "fresh")
+    finally:
+        again.close()
+
+
+def test_a_place_is_averaged_with_its_spread(fake: FakeTracker, tracker: TrackerClient) -> None:
+    fake.place, fake.noise_mm = (10.0, 20.0, -30.0), 0.2
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    found = tracker.collect(1.0)
+    assert found.count >= 5
+    np.testing.assert_allclose(found.position, fake.place, atol=6 * 0.2 / np.sqrt(found.count))
+    assert found.spread_mm == pytest.approx(0.2 * np.sqrt(3.0), rel=0.6)  # root mean square in three axes
+    assert found.largest_mm >= found.spread_mm
+
+
+def test_nothing_is_averaged_of_a_tool_out_of_sight(fake: FakeTracker, tracker: TrackerClient) -> None:
+    wait_for_state(tracker, "waiting")
+    with pytest.raises(LinkFault, match="no pose of"):
+        tracker.collect(0.1)
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    fake.send(False)
+    with pytest.raises(LinkFault, match="stale"):
+        tracker.collect(0.8)
+
+
+def test_too_few_poses_are_no_place(fake: FakeTracker, tracker: TrackerClient) -> None:
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    with pytest.raises(LinkFault, match="are needed"):
+        tracker.collect(0.001)
+
+
+def extended(message: Transform, status: str) -> bytes:
+    """The message with the extended header and a status, as PLUS sends it."""
+    packed = pack(message)
+    key, value = b"StylusTipToReferenceTransformStatus", status.encode()
+    index = struct.pack(">HHHI", 1, len(key), 3, len(value))
+    body = struct.pack(">HHII", 12, len(index), len(key + value), 0) + packed[58:] + index + key + value
+    return b"\0\2" + packed[2:42] + struct.pack(">QQ", len(body), crc64(body)) + body
+
+
+def test_what_is_no_pose_of_the_tool_is_passed_over() -> None:
+    """A tool out of sight, another name, an image, a mirrored and a scaled matrix; then a pose."""
+    image = b"\0\1IMAGE".ljust(14, b"\0") + b"Image".ljust(20, b"\0") + bytes(8) + struct.pack(">QQ", 300_000, 0)
+    mirrored = Transform(NAME, np.diag([1.0, 1.0, -1.0, 1.0]))
+    scaled = Transform(NAME, np.diag([1.1, 1.1, 1.1, 1.0]))
+    listener = socket.create_server(("127.0.0.1", 0))
+    tracker = TrackerClient("127.0.0.1", listener.getsockname()[1], NAME)
+    tracker.start()
+    try:
+        opened, _ = listener.accept()
+        with opened:
+            opened.sendall(extended(pose(1.0), "OUT_OF_VIEW") + pack(Text(NAME, "no transform")))
+            opened.sendall(image + bytes(300_000) + pack(mirrored) + pack(scaled))
+            time.sleep(0.3)
+            assert tracker.latest() is None
+            opened.sendall(extended(pose(2.0), "OK"))
+            wait_for_state(tracker, "fresh")
+            newest = tracker.latest()
+            assert newest is not None
+            assert newest.position[0] == 2.0
+    finally:
+        tracker.close()
+        listener.close()
+
+
+def test_a_server_of_another_protocol_is_told() -> None:
+    listener = socket.create_server(("127.0.0.1", 0))
+    tracker = TrackerClient("127.0.0.1", listener.getsockname()[1], NAME)
+    tracker.start()
+    try:
+        opened, _ = listener.accept()
+        with opened:
+            opened.sendall(b"SSH-2.0-OpenSSH_9.6 with so many words that a header could be full of them\r\n")
+            end = time.monotonic() + 5.0
+            while "no OpenIGTLink message" not in tracker.words and time.monotonic() < end:
+                time.sleep(0.01)
+            assert "no OpenIGTLink message" in tracker.words
+    finally:
+        tracker.close()
+        listener.close()

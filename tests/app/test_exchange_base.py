@@ -1,0 +1,175 @@
+"""A plan in the robot's frame: where the arithmetic of matrices puts it, with what it depends on in the file."""
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rest_client import Client
+
+from app.cli import main
+from app.services import Services
+from app.services.embedded import SAMPLE_PLAN
+from app.services.errors import NotFound
+from app.services.exchange import read_plan
+from app.services.plan_model import Plan, without_placing
+from app.services.registration import FiducialPair, RegistrationContent
+from vfix_engine.errors import FrameError, PlanError
+
+# Neither symmetric nor its own inverse.
+TURN = np.array([[0.0, -1.0, 0.0, 5.5], [0.0, 0.0, -1.0, -7.25], [1.0, 0.0, 0.0, 1 / 3], [0.0, 0.0, 0.0, 1.0]])
+
+
+@pytest.fixture(scope="module")
+def plan(phantom_services: Services) -> Plan:
+    """The sample with a target and the placing that its dry run finds."""
+    services = phantom_services
+    made = services.plans.duplicate(SAMPLE_PLAN, "Placed")
+    evaluation = services.planning.evaluate(made)
+    robot = {
+        "name": made.robot["name"],
+        "base": evaluation.base.ravel().tolist(),
+        "q_start": evaluation.q_start.tolist(),
+    }
+    return services.plans.editor(made.id).set_robot(robot)
+
+
+@pytest.fixture(scope="module")
+def registration(phantom_services: Services, plan: Plan) -> str:
+    content = RegistrationContent(
+        "patient",
+        tuple(TURN.ravel().tolist()),
+        (FiducialPair("A", (0.0, 0.0, 0.0), (5.5, -7.25, 1 / 3 + 0.5)),),
+    )
+    return phantom_services.registrations.create(plan.case_id, "On the table", content).id
+
+
+def to_base(plan: Plan, places: Any, registration: np.ndarray[Any, Any] | None = None) -> Any:
+    """Places of the image in the base, by numpy's own inverse."""
+    base = np.reshape(plan.robot["base"], (4, 4))
+    whole = np.linalg.inv(base) @ (np.eye(4) if registration is None else registration)
+    return np.asarray(places) @ whole[:3, :3].T + whole[:3, 3]
+
+
+def test_points_and_targets_are_where_the_placing_puts_them(phantom_services: Services, plan: Plan) -> None:
+    data = json.loads(phantom_services.base_export.text(plan, "json"))
+    assert (data["frame"], data["unit"], data["registration"]) == ("base", "mm", None)
+    assert "as in a simulation" in data["remark"]
+    for name, points in (("points", plan.points), ("targets", plan.targets)):
+        assert [row["label"] for row in data[name]] == [point.label for point in points]
+        told = [row["position"] for row in data[name]]
+        np.testing.assert_allclose(told, to_base(plan, [point.position for point in points]), rtol=0, atol=1e-9)
+    inverse = np.linalg.inv(np.reshape(plan.robot["base"], (4, 4)))
+    np.testing.assert_allclose(np.reshape(data["transform_image_to_base"], (4, 4)), inverse, atol=1e-9)
+
+
+def test_the_path_is_as_it_is_driven_with_the_shafts_directions(phantom_services: Services, plan: Plan) -> None:
+    data = json.loads(phantom_services.base_export.text(plan, "json"))
+    run = phantom_services.planning.evaluate(plan).run
+    rows = [int(np.abs(run.s - row["s_mm"]).argmin()) for row in data["path_as_driven"]]
+    assert len(rows) > 50
+    told = [row["position"] for row in data["path_as_driven"]]
+    np.testing.assert_allclose(told, to_base(plan, run.tip[rows]), rtol=0, atol=1e-6)
+    # The shaft leaves the tip: its far end is further along the direction than its near one.
+    far = to_base(plan, run.segments_start[rows, -1]) - to_base(plan, run.segments_end[rows, -1])
+    directions = np.array([row["direction"] for row in data["path_as_driven"]])
+    np.testing.assert_allclose(np.cross(directions, far), 0.0, atol=1e-6)
+    assert ((directions * far).sum(axis=1) > 1.0).all()
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, atol=1e-12)
+    away = np.linalg.norm(run.segments_start[rows, -1] - run.tip[rows], axis=1)
+    assert (away > np.linalg.norm(run.segments_end[rows, -1] - run.tip[rows], axis=1)).all()
+
+
+def test_a_registration_is_composed_and_named(phantom_services: Services, plan: Plan, registration: str) -> None:
+    data = json.loads(phantom_services.base_export.text(plan, "json", "On the table"))
+    told = [row["position"] for row in data["points"]]
+    expected = to_base(plan, [point.position for point in plan.points], TURN)
+    np.testing.assert_allclose(told, expected, rtol=0, atol=1e-9)
+    named = data["registration"]
+    assert (named["id"], named["name"], named["to"]) == (registration, "On the table", "patient")
+    assert named["fre_mm"] == pytest.approx(0.5)
+
+
+def test_the_table_says_the_same(phantom_services: Services, plan: Plan, registration: str) -> None:
+    data = json.loads(phantom_services.base_export.text(plan, "json", registration))
+    text = phantom_services.base_export.text(plan, "csv", registration)
+    lines = text.splitlines()
+    head = dict(line[2:].split("=", 1) for line in lines if line.startswith("# ") and "=" in line)
+    assert (head["frame"], head["unit"]) == ("base", "mm")
+    assert json.loads(head["registration"]) == data["registration"]
+    assert json.loads(head["transform_image_to_base"]) == data["transform_image_to_base"]
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    for kind, name in (("point", "points"), ("target", "targets"), ("driven", "path_as_driven")):
+        told = [[float(row[axis]) for axis in "xyz"] for row in rows if row["kind"] == kind]
+        assert told == [row["position"] for row in data[name]]
+
+
+@pytest.mark.parametrize("form", ["json", "csv"])
+def test_no_file_in_the_robots_frame_is_taken_for_a_plan(phantom_services: Services, plan: Plan, form: str) -> None:
+    text = phantom_services.base_export.text(plan, form)
+    with pytest.raises((PlanError, FrameError)):
+        read_plan(f"plan.{form}", text.encode())
+
+
+def test_a_robot_that_is_not_placed_is_refused(phantom_services: Services, plan: Plan, registration: str) -> None:
+    unplaced = replace(plan, robot=without_placing(plan.robot))
+    for name in (None, registration):
+        with pytest.raises(PlanError, match="not placed"):
+            phantom_services.base_export.text(unplaced, "json", name)
+
+
+def test_a_registration_to_the_base_needs_no_placing(phantom_services: Services, plan: Plan) -> None:
+    content = RegistrationContent("base", tuple(TURN.ravel().tolist()))
+    phantom_services.registrations.create(plan.case_id, "Hand-eye", content)
+    unplaced = replace(plan, robot=without_placing(plan.robot))
+    data = json.loads(phantom_services.base_export.text(unplaced, "json", "Hand-eye"))
+    expected = np.array([p.position for p in plan.points]) @ TURN[:3, :3].T + TURN[:3, 3]
+    np.testing.assert_allclose([row["position"] for row in data["points"]], expected, rtol=0, atol=1e-9)
+
+
+def test_other_forms_and_unknown_registrations_are_refused(phantom_services: Services, plan: Plan) -> None:
+    with pytest.raises(PlanError, match="json or csv"):
+        phantom_services.base_export.text(plan, "mrk.json")
+    with pytest.raises(NotFound, match="there is no registration 'none'"):
+        phantom_services.base_export.text(plan, "json", "none")
+
+
+def test_rest_and_the_command_line_say_the_same(
+    client: Client, phantom_services: Services, plan: Plan, registration: str, monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path, capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    query = {"frame": "base", "format": "json", "registration": registration}
+    answer = client.get(f"/api/plans/{plan.id}/export", params=query)
+    assert answer.status_code == 200
+    assert answer.text == phantom_services.base_export.text(plan, "json", registration)
+    assert client.get(f"/api/plans/{SAMPLE_PLAN}/export", params={"frame": "base"}).status_code == 422
+    monkeypatch.setenv("VFIX_HOME", str(phantom_services.settings.home))
+    out = tmp_path / "plan.json"
+    arguments = ["plan", "export", plan.id, str(out), "--frame", "base", "--registration", registration]
+    assert main(arguments) == 0
+    assert out.read_text(encoding="utf-8") == answer.text
+    assert main(["plan", "export", SAMPLE_PLAN, str(tmp_path / "no.json"), "--frame", "base"]) == 2
+    assert "not placed" in capsys.readouterr().err
+    assert not (tmp_path / "no.json").exists()
+
+
+def test_the_placing_of_the_dry_run_is_kept_with_the_plan(
+    client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plans = phantom_services.plans
+    made = plans.duplicate(SAMPLE_PLAN, "To be placed")
+    assert made.robot["base"] is None
+    answer = client.post(f"/api/plans/{made.id}/placing")
+    assert answer.status_code == 200
+    placed = plans.get(made.id)
+    np.testing.assert_array_equal(placed.robot["base"], phantom_services.planning.evaluate(made).base.ravel())
+    assert plans.editor(made.id).undo().robot["base"] is None
+    monkeypatch.setenv("VFIX_HOME", str(phantom_services.settings.home))
+    assert main(["plan", "place", made.id]) == 0
+    assert plans.get(made.id).robot == placed.robot
+    plans.editor(made.id).set_locked(True)
+    assert main(["plan", "place", made.id]) == 2
+    assert "locked" in capsys.readouterr().err

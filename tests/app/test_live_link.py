@@ -1,0 +1,307 @@
+"""The live link: the open plan out in Slicer's frame, proposals in that change nothing that is open."""
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.link import LinkFault, Point, PointList, Text, Transform
+from app.services.cases import Case
+from app.services.documents import Documents
+from app.services.errors import PlanLocked
+from app.services.live_link import LiveBoard, LiveLink, frames
+from app.services.live_link import incoming as module
+from app.services.live_link.incoming import Intake
+from app.services.live_link.outgoing import plan_messages
+from app.services.plan_model import Plan, PlanContent, PlanPoint
+from app.services.plan_versions import PlanVersions
+from app.services.plans import PlanService
+from app.services.registration import REGISTRATION, RegistrationContent
+from app.settings import LinkAddress, Settings, link_address, tracker_address
+from app.store import Store
+from vfix_engine.errors import InputError, PlanError
+
+POINTS = (
+    PlanPoint("a", "entry", (-29.512345678901, 1 / 3, -14.0), (0.6, 0.0, -0.8), 12.5),
+    PlanPoint("b", "end", (1.5, -2.25, 7.0)),
+)
+TARGETS = (PlanPoint("t", "Öffnung", (1.0, 2.0, 3.125)),)
+# Neither symmetric nor its own inverse.
+TURN = np.array([[0.0, -1.0, 0.0, 5.5], [0.0, 0.0, -1.0, -7.25], [1.0, 0.0, 0.0, 1 / 3], [0.0, 0.0, 0.0, 1.0]])
+RAS = np.array([-1.0, -1.0, 1.0])
+
+
+@dataclass
+class Parts:
+    live: LiveBoard
+    plans: PlanService
+    versions: PlanVersions
+    registrations: Documents[RegistrationContent]
+
+
+@pytest.fixture
+def parts(store: Store, plans: PlanService) -> Parts:
+    return Parts(LiveBoard(), plans, PlanVersions(store, plans), Documents(store, REGISTRATION))
+
+
+@pytest.fixture
+def plan(parts: Parts, case: Case) -> Plan:
+    made = parts.plans.create(case.id, "Way", PlanContent(POINTS, TARGETS))
+    parts.live.opened(made.id)
+    return made
+
+
+@pytest.fixture
+def intake(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> Intake:
+    monkeypatch.setattr(module, "SETTLED_S", 0.0)
+    return Intake(parts.live, parts.plans, parts.versions, parts.registrations)
+
+
+def in_scene(points: tuple[PlanPoint, ...]) -> tuple[Point, ...]:
+    """Points as they come back from Slicer: RAS, rounded to float32."""
+    return tuple(Point(p.label, tuple((RAS * p.position).astype(np.float32).tolist())) for p in points)
+
+
+def test_the_plan_is_told_in_the_scenes_frame(plan: Plan) -> None:
+    path, targets, words = plan_messages(plan)
+    assert isinstance(path, PointList)
+    assert isinstance(targets, PointList)
+    assert [point.name for point in path.points] == ["entry", "end"]
+    np.testing.assert_array_equal([point.position for point in path.points], [RAS * p.position for p in POINTS])
+    np.testing.assert_array_equal(targets.points[0].position, RAS * TARGETS[0].position)
+    assert isinstance(words, Text)
+    assert "Not for clinical use" in words.text
+
+
+def test_long_labels_are_told(parts: Parts, case: Case) -> None:
+    long = parts.plans.create(case.id, "Long", PlanContent((PlanPoint("a", "ö" * 40, (0.0, 0.0, 0.0)),)))
+    words = plan_messages(long)[2]
+    assert isinstance(words, Text)
+    assert "1 labels are longer than 63 bytes and are cut" in words.text
+
+
+def test_a_pose_and_a_registration_move_places_of_the_scene_as_they_move_those_of_the_image() -> None:
+    place = np.array([3.0, -4.0, 5.0])
+    on_tool = frames.pose_to_ras(TURN) @ [*place, 1.0]
+    np.testing.assert_allclose(on_tool[:3], RAS * (TURN[:3, :3] @ place + TURN[:3, 3]), atol=1e-12)
+    on_patient = frames.registration_to_ras(TURN) @ [*(RAS * place), 1.0]
+    np.testing.assert_allclose(on_patient[:3], TURN[:3, :3] @ place + TURN[:3, 3], atol=1e-12)
+    np.testing.assert_allclose(frames.registration_to_ras(frames.registration_to_ras(TURN)), TURN, atol=1e-15)
+
+
+def test_an_echo_proposes_nothing(parts: Parts, intake: Intake, plan: Plan) -> None:
+    """What Slicer sends back as it came is no change, although float32 has rounded it."""
+    assert intake.hear(PointList("Path", in_scene(POINTS))) == ""
+    assert intake.hear(PointList("Targets", in_scene(TARGETS))) == ""
+    assert intake.settle() == []
+    assert parts.versions.list(plan.id) == ()
+
+
+def test_a_moved_point_becomes_a_version_and_the_open_plan_stays(parts: Parts, intake: Intake, plan: Plan) -> None:
+    sent = list(in_scene(POINTS))
+    sent[1] = Point("end", (-4.0, 5.0, 6.0))
+    intake.hear(PointList("Path", tuple(sent)))
+    (words,) = intake.settle()
+    assert "From 3D Slicer: Path" in words
+    assert parts.plans.get(plan.id) == plan
+    (version,) = parts.versions.list(plan.id)
+    assert version.content.points[0] == POINTS[0]  # to the last bit, with its direction and roll
+    assert version.content.points[1] == PlanPoint("b", "end", (4.0, -5.0, 6.0))
+    assert version.content.targets == TARGETS
+    assert parts.versions.differences(plan.id, version.id)
+    after = parts.versions.go_back(plan.id, version.id)
+    assert after.points == version.content.points
+    assert parts.plans.editor(plan.id).undo().points == POINTS
+
+
+def test_new_targets_get_identifiers_of_their_own(parts: Parts, intake: Intake, plan: Plan) -> None:
+    intake.hear(PointList("Targets", (*in_scene(TARGETS), Point("F-2", (1.0, 1.0, 1.0)))))
+    intake.settle()
+    (version,) = parts.versions.list(plan.id)
+    assert version.content.targets[0] == TARGETS[0]
+    assert version.content.targets[1].position == (-1.0, -1.0, 1.0)
+    assert version.content.points == POINTS
+    intake.hear(PointList("Targets", (Point("F-3", (9.0, 9.0, 9.0)),)))
+    intake.settle()
+    assert [one.name for one in parts.versions.list(plan.id)] == [
+        "From 3D Slicer: Targets",
+        "From 3D Slicer: Targets 2",
+    ]
+
+
+def test_only_what_rests_is_proposed(parts: Parts, plan: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "SETTLED_S", 0.2)
+    intake = Intake(parts.live, parts.plans, parts.versions, parts.registrations)
+    for x in range(20):  # a hand that drags
+        intake.hear(PointList("Targets", (Point("T", (float(x), 0.0, 0.0)),)))
+        assert intake.settle() == []
+    time.sleep(0.25)
+    assert len(intake.settle()) == 1
+    (version,) = parts.versions.list(plan.id)
+    assert version.content.targets[0].position == (-19.0, 0.0, 0.0)
+
+
+def test_a_locked_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
+    parts.plans.editor(plan.id).set_locked(True)
+    with pytest.raises(PlanLocked, match="unlock it"):
+        intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+    assert intake.settle() == []
+
+
+def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
+    intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+    parts.plans.editor(plan.id).set_locked(True)
+    assert "locked" in intake.settle()[0]
+    assert parts.versions.list(plan.id) == ()
+
+
+def test_without_an_open_plan_all_is_refused(parts: Parts, intake: Intake) -> None:
+    with pytest.raises(PlanError, match="no plan is open"):
+        intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        ((), "0 points"),
+        (tuple(Point("P", (0.0, 0.0, float(n))) for n in range(301)), "301 points"),
+        ((Point("P", (2e4, 0.0, 0.0)),), "beyond 10000 mm"),
+        ((Point("a\nb", (0.0, 0.0, 0.0)),), "control character"),
+    ],
+)
+def test_points_that_are_no_plans_are_refused(
+    intake: Intake, plan: Plan, points: tuple[Point, ...], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        intake.hear(PointList("Path", points))
+
+
+def test_a_registration_becomes_a_document_once(parts: Parts, intake: Intake, plan: Plan) -> None:
+    sent = frames.registration_to_ras(TURN).astype(np.float32).astype(np.float64)
+    intake.hear(Transform("Registration", sent))
+    (words,) = intake.settle()
+    assert "check it" in words
+    (made,) = parts.registrations.list(plan.case_id)
+    assert made.content.to == "patient"
+    np.testing.assert_allclose(made.content.registration.transform, TURN, atol=1e-6)
+    intake.hear(Transform("Registration", sent))  # an echo
+    assert intake.settle() == []
+
+
+@pytest.mark.parametrize("scale", [(1.01, 1.0, 1.0), (-1.0, 1.0, 1.0)])
+def test_a_matrix_that_is_not_rigid_is_no_registration(
+    intake: Intake, plan: Plan, scale: tuple[float, float, float]
+) -> None:
+    with pytest.raises(LinkFault, match="not rigid"):
+        intake.hear(Transform("Registration", np.diag([*scale, 1.0])))
+
+
+def test_what_nobody_asked_for_is_passed_over(intake: Intake, plan: Plan) -> None:
+    assert intake.hear(Text("Path", "words")) == ""
+    assert intake.hear(PointList("Fiducials", (Point("P", (math.nan, 0.0, 0.0)),))) == ""
+    assert intake.hear(Transform("ToolTip", np.zeros((4, 4)))) == ""
+    assert intake.settle() == []
+
+
+# -- against another implementation's client
+
+
+@pytest.fixture
+def pyigtl() -> Any:
+    return pytest.importorskip("pyigtl", reason="pip install pyigtl tries the link against another implementation")
+
+
+@pytest.fixture
+def link(parts: Parts, plan: Plan) -> Iterator[LiveLink]:
+    made = LiveLink(LinkAddress("127.0.0.1", 0), parts)
+    made.port = made.start()  # type: ignore[attr-defined]
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def peer(pyigtl: Any, link: LiveLink) -> Iterator[Any]:
+    made = pyigtl.OpenIGTLinkClient(host="127.0.0.1", port=link.port)  # type: ignore[attr-defined]
+    yield made
+    made.stop()
+
+
+def positions(message: Any) -> Any:
+    return np.array(message.positions) * RAS
+
+
+def test_another_implementation_hears_the_plan_and_its_changes(parts: Parts, plan: Plan, peer: Any) -> None:
+    path = peer.wait_for_message("Path", timeout=5)
+    np.testing.assert_allclose(positions(path), [p.position for p in POINTS], rtol=1e-7)
+    assert path.names == ["entry", "end"]
+    assert peer.wait_for_message("Targets", timeout=5).names == ["Öffnung"]
+    parts.registrations.create(plan.case_id, "R", RegistrationContent("patient", tuple(TURN.ravel().tolist())))
+    matrix = peer.wait_for_message("Registration", timeout=5).matrix
+    np.testing.assert_allclose(matrix, frames.registration_to_ras(TURN), rtol=1e-6, atol=1e-7)
+    parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
+    end = time.monotonic() + 5.0
+    while not np.allclose(positions(peer.wait_for_message("Path", timeout=5))[1], [40.0, 50.0, 60.0]):
+        assert time.monotonic() < end
+
+
+def test_another_implementation_hears_where_the_tool_is(parts: Parts, peer: Any) -> None:
+    peer.wait_for_message("Path", timeout=5)
+    parts.live.show_tool(TURN)
+    matrix = peer.wait_for_message("ToolTip", timeout=5).matrix
+    np.testing.assert_allclose(matrix, frames.pose_to_ras(TURN), rtol=1e-6, atol=1e-7)
+
+
+def test_poses_are_told_60_times_in_a_second_at_most(parts: Parts, link: LiveLink) -> None:
+    told: list[Any] = []
+    link._server.tell = lambda messages: told.extend(messages)  # type: ignore[method-assign]
+    begin = time.monotonic()
+    while time.monotonic() - begin < 1.0:
+        parts.live.show_tool(TURN)
+        time.sleep(0.001)
+    poses = [one for one in told if isinstance(one, Transform)]
+    assert 0 < len(poses) <= 62
+
+
+def test_another_implementation_proposes_a_target(pyigtl: Any, parts: Parts, plan: Plan, peer: Any) -> None:
+    peer.wait_for_message("Path", timeout=5)
+    peer.send_message(pyigtl.PointMessage([[-8.0, -9.0, 10.0]], names=["new"], device_name="Targets"))
+    end = time.monotonic() + 8.0
+    while not (versions := parts.versions.list(plan.id)):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert [(p.label, p.position) for p in versions[0].content.targets] == [("new", (8.0, 9.0, 10.0))]
+    assert "Proposed as version" in peer.wait_for_message("Status", timeout=5).string
+
+
+# -- addresses
+
+
+def test_addresses_are_read() -> None:
+    assert link_address("18944") == LinkAddress("127.0.0.1", 18944)
+    assert link_address("[::1]:5") == LinkAddress("::1", 5)
+    assert tracker_address("plus.local:18944/StylusTipToReference") == LinkAddress(
+        "plus.local", 18944, "StylusTipToReference"
+    )
+
+
+@pytest.mark.parametrize("text", ["", "x", "0", "70000", "localhost:", "-1"])
+def test_a_port_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="port"):
+        link_address(text)
+
+
+@pytest.mark.parametrize("text", ["localhost:18944", "localhost:18944/", "h:1/a name of 21 letters."])
+def test_a_tracker_without_a_name_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="HOST:PORT/NAME"):
+        tracker_address(text)
+
+
+def test_the_network_is_let_in_only_where_it_is_asked_for(tmp_path: Any) -> None:
+    with pytest.raises(InputError, match="asks nobody for a token"):
+        Settings(home=tmp_path, igtl=link_address("0.0.0.0:18944"))
+    Settings(home=tmp_path, igtl=link_address("0.0.0.0:18944"), allow_remote=True)
+    assert Settings(home=tmp_path).igtl is None

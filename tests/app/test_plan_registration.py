@@ -1,0 +1,106 @@
+"""A plan behind a registration: where its robot stands, and what the verdict says of the error."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from app.services import Services
+from app.services.driven_registration import DrivenRegistration
+from app.services.embedded import SAMPLE_PLAN
+from app.services.planning import Planning
+from app.services.registration import FiducialPair, RegistrationContent
+from app.services.registration_fit import refitted
+from vfix_engine.errors import PlanError, StartRefused
+from vfix_engine.frames import ImageRegistration
+from vfix_engine.registration import register_points
+
+BEADS = np.array([[-60, -60, 0], [60, -60, 5], [0, -95, 60], [-45, -70, 70], [40, -72, 75]], dtype=np.float64)
+MOTION = np.eye(4)
+MOTION[:3, :3] = Rotation.from_euler("zyx", [40.0, -25.0, 10.0], degrees=True).as_matrix()
+MOTION[:3, 3] = [300.0, -120.0, 850.0]
+
+
+def measured(seed: int, sigma: float) -> DrivenRegistration:
+    """A registration by five beads that were touched with this noise per axis."""
+    touched = BEADS @ MOTION[:3, :3].T + MOTION[:3, 3] + np.random.default_rng(seed).normal(0.0, sigma, BEADS.shape)
+    fit = register_points(touched, BEADS)
+    return DrivenRegistration("registration-1", "OR", ImageRegistration(fit.transform), fit, np.sqrt(3.0) * sigma)
+
+
+def planning(services: Services, registered: DrivenRegistration | None) -> Planning:
+    return Planning(services.cases, services.instruments, services.fields, lambda plan: registered)
+
+
+def test_a_path_that_is_nearer_to_bone_than_the_registration_is_exact_is_tight(phantom_services: Services) -> None:
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    fine = planning(phantom_services, measured(1, 0.02)).evaluate(plan)
+    assert fine.verdict.level == "fits"
+    assert fine.verdict.doubt is None
+    registered = measured(1, 0.6)
+    rough = planning(phantom_services, registered).evaluate(plan)
+    verdict, profile = rough.verdict, rough.profile
+    assert verdict.level == "tight"
+    assert verdict.doubt is not None
+    assert profile.off_mm is not None
+    np.testing.assert_allclose(profile.off_mm, registered.off_mm(rough.run.tip[profile.rows]))
+    worst = int((profile.clearance - profile.off_mm).argmin())
+    assert verdict.doubt.s_mm == profile.s[worst]
+    assert verdict.doubt.off_mm > verdict.doubt.clearance_mm == pytest.approx(profile.clearance[worst])
+    said = f"The registration may be off by {verdict.doubt.off_mm:.2f} mm (95 %) at {verdict.doubt.s_mm:.0f} mm"
+    assert said in verdict.words
+    assert "with a margin" not in verdict.words
+
+
+def test_where_the_robot_is_placed_freely_the_drive_is_that_of_the_image(phantom_services: Services) -> None:
+    """The base is told in the patient's frame, where somebody has to put the robot."""
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    alone, registered = phantom_services.planning.evaluate(plan), measured(2, 0.02)
+    behind = planning(phantom_services, registered).evaluate(plan)
+    np.testing.assert_array_equal(behind.run.q, alone.run.q)
+    np.testing.assert_array_equal(behind.base, alone.base)
+    assert behind.placement is not None
+    np.testing.assert_allclose(behind.placement, registered.image.transform @ alone.base, atol=1e-9)
+
+
+def test_a_robot_beside_the_patient_is_driven_from_where_the_registration_says(phantom_services: Services) -> None:
+    """Registered to its base: the same place gives the same clearance, and one that is out of reach is told."""
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    alone = phantom_services.planning.evaluate(plan)
+    to_base = ImageRegistration(np.linalg.inv(alone.base), "base")
+    behind = planning(phantom_services, DrivenRegistration("registration-2", "Robot", to_base)).evaluate(plan)
+    assert behind.completed
+    assert behind.placement is None
+    np.testing.assert_allclose(behind.base, alone.base, atol=1e-9)
+    np.testing.assert_allclose(behind.run.tip[-1], alone.run.tip[-1], atol=1e-3)
+    away = to_base.transform.copy()
+    away[:3, 3] += 600.0
+    far = DrivenRegistration("registration-3", "Robot", ImageRegistration(away, "base"))
+    with pytest.raises(StartRefused, match="from where it stands"):
+        planning(phantom_services, far).evaluate(plan)
+
+
+def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phantom_services: Services) -> None:
+    """Nothing is driven as if there were no registration."""
+    services = phantom_services
+    plan = services.plans.duplicate(SAMPLE_PLAN)
+    fit = measured(3, 0.5).fit
+    assert fit is not None
+    pairs = tuple(
+        FiducialPair(f"Bead {n}", tuple(image), tuple(touched), id=f"p{n}")
+        for n, (image, touched) in enumerate(zip(fit.moving.tolist(), fit.fixed.tolist(), strict=True), 1)
+    )
+    content = refitted(RegistrationContent(pairs=pairs, fle_mm=1.2))
+    made = services.registrations.create(plan.case_id, "OR", content)
+    before = services.planning.content_key(plan)
+    plan = services.registering.use(plan.id, made.id)
+    assert services.planning.content_key(plan) != before
+    evaluation = services.planning.evaluate(plan)
+    assert evaluation.registered is not None
+    np.testing.assert_allclose(evaluation.registered.image.transform, fit.transform, atol=1e-9)
+    assert evaluation.profile.off_mm is not None
+    np.testing.assert_allclose(
+        evaluation.profile.off_mm, fit.tre_95_mm(evaluation.run.tip[evaluation.profile.rows], 1.2)
+    )
+    services.registrations.delete(made.id)
+    with pytest.raises(PlanError, match="was deleted"):
+        services.planning.evaluate(plan)

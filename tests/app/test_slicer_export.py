@@ -1,0 +1,229 @@
+"""The folder for 3D Slicer: its scene refers to every file, and libraries of others read the same places from them."""
+
+import json
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+import SimpleITK
+import trimesh
+
+from app.cli import main
+from app.services import Services
+from app.services.cases import Bead, Case, CaseFrame
+from app.services.plan_model import Plan, PlanContent, PlanPoint
+from app.services.plan_paths import PlanPath
+from app.services.plan_zones import PlanZone, RemovedBone
+from app.services.registration import RegistrationContent
+from app.services.slicer import SCENE
+from app.services.slicer.scene import SceneNode, scene_text
+from app.store.errors import StorageError
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.volume import Volume
+
+# A rigid transform that is neither symmetric nor its own inverse.
+TURN = np.array([[0.0, -1.0, 0.0, 5.5], [0.0, 0.0, -1.0, -7.25], [1.0, 0.0, 0.0, 1 / 3], [0.0, 0.0, 0.0, 1.0]])
+POINTS = (
+    PlanPoint("a", "entry <&\"'>", (-29.512345678901, 1 / 3, -14.0), (0.6, 0.0, -0.8)),
+    PlanPoint("b", "end", (1.5, -2.25, 7.0)),
+)
+SPHERE = {"kind": "sphere", "centre": [1.0, 2.0, 3.0], "radius": 2.0}
+PLANE = {"kind": "half_space", "point": [3.0, -4.0, 5.0], "normal": [1.0, 2.0, -2.0]}
+BOX = {"kind": "box", "transform_box_to_patient": TURN.ravel().tolist(), "half_size": [1.0, 2.0, 3.0]}
+
+
+def a_volume() -> Volume:
+    """Oblique and left-handed, so that no axis can be taken for another."""
+    hu = np.random.default_rng(5).integers(-1000, 3000, (4, 5, 6)).astype(np.int16)
+    direction = np.array([[0.0, -0.6, 0.8], [-1.0, 0.0, 0.0], [0.0, -0.8, -0.6]])
+    return Volume(hu, np.array([1 / 3, -70.0, 12.5]), np.array([0.4, 0.5, 1.25]), direction, window=(1500.0, 300.0))
+
+
+@pytest.fixture(scope="module")
+def head(phantom_services: Services) -> Case:
+    corners = np.array([[0.1, 0, 0], [10, 0, 1 / 3], [0, 10, 0], [0, 0, 10]])
+    mesh = TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    made = phantom_services.cases.create(
+        "Head", frame=CaseFrame("LPS", False), surfaces={"bone": mesh}, volume=a_volume(),
+        beads=(Bead("marker", (9.0, 8.0, 1 / 7)),),
+    )  # fmt: skip
+    phantom_services.registrations.create(made.id, "Left/right: ü", RegistrationContent("patient", tuple(TURN.ravel())))
+    return made
+
+
+@pytest.fixture(scope="module")
+def plan(phantom_services: Services, head: Case) -> Plan:
+    content = PlanContent(
+        POINTS,
+        (PlanPoint("t", "ostium", (1.0, 2.0, 3.125)),),
+        zones=(PlanZone("z-1", "Eye", SPHERE), PlanZone("z-2", "Skull base", PLANE, visible=False)),
+        removed_bone=(RemovedBone("r-1", "Window", BOX),),
+    )
+    other = PlanPath("other", "Path 2", (PlanPoint("o", "", (4.0, 5.0, 6.0)), PlanPoint("p", "", (7.0, 8.0, 9.0))))
+    return phantom_services.plans.create(head.id, "Way", replace(content, paths=(*content.paths, other)))
+
+
+@pytest.fixture(scope="module")
+def folder(phantom_services: Services, plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("slicer") / "out"
+    names = phantom_services.slicer.write(plan, made)
+    assert {path.name for path in made.iterdir()} == set(names)
+    return made
+
+
+def elements(folder: Path) -> list[ET.Element]:
+    return list(ET.parse(folder / SCENE).getroot())
+
+
+def files(folder: Path) -> dict[str, Path]:
+    """File of each node by the node's name, through the references that Slicer follows."""
+    known = {one.attrib["id"]: one for one in elements(folder)}
+    found = {}
+    for one in elements(folder):
+        references = dict(part.split(":") for part in one.attrib.get("references", "").split(";") if part)
+        if "storage" in references:
+            found[one.attrib["name"]] = folder / unquote(known[references["storage"]].attrib["fileName"])
+    return found
+
+
+def markup(path: Path) -> dict[str, Any]:
+    data = json.loads(path.read_text(encoding="utf-8"))
+    assert "markups-schema-v1.0.3" in data["@schema"]
+    (one,) = data["markups"]
+    assert (one["coordinateSystem"], one["coordinateUnits"]) == ("LPS", "mm")
+    return dict(one)
+
+
+def places(path: Path) -> Any:
+    return np.array([point["position"] for point in markup(path)["controlPoints"]])
+
+
+def test_every_reference_of_the_scene_is_there_and_every_file_is_referred_to(folder: Path) -> None:
+    found = elements(folder)
+    ids = [one.attrib["id"] for one in found]
+    assert len(set(ids)) == len(ids)
+    for one in found:
+        for reference in filter(None, one.attrib.get("references", "").split(";")):
+            assert reference.split(":")[1] in ids
+    named = {unquote(one.attrib["fileName"]) for one in found if "fileName" in one.attrib}
+    assert named | {SCENE} == {path.name for path in folder.iterdir()}
+    assert not any("/" in name or ".." in name for name in named)
+    assert {one.attrib["coordinateSystem"] for one in found if one.tag == "ModelStorage"} == {"LPS"}
+
+
+def test_names_and_colours_are_the_plans(folder: Path) -> None:
+    by_name = {one.attrib["name"]: one for one in elements(folder)}
+    assert {
+        "Way",
+        "Way targets",
+        "Path 2",
+        "Eye",
+        "Skull base",
+        "Window",
+        "Beads",
+        "Bone",
+        "ct",
+        "Left/right: ü",
+    } <= set(by_name)
+    assert by_name["Skull base"].tag == "MarkupsPlane"
+    shown = [one for one in elements(folder) if one.tag == "MarkupsPlaneDisplay"]
+    assert [one.attrib["visibility"] for one in shown] == ["false"]
+    assert {one.attrib["backgroundVolumeID"] for one in elements(folder) if one.tag == "SliceComposite"} == {
+        by_name["ct"].attrib["id"]
+    }
+
+
+def test_marks_are_where_the_plan_has_them(folder: Path) -> None:
+    found = files(folder)
+    np.testing.assert_allclose(places(found["Way"]), [point.position for point in POINTS], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(places(found["Way targets"]), [[1.0, 2.0, 3.125]], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(places(found["Path 2"]), [[4, 5, 6], [7, 8, 9]], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(places(found["Beads"]), [[9.0, 8.0, 1 / 7]], rtol=0, atol=1e-9)
+    start, end = places(found["Shaft at entry <&\"'>"])
+    np.testing.assert_allclose((end - start) / 50.0, POINTS[0].direction, rtol=0, atol=1e-9)
+    assert [point["label"] for point in markup(found["Way"])["controlPoints"]] == ["entry <&\"'>", "end"]
+
+
+def test_a_plane_has_its_normal_where_slicer_reads_it(folder: Path) -> None:
+    """Slicer negates the first two rows of both matrices and takes the plane's axes from their product."""
+    plane = markup(files(folder)["Skull base"])
+    flip = np.diag([-1.0, -1.0, 1.0, 1.0])
+    object_to_base = flip @ np.reshape(plane["objectToBase"], (4, 4))
+    base_to_ras = flip @ np.reshape(plane["baseToNode"], (4, 4))
+    in_lps = flip @ base_to_ras @ object_to_base
+    np.testing.assert_allclose(in_lps[:3, 2], np.array([1.0, 2.0, -2.0]) / 3.0, atol=1e-12)
+    np.testing.assert_allclose(in_lps[:3, 3], PLANE["point"], atol=1e-12)
+    np.testing.assert_allclose(in_lps[:3, :3].T @ in_lps[:3, :3], np.eye(3), atol=1e-12)
+    assert np.linalg.det(in_lps[:3, :3]) == pytest.approx(1.0)
+
+
+def test_a_box_keeps_its_axes(folder: Path) -> None:
+    roi = markup(files(folder)["Window"])
+    np.testing.assert_allclose(np.reshape(roi["orientation"], (3, 3)), TURN[:3, :3], atol=1e-12)
+    np.testing.assert_allclose(roi["center"], TURN[:3, 3], atol=1e-12)
+    assert roi["size"] == [2.0, 4.0, 6.0]
+
+
+def test_simpleitk_reads_the_volume(folder: Path) -> None:
+    image, volume = SimpleITK.ReadImage(str(files(folder)["ct"])), a_volume()
+    np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(image), volume.hu)
+    for index in ((0, 0, 0), (5, 4, 3), (2, 3, 1)):
+        there = image.TransformIndexToPhysicalPoint(index)
+        np.testing.assert_allclose(there, volume.index_to_lps(index), rtol=0, atol=1e-6)
+
+
+def test_trimesh_reads_the_surface(folder: Path, phantom_services: Services, head: Case) -> None:
+    path = files(folder)["Bone"]
+    mesh, own = trimesh.load(path, process=False), phantom_services.cases.case_surface(head.id)
+    assert b"comment SPACE=LPS" in path.read_bytes()[:200]
+    np.testing.assert_allclose(np.asarray(mesh.vertices), own.vertices, rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(np.asarray(mesh.faces), own.faces)
+
+
+def test_itk_reads_the_registration_as_the_way_back(folder: Path) -> None:
+    transform = SimpleITK.ReadTransform(str(files(folder)["Left/right: ü"]))
+    for place in POINTS:
+        on_patient = TURN[:3, :3] @ place.position + TURN[:3, 3]
+        np.testing.assert_allclose(transform.TransformPoint(on_patient.tolist()), place.position, rtol=0, atol=1e-6)
+
+
+def test_a_folder_that_holds_something_is_left_alone(phantom_services: Services, plan: Plan, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match="not an empty folder"):
+        phantom_services.slicer.write(plan, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_nothing_is_left_of_an_export_that_fails(
+    phantom_services: Services, plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("app.services.slicer.export.write_ply", full)
+    with pytest.raises(StorageError, match="No space left"):
+        phantom_services.slicer.write(plan, tmp_path / "deep" / "out")
+    assert list((tmp_path / "deep").iterdir()) == []
+
+
+def test_names_that_look_alike_get_files_of_their_own() -> None:
+    nodes = [SceneNode("Model", name, "x.ply") for name in ("A", "B")]
+    root = ET.fromstring(scene_text(nodes))
+    assert [one.attrib["id"] for one in root if one.tag == "Model"] == ["vtkMRMLModelNode1", "vtkMRMLModelNode2"]
+
+
+def test_the_command_line_writes_the_sample(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    assert main(["plan", "export-slicer", "head-phantom-sample", str(tmp_path / "out"), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["files"][0] == SCENE
+    assert {path.name for path in (tmp_path / "out").iterdir()} == set(answer["files"])
+    driven = [one for one in elements(tmp_path / "out") if one.tag == "MarkupsCurve"]
+    assert len(driven) == 2  # the path as planned and as driven
