@@ -9,13 +9,13 @@ from typing import Any
 
 from app.services import Services, build_services
 from app.services.documents import Document
-from app.services.registering import THRESHOLD_HU
 from app.services.registration import RegistrationContent
 from app.services.registration_editor import StoredRegistration
 from app.services.registration_files import export_text, name_of, read_measured, read_transform
 from app.services.resolve import find, read_bytes
 from app.settings import Settings
 from vfix_engine.errors import InputError
+from vfix_engine.registration.beads import THRESHOLD_HU
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
@@ -113,7 +113,7 @@ def _export(services: Services, registration_id: str, args: argparse.Namespace) 
     from app.store import write_atomically
 
     document = services.registrations.get(registration_id)
-    write_atomically(args.file, export_text(document, form).encode("utf-8"))  # type: ignore[arg-type]
+    write_atomically(args.file, export_text(document, form).encode("utf-8"))
     _say(args, {**summary(document), "file": str(args.file)}, [f"{args.file} written. Not for clinical use."])
     return 0
 
