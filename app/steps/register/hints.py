@@ -18,7 +18,7 @@ def register_hint(content: RegistrationContent | None, report: FitReport | None,
         return "Look at each bead in the slices, and confirm those that lie on the skin."
     if any(pair.in_image is not None and pair.measured is None for pair in content.pairs) and not report.usable:
         return "Touch each point with the pointer, type where it was measured, or read a table."
-    if report.wrong is not None:
+    if report.wrong is not None and report.wrong.certainty == "outlier":  # one good set in four has a suspect
         return report.wrong.words
     if not report.usable:
         return report.words

@@ -67,7 +67,8 @@ export default class RegisterPanel {
     this.changedHead([registration?.id, registration?.name, registration?.locked, registration?.deleted, registration?.can_undo, registration?.can_redo], () => this.renderHead(registration));
     this.changedList([state.registrations, registration?.id, this.showDeleted.checked], () => this.renderList(state));
     if (!registration) return;
-    for (const part of [this.beads, this.points, this.fit, this.errors]) part.update(registration);
+    for (const part of [this.beads, this.fit, this.errors]) part.update(registration);
+    this.points.update(registration, state.pointer);
     this.changedUse([state.plan_use, registration.fit.state, registration.made_from, registration.deleted], () => this.renderUse(registration, state.plan_use));
   }
 

@@ -2,14 +2,14 @@
 import { group, h, keyed, whenChanged } from "/static/js/dom.js";
 import { mm } from "/static/js/format.js";
 import { note } from "/static/js/dialogs.js";
-import { upload } from "/static/js/rest.js";
+import { send, upload } from "/static/js/rest.js";
 import { placeOf, placeWords } from "/static/js/slices/place-words.js";
 import { field } from "./beads.js";
 import { barScale, barShare, pairWords, threeNumbers } from "./words.js";
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { PairEntry, RegistrationSection } from "/static/js/types.js" */
+/** @import { PairEntry, RegistrationSection, TrackerView } from "/static/js/types.js" */
 
 export class PointsGroup {
   /** @param {Connection} connection */
@@ -22,21 +22,29 @@ export class PointsGroup {
     this.touchBox = h("div", { class: "fields" }, this.touchButton, h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
       h("p", { class: "words" }, "For practice without a tracker: it touches the points of a head that lies somewhere, with this error. No patient is measured."),
       field("Error of one touch, mm rms", this.noise))));
+    /** @type {TrackerView | null} */
+    this.pointer = null;
+    this.measuring = false; // the tracked pointer rests on a point
+    this.pointerWords = h("p", { class: "words", id: "pointer-words", role: "status" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "measured-file", onchange: () => this.readTable() });
     this.tableButton = h("button", { type: "button", id: "read-measured", title: "Columns label, x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
     this.addButton = h("button", { type: "button", id: "add-pair", title: "A point of the image where the slices cross", onclick: () => connection.send("pair.add") }, "Add at crosshair");
     this.clearButton = h("button", { type: "button", class: "plain", id: "clear-measured", title: "Forget all that was measured", onclick: () => connection.send("pair.clear_measured") }, "Clear");
     this.list = h("ul", { class: "list fiducials", id: "pairs", "aria-label": "Points" });
-    this.places = new PairFields(connection, (pairId) => this.touch(pairId));
-    this.element = group("2  Measured points", [this.clearButton], this.words, this.list, this.places.element, this.touchBox,
+    this.places = new PairFields(connection, (pairId) => this.touch(pairId), (pairId) => this.measure(pairId));
+    this.element = group("2  Measured points", [this.clearButton], this.words, this.pointerWords, this.list, this.places.element, this.touchBox,
       h("div", { class: "buttons even" }, this.addButton, this.tableButton), this.chooser);
   }
 
-  /** @param {RegistrationSection} registration */
-  update(registration) {
+  /**
+   * @param {RegistrationSection} registration
+   * @param {TrackerView | null | undefined} pointer
+   */
+  update(registration, pointer) {
     this.registration = registration;
+    this.pointer = pointer ?? null;
     const { pairs, fit, locked, selected } = registration;
-    this.changed([pairs, fit.wrong, locked, selected, registration.id], () => this.render(registration));
+    this.changed([pairs, fit.wrong, locked, selected, registration.id, pointer, this.measuring], () => this.render(registration));
   }
 
   /** @param {RegistrationSection} registration */
@@ -46,6 +54,9 @@ export class PointsGroup {
     this.words.textContent = pairs.length
       ? "Each point is seen in the image and measured at the patient. The bar shows how far the two are apart under the fit; press a point for its coordinates."
       : "Confirm beads above, or put the crosshair on a point and add it.";
+    this.pointerWords.hidden = !this.pointer;
+    this.pointerWords.textContent = this.pointer ? `Pointer: ${this.pointer.words}. Rest its tip on a point, choose the point below and press ‘Measure’.` : "";
+    this.pointerWords.classList.toggle("caution", this.pointer !== null && this.pointer.state !== "fresh");
     this.touchBox.hidden = !pairs.length;
     this.touchButton.classList.toggle("primary", wanted > 0);
     this.touchButton.textContent = wanted ? "Touch all points (simulated)" : "Touch all again (simulated)";
@@ -53,7 +64,7 @@ export class PointsGroup {
     for (const button of [this.touchButton, this.tableButton, this.addButton, this.clearButton]) button.disabled = locked;
     keyed(this.list, pairs, (pair) => pair.id, () => this.row(),
       (row, pair) => fillPair(row, pair, { scale, locked, selected: pair.id === selected, wrong: fit.wrong?.pair === pair.id ? fit.wrong.certainty : "" }));
-    this.places.update(pairs.find((pair) => pair.id === selected), locked);
+    this.places.update(pairs.find((pair) => pair.id === selected), locked, this.pointer, this.measuring);
   }
 
   /** @returns {Row<PairEntry>} */
@@ -73,6 +84,24 @@ export class PointsGroup {
   touch(pairId) {
     const noise = Number(this.noise.value);
     this.connection.send("pair.touch", { pair_id: pairId, noise_mm: Number.isFinite(noise) && noise >= 0 ? noise : 0.3 });
+  }
+
+  /** @param {string} pairId */
+  async measure(pairId) {
+    const { registration } = this;
+    if (!registration) return;
+    this.measuring = true;
+    this.update(registration, this.pointer);
+    try {
+      const answer = await send(`/api/registrations/${encodeURIComponent(registration.id)}/pairs/${encodeURIComponent(pairId)}/measure`, {});
+      await this.connection.request("registration.look");
+      note(`Measured; the tip was still within ${mm(answer.spread_mm, 2)} rms.`);
+    } catch (error) {
+      note(/** @type {Error} */ (error).message, { error: true });
+    } finally {
+      this.measuring = false;
+      if (this.registration) this.update(this.registration, this.pointer);
+    }
   }
 
   async readTable() {
@@ -96,8 +125,9 @@ class PairFields {
   /**
    * @param {Connection} connection
    * @param {(pairId: string) => void} touch
+   * @param {(pairId: string) => void} measure
    */
-  constructor(connection, touch) {
+  constructor(connection, touch, measure) {
     this.connection = connection;
     /** @type {PairEntry | undefined} */
     this.pair = undefined;
@@ -106,17 +136,20 @@ class PairFields {
     this.image = h("input", { type: "text", id: "pair-image", placeholder: "L 72.7 P 77.1 S 20.4", onchange: () => this.typedImage() });
     this.measured = ["x", "y", "z"].map((axis) => h("input", { type: "text", inputMode: "decimal", "aria-label": `Measured, ${axis}`, placeholder: axis, onchange: () => this.typedMeasured() }));
     this.touchButton = h("button", { type: "button", id: "touch-selected", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Touch (simulated)");
+    this.measureButton = h("button", { type: "button", class: "primary wide", id: "measure-selected", onclick: () => { if (this.pair) measure(this.pair.id); } }, "Measure");
     this.deleteButton = h("button", { type: "button", id: "delete-pair", onclick: () => { if (this.pair) connection.send("pair.delete", { pair_id: this.pair.id }); } }, "Delete");
     this.element = h("div", { class: "fields pair-fields", hidden: true }, field("Name", this.label), field("In the image, mm", this.image),
       h("div", { class: "field" }, h("span", { class: "field-label" }, "Measured at the patient, mm"), h("div", { class: "three" }, this.measured)),
-      h("div", { class: "buttons even" }, this.touchButton, this.deleteButton));
+      this.measureButton, h("div", { class: "buttons even" }, this.touchButton, this.deleteButton));
   }
 
   /**
    * @param {PairEntry | undefined} pair
    * @param {boolean} locked
+   * @param {TrackerView | null} pointer
+   * @param {boolean} measuring
    */
-  update(pair, locked) {
+  update(pair, locked, pointer, measuring) {
     const other = pair?.id !== this.pair?.id;
     this.pair = pair;
     this.element.hidden = !pair;
@@ -128,6 +161,9 @@ class PairFields {
     if (!typing) this.measured.forEach((input, index) => { input.value = measured ? String(Math.round(measured[index] * 1000) / 1000) : ""; });
     for (const control of [this.label, this.image, ...this.measured, this.deleteButton]) control.disabled = locked;
     this.touchButton.disabled = locked || !image;
+    this.measureButton.hidden = !pointer;
+    this.measureButton.disabled = locked || measuring || pointer?.state !== "fresh";
+    this.measureButton.textContent = measuring ? "Hold still …" : "Measure with the pointer";
   }
 
   typedImage() {

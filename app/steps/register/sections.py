@@ -166,6 +166,13 @@ class FiducialsSection(TypedDict):
     items: list[FiducialMark]
 
 
+class TrackerView(TypedDict):
+    """The tracked pointer that the planner listens to: whether it is seen, and words that say so."""
+
+    state: Literal["connecting", "waiting", "fresh", "stale"]
+    words: str
+
+
 class RegisterSections(TypedDict):
     """Registrations of the case, the open one, and the one of the open plan."""
 
@@ -173,3 +180,4 @@ class RegisterSections(TypedDict):
     registration: RegistrationSection | None
     plan_use: PlanUseSection | None
     fiducials: FiducialsSection
+    pointer: TrackerView | None

@@ -13,7 +13,7 @@ from app.steps.register import SPEC
 from app.steps.register import commands as c
 from app.steps.register.hints import register_hint
 from app.steps.register.open_registration import OpenRegistration, newest
-from app.steps.register.sections import FiducialMark, PlanUseSection, RegisterSections, RegistrationEntry
+from app.steps.register.sections import FiducialMark, PlanUseSection, RegisterSections, RegistrationEntry, TrackerView
 from app.views.layers import Layer
 from app.views.plan_items import Position, position_of
 from app.views.views import Views
@@ -30,6 +30,7 @@ class RegisterStep(Step):
         self._services = views.services
         self._open: OpenRegistration | None = None
         self._titles: list[DocumentTitle] = []
+        self._pointer_shown: TrackerView | None = None
         views.on_case_opened(lambda plan_id: self._case_opened())
         views.plan.on_opened(self._plan_opened)
 
@@ -195,7 +196,17 @@ class RegisterStep(Step):
             "registration": None if opened is None else opened.view(self.views.plan.current, has_volume),
             "plan_use": self._plan_use(),
             "fiducials": {"items": self._marks()},
+            "pointer": self._pointer(),
         }
+
+    def tick(self) -> bool:
+        """The pointer comes into sight and goes out of it while nobody asks for anything."""
+        before, self._pointer_shown = self._pointer_shown, self._pointer() if self.active else None
+        return before != self._pointer_shown
+
+    def _pointer(self) -> TrackerView | None:
+        standing = self._services.registering.tracker_state
+        return None if standing is None else {"state": standing.state, "words": standing.words}
 
     def _plan_use(self) -> PlanUseSection | None:
         plan = self.views.plan.current

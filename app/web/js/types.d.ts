@@ -665,6 +665,12 @@ export interface FiducialMark {
   selected: boolean;
 }
 
+/** The tracked pointer that the planner listens to: whether it is seen, and words that say so. */
+export interface TrackerView {
+  state: "connecting" | "waiting" | "fresh" | "stale";
+  words: string;
+}
+
 /** The rehearsal and who drives it; mine: this window holds the handle, holder: who else does. */
 export interface RehearsalSection {
   mode?: string;
@@ -1169,6 +1175,7 @@ export interface ViewModel {
   plan?: PlanSection | null;
   plan_use?: PlanUseSection | null;
   plans?: PlansSection;
+  pointer?: TrackerView | null;
   regions?: RegionsSection | null;
   registration?: RegistrationSection | null;
   registrations?: RegistrationsSection;
