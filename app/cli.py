@@ -38,6 +38,7 @@ VERBS = (
     Verb("import", "app.commands.import_", "make a new case of a CT or a surface", needs_app=True),
     Verb("case", "app.commands.case", "list, rename, delete and restore cases", needs_app=True),
     Verb("plan", "app.commands.plan", "list, import and export plans", needs_app=True),
+    Verb("register", "app.commands.register", "how a CT lies on a patient: beads, fit, transforms", needs_app=True),
     Verb("rehearse", "app.commands.rehearse", "run a rehearsal without a page"),
     Verb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),
     Verb("bench", "app.commands.bench", "measure the engine on this machine"),

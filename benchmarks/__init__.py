@@ -14,6 +14,7 @@ BENCHMARKS: tuple[str, ...] = (
     "lumen",
     "proximity",
     "realtime",
+    "registration",
     "start",
     "step",
 )

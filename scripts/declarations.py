@@ -23,6 +23,7 @@ sys.path.insert(0, str(ROOT))
 from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
 from app.api.plan_models import OwnRobotPublic, PlanPublic  # noqa: E402
+from app.api.registration_models import RegistrationPublic  # noqa: E402
 from app.api.suggestions import SuggestionPublic, ToolTablePublic  # noqa: E402
 from app.messages import sections  # noqa: E402
 from app.messages.hello import Hello  # noqa: E402
@@ -33,7 +34,16 @@ from app.views.sections import ANSWERS, CaseSections  # noqa: E402
 
 TARGET = ROOT / "app" / "web" / "js" / "types.d.ts"
 HEADER = "// Made by scripts/declarations.py from the server's types; do not edit.\n"
-REST_MODELS = (JobPublic, ErrorPublic, ImportAnswer, OwnRobotPublic, PlanPublic, SuggestionPublic, ToolTablePublic)
+REST_MODELS = (
+    JobPublic,
+    ErrorPublic,
+    ImportAnswer,
+    OwnRobotPublic,
+    PlanPublic,
+    SuggestionPublic,
+    ToolTablePublic,
+    RegistrationPublic,
+)
 MESSAGES = (Hello, sections.HelloMessage, sections.NoteMessage, sections.ReplyMessage)
 PLAIN = {
     str: "string",

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from .geometry.proximity import ProximityTree
     from .imaging.mesh_files import read_mesh
     from .lumen.drive.snake_drive import SnakeDrive
+    from .registration import Registration, find_beads, register_points
     from .robots import RobotModel, Tool
     from .simulation.simulation import Simulation
 
@@ -54,6 +55,7 @@ _WHERE = {
     ),
     **dict.fromkeys(("ControlError", "InputError", "StartRefused", "VfixError"), ".errors"),
     "ProximityTree": ".geometry.proximity",
+    **dict.fromkeys(("Registration", "find_beads", "register_points"), ".registration"),
     "RobotModel": ".robots",
     "Simulation": ".simulation.simulation",
     "SnakeDrive": ".lumen.drive.snake_drive",
@@ -76,6 +78,7 @@ __all__ = [
     "Problem",
     "ProximityTree",
     "Refused",
+    "Registration",
     "RobotModel",
     "Simulation",
     "SnakeDrive",
@@ -91,8 +94,10 @@ __all__ = [
     "build_step",
     "certify_step",
     "errors",
+    "find_beads",
     "fixtures",
     "read_mesh",
+    "register_points",
     "solve_step",
     "tasks",
     "zones",

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from app.api.dependencies import Number, Wish
 from app.api.plan_models import Label, Name, Position, Revision
 from app.services.plan_model import NOTICE
-from app.services.registering import PlanRegistration
+from app.services.registering import LONGEST_S, MEASURE_S, PlanRegistration
 from app.services.registration import MadeFrom, MeasuredFrom
 from app.services.registration_editor import StoredRegistration
 from app.services.registration_errors import ErrorTable
@@ -217,6 +217,20 @@ class TouchWish(Wish):
     noise_mm: Number = DEFAULT_NOISE_MM
     seed: Annotated[int | None, Field(ge=0, lt=2**63)] = None
     revision: Revision = None
+
+
+class MeasureWish(Wish):
+    """How long the tracked pointer rests on the point."""
+
+    seconds: Annotated[float, Field(ge=0.1, le=LONGEST_S, allow_inf_nan=False, strict=True)] = MEASURE_S
+    revision: Revision = None
+
+
+class MeasuredPair(BaseModel):
+    """The registration after a point was measured; spread_mm: rms distance of the poses from their mean."""
+
+    spread_mm: float
+    registration: RegistrationPublic
 
 
 class EditedPair(BaseModel):

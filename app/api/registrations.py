@@ -12,6 +12,8 @@ from app.api.registration_models import (
     BeadWish,
     EditedPair,
     ErrorTablePublic,
+    MeasuredPair,
+    MeasureWish,
     OrderPublic,
     OrderWish,
     PairCreate,
@@ -177,6 +179,16 @@ def touch(
     """Measure a pair with a simulated pointer, for practice: no patient is measured."""
     editor, expected = services.registering.editor(registration_id), condition.expected(wish.revision)
     return _told(condition, editor.touch([pair_id], wish.noise_mm, wish.seed, expected_revision=expected))
+
+
+@router.post("/registrations/{registration_id}/pairs/{pair_id}/measure")
+def measure(
+    registration_id: Identifier, pair_id: Identifier, wish: MeasureWish, services: ServicesDep, condition: ConditionDep
+) -> MeasuredPair:
+    """Measure it with the tracked pointer, whose tip rests on the point for some seconds."""
+    expected = condition.expected(wish.revision)
+    done, spread = services.registering.measure(registration_id, pair_id, wish.seconds, expected_revision=expected)
+    return MeasuredPair(spread_mm=spread, registration=_told(condition, done))
 
 
 @router.get("/registrations/{registration_id}/order")

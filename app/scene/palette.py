@@ -17,6 +17,8 @@ GRIP_WATCHED = (130, 138, 150)
 FORCE = (250, 204, 92)
 BLOCKED = (240, 133, 125)
 CENTRE = (126, 211, 165)
+FIDUCIAL = (126, 211, 165)
+FOUND_BEAD = (250, 204, 92)
 
 # Orange to blue through near-white: distinguishable with every common kind of colour blindness.
 _SCALE_HEX = ("#d9480f", "#f59f45", "#f7e3c0", "#b9d8ee", "#5aa5dd")

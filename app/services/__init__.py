@@ -145,7 +145,8 @@ def build_services(settings: Settings) -> Services:
     ensure_head_phantom(store, cases, plans)
     instruments, fields = Instruments(store.files), Fields(cases)
     importing, jobs, registrations = ImportService(cases), Jobs(), Documents(store, REGISTRATION)
-    registering = Registering(registrations, cases, plans, jobs)
+    tracker = _tracker(settings)
+    registering = Registering(registrations, cases, plans, jobs, tracker)
     planning = Planning(cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan)))
     runs, dry_runs = RunService(store), DryRuns(jobs, planning)
     removed_volumes = RemovedVolumeService(cases)
@@ -183,7 +184,7 @@ def build_services(settings: Settings) -> Services:
         archive_writer=ArchiveWriter(store, cases, plans, instruments, runs),
         archive_reader=ArchiveReader(store, cases),
         live=LiveBoard(),
-        tracker=_tracker(settings),
+        tracker=tracker,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from app.services.plan_points import check_position, number
 from app.services.plans import PlanService
 from app.services.registration import RegistrationContent
 from app.services.registration_beads import MAX_BEADS, BeadSearchRecord, FoundBead
-from app.services.registration_editor import RegistrationEditor, StoredRegistration
+from app.services.registration_editor import RegistrationEditor, StoredRegistration, found_pair
 from app.services.registration_errors import ErrorTable, error_table, expected_errors
 from app.services.registration_fit import FitReport, report_of
 from app.services.registration_order import OrderAnswer, order_of
@@ -30,11 +30,25 @@ from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import Bead, find_beads
 from vfix_engine.registration.beads import THRESHOLD_HU
 
+if TYPE_CHECKING:
+    from app.link import TrackerClient
+
+MEASURE_S = 1.0  # that the tracked pointer is held on a point
+LONGEST_S = 10.0
+MOVED_MM = 2.0  # a pointer that rests on a point is nearer to the mean of its poses
 _NO_CT = "this case was made of a surface; beads are found in a CT. Type the places in the image instead."
 _KNOWN_MM = 1.0  # how near a bead of the case is to the one that was found
 
 Floats = npt.NDArray[np.float64]
 UseState = Literal["none", "ready", "unfinished", "deleted", "missing", "other_case", "unreadable"]
+
+
+@dataclass(frozen=True)
+class TrackerStanding:
+    """Whether the tracked pointer is seen, 'fresh', or why not; words: the same in words."""
+
+    state: Literal["connecting", "waiting", "fresh", "stale"]
+    words: str
 
 
 @dataclass(frozen=True)
@@ -72,10 +86,16 @@ class Registering:
     """Registrations of every case; may be used from any thread."""
 
     def __init__(
-        self, documents: Documents[RegistrationContent], cases: CaseService, plans: PlanService, jobs: Jobs
+        self,
+        documents: Documents[RegistrationContent],
+        cases: CaseService,
+        plans: PlanService,
+        jobs: Jobs,
+        tracker: TrackerClient | None = None,
     ) -> None:
         self.documents = documents
         self._cases, self._plans, self._jobs = cases, plans, jobs
+        self._tracker = tracker
         self._reports: Cache[RegistrationContent, FitReport] = Cache(32)
 
     def editor(self, registration_id: str) -> RegistrationEditor:
@@ -93,6 +113,34 @@ class Registering:
     def order(self, content: RegistrationContent) -> OrderAnswer:
         """In which order the measured points fit the places in the image. Raises InputError where there is none."""
         return order_of(content)
+
+    # -- a tracked pointer
+
+    @property
+    def tracker_state(self) -> TrackerStanding | None:
+        """How the tracked pointer stands; None where the planner listens to none."""
+        tracker = self._tracker
+        return None if tracker is None else TrackerStanding(tracker.state, tracker.words)
+
+    def measure(
+        self, registration_id: str, pair_id: str, seconds: float = MEASURE_S, *, expected_revision: int | None = None
+    ) -> tuple[StoredRegistration, float]:
+        """Measure a pair with the tracked pointer over the next seconds; returns the spread of the poses in mm too.
+
+        Raises NotFound, and InputError where the planner listens to no tracker, the pointer is not tracked or moved.
+        """
+        if self._tracker is None:
+            raise InputError("the planner listens to no tracker; start it with `vfix serve --tracker HOST:PORT/NAME`.")
+        found_pair(self.documents.get(registration_id).content, pair_id)
+        held = self._tracker.collect(min(max(number(seconds, "the time"), 0.1), LONGEST_S))
+        if held.largest_mm > MOVED_MM:
+            raise InputError(
+                f"the pointer moved by {held.largest_mm:.1f} mm while it was measured; hold it still, and touch again."
+            )
+        x, y, z = held.position.tolist()
+        editor = self.editor(registration_id)
+        document = editor.measured_at(pair_id, (x, y, z), "tracker", expected_revision=expected_revision)
+        return document, held.spread_mm
 
     # -- beads
 

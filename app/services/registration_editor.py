@@ -135,6 +135,17 @@ class RegistrationEditor:
         measured = simulated_touch(self.id, pair.in_image, noise_mm, own)
         return replace(pair, measured=check_position(measured), measured_from="simulated")
 
+    def measured_at(
+        self, pair_id: str, position: Position, measured_from: MeasuredFrom, *, expected_revision: int | None = None
+    ) -> StoredRegistration:
+        """Say where a pair was measured, and by what."""
+        place = check_position(position)
+
+        def changed(pair: FiducialPair) -> FiducialPair:
+            return check_pair(replace(pair, measured=place, measured_from=measured_from))
+
+        return self._change_pair(pair_id, changed, expected_revision)
+
     def set_measured(
         self,
         points: Sequence[MeasuredPoint],

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import csv
 import io
+from pathlib import PurePath
+from typing import Literal
 
 from app.services.exchange_parts import check_last_line, decode, fault_at, mm_per_unit, table_header
 from app.services.names import check_label
 from app.services.plan_points import check_position
-from app.services.registration import MAX_PAIRS
-from app.services.registration_editor import MeasuredPoint
+from app.services.registration import MAX_PAIRS, RegistrationContent
+from app.services.registration_editor import MeasuredPoint, StoredRegistration
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import RegisteredTo
+from vfix_engine.registration.transform_files import json_text, tfm_text, transform_from_json, transform_from_tfm
+
+Format = Literal["tfm", "json"]
+MEDIA_TYPES: dict[Format, str] = {"tfm": "text/plain", "json": "application/json"}
 
 _FRAMES: dict[str, RegisteredTo] = {"patient": "patient", "tracker": "patient", "base": "base", "robot": "base"}
 _KEYS = ("frame", "unit")
@@ -84,3 +90,33 @@ def measured_to_csv(points: tuple[MeasuredPoint, ...], to: RegisteredTo) -> str:
     writer.writerow(("label", "x", "y", "z"))
     writer.writerows([point.label, *map(repr, point.position)] for point in points)
     return out.getvalue()
+
+
+def export_text(document: StoredRegistration, form: Format) -> str:
+    """The transform from the image (moving) to the patient (fixed), as ITK's text format or JSON.
+
+    Raises InputError where there is no transform yet.
+    """
+    if document.content.made_from == "none":
+        raise InputError(f"the registration {document.name!r:.80} has no transform yet; measure its points first.")
+    transform = document.content.registration.transform
+    return tfm_text(transform) if form == "tfm" else json_text(transform)
+
+
+def read_transform(file_name: str, data: bytes) -> RegistrationContent:
+    """The content of a registration whose transform, from the image (moving) to the patient (fixed), a file holds.
+
+    Raises InputError for another kind of file, and for a transform that is not rigid.
+    """
+    name, text = file_name.lower(), decode(data)
+    if not name.endswith((".tfm", ".txt", ".json")):
+        raise InputError("a transform is read from .tfm, .txt or .json; in 3D Slicer save it as text (.tfm).")
+    transform = transform_from_json(text) if name.endswith(".json") else transform_from_tfm(text)
+    return RegistrationContent(transform=tuple(float(value) for value in transform.ravel()), made_from="given")
+
+
+def name_of(file_name: str) -> str:
+    """A registration's name out of a file's, without what a name may not hold."""
+    stem = PurePath(file_name.replace("\\", "/")).stem
+    kept = "".join(c for c in stem if c.isprintable())[:80].strip()
+    return kept or "Imported registration"

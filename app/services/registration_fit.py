@@ -15,6 +15,7 @@ from vfix_engine.registration import Registration, find_outlier, register_points
 
 FEWEST = 3  # pairs of a fit
 OUTLIER_FROM = 4  # pairs, of which one can be told to be wrong
+NO_FIT_MM = 5.0  # beyond that FRE the points are not each other's, whatever the pointer
 
 FitState = Literal["waiting", "degenerate", "fitted", "given"]
 Certainty = Literal["outlier", "suspect"]
@@ -116,7 +117,7 @@ def report_of(content: RegistrationContent) -> FitReport:
         fle_mm=fle,
         fle_source=source,
         simulated=any(pair.measured_from == "simulated" for pair in pairs),
-        cautions=_cautions(content, state),
+        cautions=_cautions(content, state, own),
     )
 
 
@@ -157,7 +158,7 @@ def _wrong(pairs: Sequence[FiducialPair]) -> WrongPair | None:
         found = find_outlier(measured, image, _weights(pairs))
     except VfixError:  # without one of them the others cannot be fitted
         return None
-    if found is None:
+    if found is None or found.without.fre_mm > NO_FIT_MM:  # where nothing fits, no single pair is to blame
         return None
     pair = pairs[found.index]
     name = pair.label or f"Point {found.index + 1}"
@@ -174,7 +175,7 @@ def _wrong(pairs: Sequence[FiducialPair]) -> WrongPair | None:
     return WrongPair(pair.id, name, found.certainty, words)
 
 
-def _cautions(content: RegistrationContent, state: FitState) -> tuple[str, ...]:
+def _cautions(content: RegistrationContent, state: FitState, residuals: Sequence[float]) -> tuple[str, ...]:
     pairs, found = content.used_pairs, list[str]()
     sources = {pair.measured_from for pair in pairs}
     if "simulated" in sources and len(sources) > 1:
@@ -184,6 +185,12 @@ def _cautions(content: RegistrationContent, state: FitState) -> tuple[str, ...]:
         )
     elif "simulated" in sources:
         found.append("The points were measured by a simulated pointer: nothing here is of a real patient.")
-    if state == "fitted" and len(pairs) == FEWEST:
+    wrong = state == "fitted" and float(np.sqrt(np.mean(np.square(residuals)))) > NO_FIT_MM
+    if wrong:
+        found.append(
+            "These points do not fit. They may have been measured in another order than they are listed in, or more "
+            "than one of them wrongly: let the order be matched, or measure them again."
+        )
+    if state == "fitted" and not wrong and len(pairs) == FEWEST:
         found.append("Three points fit almost always: a wrong one among them is not noticed. Measure a fourth.")
     return tuple(found)

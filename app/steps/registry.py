@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # the scene is slow to load, and the address needs none of it
 STEPS: list[str] = [
     "app.steps.patient",
     "app.steps.plan",
+    "app.steps.register",
     "app.steps.rehearse",
 ]
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from session_doubles import other_case
 
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
+from app.services.documents import Document
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import DocumentLocked, NotFound, PlanConflict
 from app.services.exchange import from_native_json, to_native_json
@@ -21,7 +24,7 @@ from app.services.plan_model import Plan
 from app.services.registration import REGISTRATION, FiducialPair, RegistrationContent
 from app.services.registration_editor import MeasuredPoint, RegistrationEditor
 from app.services.registration_errors import error_table, expected_errors
-from app.services.registration_files import measured_to_csv, read_measured
+from app.services.registration_files import export_text, measured_to_csv, name_of, read_measured, read_transform
 from app.services.registration_fit import refitted, report_of
 from app.services.registration_order import order_of
 from app.services.simulated_touch import simulated_pose, simulated_touch
@@ -431,3 +434,35 @@ def test_the_frame_of_a_table_is_that_of_the_registration() -> None:
     assert read_measured(table.encode(), "base") == (MeasuredPoint("a", (1.0, 2.0, 3.0)),)
     with pytest.raises(FrameError):
         read_measured(table.encode(), "patient")
+
+
+def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None:
+    with pytest.raises(InputError, match="no transform yet"):
+        export_text(editor.document, "tfm")
+    document = editor.become(content_of(0.3))
+    for form in ("tfm", "json"):
+        again = read_transform(f"head.{form}", export_text(document, form).encode())  # type: ignore[arg-type]
+        np.testing.assert_allclose(again.transform, document.content.transform, atol=1e-9)
+        assert (again.made_from, again.to, again.pairs) == ("given", "patient", ())
+    for name, data in (("a.h5", b"x"), ("a.tfm", b"nothing"), ("a.json", b"{}"), ("a.tfm", b"\xff\xfe")):
+        with pytest.raises(InputError):
+            read_transform(name, data)
+    assert name_of("C:\\scans\\head 1.tfm") == "head 1"
+    assert name_of("\x07.tfm") == "Imported registration"
+
+
+def test_an_itk_file_takes_the_patient_to_the_image() -> None:
+    """As ITK and 3D Slicer mean it, which simpleitk reads: the inverse of how the image lies on the patient."""
+    sitk = pytest.importorskip("SimpleITK")
+    text = export_text(
+        Document(
+            "r", "registration", "", "n", "c", "", content_of(), (), "", "", 1, False, None, False, False
+        ),
+        "tfm",
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "head.tfm"
+        file.write_text(text, encoding="utf-8")
+        read = sitk.ReadTransform(str(file))
+    for place, point in zip(BEADS, measured(BEADS), strict=True):
+        np.testing.assert_allclose(read.TransformPoint(point), place, atol=1e-6)

@@ -136,3 +136,28 @@ def test_revisions_locks_and_wrong_wishes(client: Client, made: dict[str, Any]) 
     assert client.request("PUT", plan, json={"registration": made["id"]}).status_code == 422
     assert client.request("PUT", plan, json={"registration": "none"}).status_code == 404
     assert client.get(f"/api/plans/{SAMPLE_PLAN}").json()["registration"] is None
+
+
+def test_a_transform_is_exported_and_imported(client: Client, made: dict[str, Any]) -> None:
+    path = f"/api/registrations/{made['id']}"
+    assert client.get(f"{path}/export").status_code == 422
+    for place in ([0.0, 0.0, 0.0], [50.0, 0.0, 0.0], [0.0, 70.0, 0.0], [0.0, 0.0, 40.0]):
+        client.post(f"{path}/pairs", json={"in_image": place, "measured": [place[1] + 3.0, -place[0], place[2]]})
+    transform = client.get(path).json()["transform"]
+    for form in ("tfm", "json"):
+        out = client.get(f"{path}/export", params={"format": form})
+        assert f'filename="Beads.{form}"' in out.headers["Content-Disposition"]
+        assert out.headers["X-Notice"] == "Not for clinical use"
+        files = {"file": (f"Beads.{form}", out.content, "text/plain")}
+        came = client.post(f"{CASE}/registrations/import", files=files)
+        assert came.status_code == 201
+        assert (came.json()["made_from"], came.json()["name"], came.json()["fit"]["state"]) == (
+            "given",
+            "Beads",
+            "given",
+        )
+        np.testing.assert_allclose(came.json()["transform"], transform, atol=1e-9)
+        client.delete(f"/api/registrations/{came.json()['id']}")
+    broken = client.post(f"{CASE}/registrations/import", files={"file": ("a.tfm", b"no transform", "text/plain")})
+    assert broken.status_code == 422
+    assert "ITK" in broken.json()["error"]["message"]

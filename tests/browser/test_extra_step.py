@@ -32,7 +32,7 @@ def test_a_fourth_step_is_one_folder_and_one_line(browser: Browser, planner: Pla
     station = Workstation(page, artefacts)
     page.goto(f"{planner.base}/?token={TOKEN}")
     station.ready()
-    expect(page.locator("#steps button")).to_have_text(["Patient", "Plan", "Rehearse", "Marker"])
+    expect(page.locator("#steps button")).to_have_text(["Patient", "Plan", "Register", "Rehearse", "Marker"])
     page.click("[data-step=marker]")
     expect(page.locator("#marker-words")).to_be_visible()
     assert station.state("marker") is None

@@ -526,6 +526,151 @@ export interface ConeView {
   words: string;
 }
 
+/** The registrations of the open case. */
+export interface RegistrationsSection {
+  items: RegistrationEntry[];
+}
+
+/** A registration in the list. */
+export interface RegistrationEntry {
+  id: string;
+  name: string;
+  modified: string;
+  deleted: boolean;
+}
+
+/** The open registration; fle_stated_mm: the localisation error that was stated, None where it is estimated. */
+export interface RegistrationSection {
+  id: string;
+  name: string;
+  locked: boolean;
+  deleted: boolean;
+  can_undo: boolean;
+  can_redo: boolean;
+  made_from: "none" | "pairs" | "given";
+  has_volume: boolean;
+  selected: string | null;
+  beads: BeadEntry[];
+  search: BeadSearchView | null;
+  pairs: PairEntry[];
+  fit: FitView;
+  fle_stated_mm: number | null;
+  errors: ErrorsView;
+  orders: OrdersView | null;
+}
+
+/** A bead that was found in the CT; name: as the case has it, else ''. */
+export interface BeadEntry {
+  id: string;
+  name: string;
+  position: [number, number, number];
+  diameter_mm: number;
+  state: "found" | "confirmed" | "rejected";
+}
+
+/** How beads were looked for. diameter_mm: None for every size; left_out: dense places that are no beads. */
+export interface BeadSearchView {
+  diameter_mm: number | null;
+  threshold_hu: number;
+  cautions: string[];
+  left_out: number;
+}
+
+/** A point seen twice; a place that is missing is None. residual_mm: how far it is off under the transform. */
+export interface PairEntry {
+  id: string;
+  label: string;
+  in_image: [number, number, number] | null;
+  measured: [number, number, number] | null;
+  enabled: boolean;
+  weight: number;
+  measured_from: "typed" | "file" | "simulated" | "tracker";
+  bead: string;
+  residual_mm: number | null;
+}
+
+/** How the registration stands. fre_mm, mean_residual_mm: how well the pairs fit, not how exact the tool is. */
+export interface FitView {
+  state: "waiting" | "degenerate" | "fitted" | "given";
+  words: string;
+  used: number;
+  fre_mm: number | null;
+  mean_residual_mm: number | null;
+  wrong: WrongPairView | null;
+  fle_mm: number | null;
+  fle_source: "stated" | "estimated" | "none";
+  simulated: boolean;
+  cautions: string[];
+}
+
+/** The pair that does not fit the others. */
+export interface WrongPairView {
+  pair: string;
+  label: string;
+  certainty: "outlier" | "suspect";
+  words: string;
+}
+
+/** The error to be expected in the open plan, and what it means. */
+export interface ErrorsView {
+  rows: ErrorRow[];
+  words: string;
+}
+
+/** The error to be expected at a target, or at the worst place of the path (s_mm along it). */
+export interface ErrorRow {
+  label: string;
+  rms_mm: number;
+  within_95_mm: number;
+  position: [number, number, number];
+  s_mm: number | null;
+}
+
+/** What was found of the order of the measured points. pairs: labels in their order. */
+export interface OrdersView {
+  pairs: string[];
+  candidates: OrderView[];
+  ambiguous: boolean;
+  unchanged: boolean;
+  words: string;
+}
+
+/** An order that fits: labels, in the order of the pairs, of those whose measured points they get. */
+export interface OrderView {
+  labels: string[];
+  fre_mm: number;
+}
+
+/** The registration that the open plan uses. here: it is the one that is open in this step. */
+export interface PlanUseSection {
+  plan: string;
+  registration: string | null;
+  state: "none" | "ready" | "unfinished" | "deleted" | "missing" | "other_case" | "unreadable";
+  words: string;
+  here: boolean;
+  locked: boolean;
+}
+
+/** The marks of beads and points while the step is open. */
+export interface FiducialsSection {
+  items: FiducialMark[];
+}
+
+/** A mark in the slices and the scene. */
+export interface FiducialMark {
+  id: string;
+  label: string;
+  position: [number, number, number];
+  state: "found" | "confirmed" | "rejected";
+  selected: boolean;
+}
+
+/** The tracked pointer that the planner listens to: whether it is seen, and words that say so. */
+export interface TrackerView {
+  state: "connecting" | "waiting" | "fresh" | "stale";
+  words: string;
+}
+
 /** The rehearsal and who drives it; mine: this window holds the handle, holder: who else does. */
 export interface RehearsalSection {
   mode?: string;
@@ -908,6 +1053,104 @@ export interface ToolPublic {
   reason: string;
 }
 
+/**
+ * A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
+ *
+ * made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', or 'given' of one
+ * that was read from a file. fle_mm: as stated; null where it is estimated, see `fit`.
+ */
+export interface RegistrationPublic {
+  id: string;
+  name: string;
+  case_id: string;
+  case_hash: string;
+  schema: string;
+  to: "patient" | "base";
+  transform: number[];
+  made_from: "none" | "pairs" | "given";
+  fle_mm: number | null;
+  pairs: PairPublic[];
+  beads: FoundBeadPublic[];
+  search: BeadSearchPublic | null;
+  fit: FitPublic;
+  created: string;
+  modified: string;
+  revision: number;
+  locked: boolean;
+  deleted_at: string | null;
+  can_undo: boolean;
+  can_redo: boolean;
+  unreadable: string;
+  notice: string;
+}
+
+/**
+ * A point seen twice, mm: in the image (LPS) and as measured; null where that is missing yet.
+ *
+ * residual_mm: its distance under the transform, not an error of the tool. bead: id of the bead it is the centre of.
+ */
+export interface PairPublic {
+  id: string;
+  label: string;
+  in_image: [number, number, number] | null;
+  measured: [number, number, number] | null;
+  enabled: boolean;
+  weight: number;
+  measured_from: "typed" | "file" | "simulated" | "tracker";
+  bead: string;
+  residual_mm: number | null;
+}
+
+/** A bead that was found; confirmed: a pair was made of it. Position in LPS mm; name: as the case has it. */
+export interface FoundBeadPublic {
+  id: string;
+  name: string;
+  position: [number, number, number];
+  diameter_mm: number;
+  peak_hu: number;
+  voxels: number;
+  state: "found" | "confirmed" | "rejected";
+}
+
+/**
+ * How beads were looked for, and what the search says of its doubts.
+ *
+ * diameter_mm: null for beads of every size. left_out: dense places of a bead's size that are none.
+ */
+export interface BeadSearchPublic {
+  diameter_mm: number | null;
+  threshold_hu: number;
+  cautions: string[];
+  left_out: number;
+}
+
+/**
+ * How the registration stands; lengths in mm.
+ *
+ * fre_mm: root mean square of the residuals of the used pairs, mean_residual_mm: their mean; both tell how well the
+ * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
+ */
+export interface FitPublic {
+  state: "waiting" | "degenerate" | "fitted" | "given";
+  words: string;
+  used: number;
+  fre_mm: number | null;
+  mean_residual_mm: number | null;
+  wrong: WrongPairPublic | null;
+  fle_mm: number | null;
+  fle_source: "stated" | "estimated" | "none";
+  simulated: boolean;
+  cautions: string[];
+}
+
+/** The pair that does not fit the others. */
+export interface WrongPairPublic {
+  pair: string;
+  label: string;
+  certainty: "outlier" | "suspect";
+  words: string;
+}
+
 /** Places on the canvas in parts of its size, None for a place behind the camera; None without a camera. */
 export interface ProjectAnswer {
   places: ([number, number] | null)[] | null;
@@ -923,14 +1166,19 @@ export interface ViewModel {
   curve?: CurveSection;
   details?: DetailsSection;
   driven?: ItemsSection | null;
+  fiducials?: FiducialsSection;
   instruments?: InstrumentsSection;
   labels?: LabelView[];
   options?: OptionsSection;
   painted?: LabelsSection;
   paths?: PathsSection | null;
   plan?: PlanSection | null;
+  plan_use?: PlanUseSection | null;
   plans?: PlansSection;
+  pointer?: TrackerView | null;
   regions?: RegionsSection | null;
+  registration?: RegistrationSection | null;
+  registrations?: RegistrationsSection;
   rehearsal?: RehearsalSection;
   removed_bone?: RemovedBoneSection | null;
   scene?: SceneSection;
@@ -957,6 +1205,14 @@ export type Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage;
 export interface Commands {
   "add.mode": {
     kind: "point" | "target" | "none";
+  };
+  "bead.confirm_all": {};
+  "bead.judge": {
+    bead_id: string;
+    confirmed: boolean | null;
+  };
+  "bead.show": {
+    bead_id: string;
   };
   "case.delete": {
     case_id: string;
@@ -1032,6 +1288,33 @@ export interface Commands {
   };
   "lock": {
     locked: boolean;
+  };
+  "order.find": {};
+  "order.forget": {};
+  "order.take": {
+    candidate: number;
+  };
+  "pair.add": {
+    in_image?: [number, number, number] | null;
+  };
+  "pair.change": {
+    pair_id: string;
+    label?: string | null;
+    in_image?: [number, number, number] | null;
+    measured?: [number, number, number] | null;
+    enabled?: boolean | null;
+    weight?: number | null;
+  };
+  "pair.clear_measured": {};
+  "pair.delete": {
+    pair_id: string;
+  };
+  "pair.select": {
+    pair_id: string;
+  };
+  "pair.touch": {
+    pair_id?: string | null;
+    noise_mm: number;
   };
   "path.choose": {
     path_id: string;
@@ -1123,6 +1406,38 @@ export interface Commands {
   };
   "region.structure": {
     structure: string;
+  };
+  "registration.delete": {
+    registration_id: string;
+  };
+  "registration.duplicate": {
+    registration_id: string;
+  };
+  "registration.fit_pairs": {};
+  "registration.fle": {
+    fle_mm: number | null;
+  };
+  "registration.lock": {
+    locked: boolean;
+  };
+  "registration.look": {};
+  "registration.new": {
+    name?: string | null;
+  };
+  "registration.open": {
+    registration_id: string;
+  };
+  "registration.redo": {};
+  "registration.rename": {
+    registration_id: string;
+    name: string;
+  };
+  "registration.restore": {
+    registration_id: string;
+  };
+  "registration.undo": {};
+  "registration.use": {
+    used: boolean;
   };
   "rehearsal.end": {};
   "rehearsal.let_go": {};

@@ -3,13 +3,15 @@ import { svg } from "../dom.js";
 import { cutNear } from "../near-plane.js";
 import { measureWords } from "./measures.js";
 /** @import { PlaceNear } from "../near-plane.js" */
-/** @import { ViewModel } from "../types.js" */
+/** @import { FiducialMark, ViewModel } from "../types.js" */
 /** @import { Triple } from "./grid.js" */
 /** @import { Measure } from "./measures.js" */
 /** @import { Port } from "./port.js" */
 
 export const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the rest faint
 const MARK_PX = 3.6;
+const FIDUCIAL_PX = 8;
+const FIDUCIAL_MM = 3; // a bead this near is cut by the plane
 
 /**
  * @param {Port} port
@@ -33,6 +35,7 @@ export function marksOf(port, state, cross, measures) {
   const { points, targets } = driven ?? plan ?? { points: [], targets: [] };
   for (const item of points) marks.push(drawnMark(project(item.position), "slice-point", item.id === selected));
   for (const item of targets) marks.push(drawnMark(project(item.position), "slice-target", item.id === selected));
+  for (const mark of state.fiducials?.items ?? []) marks.push(drawnFiducial(project(mark.position), mark));
   if (!driven) for (const place of state.regions?.drawing?.places ?? []) marks.push(drawnMark(project(place), "slice-point drawing", false, 0.9));
   if (!driven && plan?.ghost) marks.push(drawnMark(project(plan.ghost.position), "slice-point ghost", false, 1.3));
   if (state.step?.input === "drive") for (const segment of state.tool?.segments ?? []) line(segment, "slice-tool");
@@ -61,6 +64,18 @@ function drawnMark({ x, y, away }, kind, selected, size = 1) {
   const near = Math.abs(away) <= NEAR_MM;
   const radius = MARK_PX * size * (near ? 1 : 0.6);
   return svg("circle", { class: selected ? `${kind} selected` : kind, cx: x, cy: y, r: radius, opacity: near ? 1 : 0.45 });
+}
+
+/**
+ * A bead or point of a registration: a ring around it, whose middle stays to be seen.
+ * @param {PlaceNear} place
+ * @param {FiducialMark} mark
+ */
+function drawnFiducial({ x, y, away }, { state, selected }) {
+  const near = Math.abs(away) <= FIDUCIAL_MM;
+  return svg("circle", {
+    class: selected ? "slice-fiducial selected" : "slice-fiducial", "data-state": state, cx: x, cy: y, r: near ? FIDUCIAL_PX : 0.6 * FIDUCIAL_PX, opacity: near ? 1 : 0.3,
+  });
 }
 
 /**

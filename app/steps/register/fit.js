@@ -1,0 +1,122 @@
+// The fit: how well the points fit, which one does not, in which order they belong, and the error at the targets.
+import { group, h, whenChanged } from "/static/js/dom.js";
+import { mm } from "/static/js/format.js";
+import { fleWords, orderWords, rowWords } from "./words.js";
+import { field } from "./beads.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { ErrorsView, FitView, OrdersView, RegistrationSection } from "/static/js/types.js" */
+
+export class FitGroup {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.changed = whenChanged();
+    this.state = h("p", { class: "words", id: "fit-state", role: "status" });
+    this.figures = h("dl", { class: "facts", id: "fit-figures" });
+    this.wrong = h("div", { class: "wrong-pair", id: "wrong-pair", hidden: true });
+    this.cautions = h("div", { class: "fields", id: "fit-cautions" });
+    this.orderButton = h("button", { type: "button", class: "wide", id: "match-order", title: "Find which measured point belongs to which bead, where nobody wrote it down", onclick: () => connection.send("order.find") }, "Match order");
+    this.orders = h("div", { class: "fields", id: "orders", hidden: true });
+    this.fitButton = h("button", { type: "button", class: "wide", id: "fit-pairs", onclick: () => connection.send("registration.fit_pairs") }, "Fit the points instead");
+    this.element = group("3  Fit", null, this.state, this.figures, this.wrong, this.cautions, this.orderButton, this.orders, this.fitButton);
+  }
+
+  /** @param {RegistrationSection} registration */
+  update(registration) {
+    const { fit, orders, locked, made_from: madeFrom, pairs } = registration;
+    this.changed([fit, orders, locked, madeFrom, pairs.length], () => this.render(registration));
+  }
+
+  /** @param {RegistrationSection} registration */
+  render({ fit, orders, locked, made_from: madeFrom }) {
+    this.state.textContent = fit.words;
+    this.state.classList.toggle("caution", fit.state === "degenerate");
+    this.figures.replaceChildren(...figuresOf(fit));
+    this.renderWrong(fit, locked);
+    this.cautions.replaceChildren(...fit.cautions.map((text) => h("p", { class: "words caution" }, text)));
+    this.orderButton.hidden = fit.used < 3;
+    this.orderButton.disabled = locked;
+    this.fitButton.hidden = madeFrom !== "given" || fit.used < 3;
+    this.fitButton.disabled = locked;
+    this.renderOrders(orders, locked);
+  }
+
+  /**
+   * @param {FitView} fit
+   * @param {boolean} locked
+   */
+  renderWrong({ wrong }, locked) {
+    this.wrong.hidden = !wrong;
+    if (!wrong) return;
+    this.wrong.dataset.certainty = wrong.certainty;
+    this.wrong.replaceChildren(h("p", { class: "words" }, wrong.words),
+      h("button", { type: "button", id: "leave-out", disabled: locked, onclick: () => this.connection.send("pair.change", { pair_id: wrong.pair, enabled: false }) }, `Leave ‘${wrong.label}’ out`));
+  }
+
+  /**
+   * @param {OrdersView | null} orders
+   * @param {boolean} locked
+   */
+  renderOrders(orders, locked) {
+    this.orders.hidden = !orders;
+    if (!orders) return;
+    const take = (/** @type {number} */ candidate) => h("button", { type: "button", class: "order", disabled: locked, "data-candidate": String(candidate), onclick: () => this.connection.send("order.take", { candidate }) },
+      h("span", {}, orderWords(orders, candidate)), h("span", { class: "row-sub" }, `FRE ${mm(orders.candidates[candidate].fre_mm, 2)}`));
+    const offered = orders.ambiguous ? [...orders.candidates.keys()].map(take) : orders.unchanged ? [] : [take(0)];
+    const forget = h("button", { type: "button", class: "plain", onclick: () => this.connection.send("order.forget") }, offered.length ? "Keep the order" : "Close");
+    this.orders.replaceChildren(h("p", { class: orders.ambiguous ? "words caution" : "words" }, orders.words), ...offered, forget);
+  }
+}
+
+/** @param {FitView} fit */
+function figuresOf(fit) {
+  if (fit.fre_mm === null) return [];
+  /** @type {[string, string, string][]} */
+  const rows = [
+    ["How well the points fit (FRE)", `${mm(fit.fre_mm, 2)} rms`, "Root mean square of the residuals. It is not the error at the target."],
+    ["Mean residual", mm(fit.mean_residual_mm, 2), "Mean distance of the points under the fit"],
+    ["Error of one measured point (FLE)", fleWords(fit), "Localisation error of one point, rms: what the error at the targets is computed from"],
+  ];
+  return rows.flatMap(([term, words, title]) => [h("dt", { title }, term), h("dd", { class: "number" }, words)]);
+}
+
+export class ErrorsGroup {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.changed = whenChanged();
+    this.words = h("p", { class: "words strong", id: "error-words" });
+    this.body = h("tbody");
+    const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Where"), h("th", { scope: "col", title: "Root mean square of the error" }, "rms"), h("th", { scope: "col", title: "The error is below this in 95 of 100 cases" }, "95 %")));
+    this.table = h("table", { class: "points", id: "error-table", "aria-label": "Expected error of the registration, in mm" }, head, this.body);
+    this.fle = h("input", { type: "number", id: "fle", min: 0.01, max: 50, step: 0.05, placeholder: "estimated", onchange: () => this.state() });
+    this.element = group("4  Error where the tool works", null, this.words, this.table,
+      h("details", { class: "folded" }, h("summary", {}, "How exactly one point is measured"), h("div", { class: "fields" },
+        h("p", { class: "words" }, "Estimated from the fit, which is rough with few points. State it where the tracker's error is known; skin that moves adds to it."), field("Localisation error, mm rms", this.fle))));
+  }
+
+  /** @param {RegistrationSection} registration */
+  update({ errors, fle_stated_mm: stated, locked }) {
+    this.changed([errors, stated, locked], () => this.render(errors, stated, locked));
+  }
+
+  /**
+   * @param {ErrorsView} errors
+   * @param {number | null} stated
+   * @param {boolean} locked
+   */
+  render(errors, stated, locked) {
+    this.words.textContent = errors.words;
+    this.table.hidden = !errors.rows.length;
+    this.body.replaceChildren(...errors.rows.map((row) => h("tr", { title: "Show it in the slices", onclick: () => this.connection.send("slice.cross", { position: row.position }) },
+      h("td", {}, h("span", { class: row.s_mm === null ? "dot target" : "dot" }), rowWords(row)), h("td", {}, mm(row.rms_mm, 2)), h("td", {}, mm(row.within_95_mm, 2)))));
+    if (document.activeElement !== this.fle) this.fle.value = stated === null ? "" : String(stated);
+    this.fle.disabled = locked;
+  }
+
+  state() {
+    const value = Number(this.fle.value);
+    this.connection.send("registration.fle", { fle_mm: this.fle.value.trim() === "" || !(value > 0) ? null : value });
+  }
+}

@@ -1,0 +1,27 @@
+"""The hint line of the Register step: what to do next, in one sentence."""
+
+from __future__ import annotations
+
+from app.services.registration import RegistrationContent
+from app.services.registration_fit import FitReport
+
+
+def register_hint(content: RegistrationContent | None, report: FitReport | None, used: bool) -> str:
+    """content: of the open registration; used: the open plan uses it."""
+    if content is None or report is None:
+        return "Begin a registration: it says how the CT lies on the patient."
+    confirmed = {pair.bead for pair in content.pairs}
+    waiting = [bead for bead in content.beads if not bead.rejected and bead.id not in confirmed]
+    if not content.pairs and not content.beads and content.made_from != "given":
+        return "Press ‘Find beads’, or add points at the crosshair."
+    if waiting and not content.pairs:
+        return "Look at each bead in the slices, and confirm those that lie on the skin."
+    if any(pair.in_image is not None and pair.measured is None for pair in content.pairs) and not report.usable:
+        return "Touch each point with the pointer, type where it was measured, or read a table."
+    if report.wrong is not None and report.wrong.certainty == "outlier":  # one good set in four has a suspect
+        return report.wrong.words
+    if not report.usable:
+        return report.words
+    if not used:
+        return "Read the error at the targets; then press ‘Use for this plan’."
+    return "The plan uses this registration. Go on to Rehearse."

@@ -1,0 +1,168 @@
+// Register: how the CT lies on the patient, from beads in the CT to the error at the targets.
+import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
+import { when } from "/static/js/format.js";
+import { askName, clearErrors, note, noteDone } from "/static/js/dialogs.js";
+import { download, upload } from "/static/js/rest.js";
+import { BeadsGroup } from "./beads.js";
+import { ErrorsGroup, FitGroup } from "./fit.js";
+import { PointsGroup } from "./points.js";
+
+/** @import { Parts } from "/static/js/panel.js" */
+/** @import { Row } from "/static/js/dom.js" */
+/** @import { PlanUseSection, RegistrationEntry, RegistrationPublic, RegistrationSection, ViewModel } from "/static/js/types.js" */
+
+const WHAT = "A registration says how the CT lies on the patient: the same points are found in the CT and measured at the patient. A rehearsal in the CT alone needs none.";
+const EXPORTS = [["tfm", "ITK transform (.tfm)", "Opens in 3D Slicer and ITK"], ["json", "Transform (.json)", "The matrix with its frames and unit"]];
+
+export default class RegisterPanel {
+  /** @param {Parts} parts */
+  constructor({ connection, keys }) {
+    this.connection = connection;
+    this.changedHead = whenChanged();
+    this.changedUse = whenChanged();
+    this.changedList = whenChanged();
+    keys.shortcuts.push((event) => this.key(event));
+    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("registration.undo"), { id: "registration-undo" });
+    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("registration.redo"), { id: "registration-redo" });
+    this.lockButton = h("button", { type: "button", class: "plain", id: "registration-lock", onclick: () => connection.send("registration.lock", { locked: !connection.state.registration?.locked }) });
+    this.head = h("p", { class: "words", id: "registration-words" });
+    this.beginButton = h("button", { type: "button", class: "primary wide", id: "begin-registration", onclick: () => connection.send("registration.new") }, "Begin a registration");
+    this.beads = new BeadsGroup(connection);
+    this.points = new PointsGroup(connection);
+    this.fit = new FitGroup(connection);
+    this.errors = new ErrorsGroup(connection);
+    this.useWords = h("p", { class: "words", id: "plan-use-words" });
+    this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
+    this.dropButton = h("button", { type: "button", class: "wide", id: "drop-registration", onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
+    this.exports = EXPORTS.map(([format, label, words]) => h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
+    this.chooser = h("input", { type: "file", hidden: true, accept: ".tfm,.txt,.json", id: "transform-file", onchange: () => this.import() });
+    this.parts = h("div", {}, this.beads.element, this.points.element, this.fit.element, this.errors.element,
+      group("5  Use", null, this.useWords, this.useButton, this.dropButton, h("div", { class: "list" }, this.exports)));
+    this.list = h("ul", { class: "list" });
+    this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
+    this.element = h("div", { class: "register" },
+      group("Registration", [this.undoButton, this.redoButton, this.lockButton], this.head, this.beginButton), this.parts,
+      group("Registrations of this head", [h("button", { type: "button", class: "plain", id: "new-registration", onclick: () => this.add() }, "New")], this.list,
+        h("label", { class: "check" }, this.showDeleted, "Show deleted registrations"),
+        h("button", { type: "button", class: "wide", id: "import-transform", onclick: () => this.chooser.click() }, "Import a transform …"), this.chooser));
+  }
+
+  /**
+   * Whether the key is of this step: undo and redo, as in Plan.
+   * @param {KeyboardEvent} event
+   */
+  key(event) {
+    const { step, registration } = this.connection.state;
+    if (step?.name !== "register" || !registration || event.repeat || !(event.ctrlKey || event.metaKey)) return false;
+    if (event.code === "KeyZ") this.connection.send(event.shiftKey ? "registration.redo" : "registration.undo");
+    else if (event.code === "KeyY") this.connection.send("registration.redo");
+    else return false;
+    return true;
+  }
+
+  /** @param {ViewModel} state */
+  update(state) {
+    const { registration } = state;
+    this.parts.hidden = !registration;
+    this.changedHead([registration?.id, registration?.name, registration?.locked, registration?.deleted, registration?.can_undo, registration?.can_redo], () => this.renderHead(registration));
+    this.changedList([state.registrations, registration?.id, this.showDeleted.checked], () => this.renderList(state));
+    if (!registration) return;
+    for (const part of [this.beads, this.fit, this.errors]) part.update(registration);
+    this.points.update(registration, state.pointer);
+    this.changedUse([state.plan_use, registration.fit.state, registration.made_from, registration.deleted], () => this.renderUse(registration, state.plan_use));
+  }
+
+  /** @param {RegistrationSection | null | undefined} registration */
+  renderHead(registration) {
+    this.undoButton.disabled = !registration?.can_undo;
+    this.redoButton.disabled = !registration?.can_redo;
+    this.lockButton.hidden = !registration;
+    this.lockButton.textContent = registration?.locked ? "Unlock" : "Lock";
+    this.lockButton.setAttribute("aria-pressed", String(Boolean(registration?.locked)));
+    this.beginButton.hidden = Boolean(registration);
+    if (!registration) this.head.textContent = WHAT;
+    else if (registration.deleted) this.head.textContent = `‘${registration.name}’ was deleted elsewhere. Restore it from the list below, or open another one.`;
+    else this.head.textContent = `‘${registration.name}’${registration.locked ? " is locked: nothing in it can be changed." : ""}`;
+  }
+
+  /**
+   * @param {RegistrationSection} registration
+   * @param {PlanUseSection | null | undefined} use
+   */
+  renderUse(registration, use) {
+    const usable = (registration.fit.state === "fitted" || registration.fit.state === "given") && !registration.deleted;
+    this.useWords.textContent = use?.words ?? "Open a plan to use a registration for it.";
+    this.useWords.classList.toggle("caution", Boolean(use) && use?.state !== "none" && use?.state !== "ready");
+    this.useButton.hidden = !use || (use.here && use.state === "ready");
+    this.useButton.disabled = !usable || Boolean(use?.locked);
+    this.useButton.title = use?.locked ? "The plan is locked; unlock it in Plan." : usable ? "" : "The points have to be fitted first.";
+    this.dropButton.hidden = !use?.registration;
+    this.dropButton.disabled = Boolean(use?.locked);
+    for (const button of this.exports) button.disabled = !usable;
+  }
+
+  /** @param {ViewModel} state */
+  renderList(state) {
+    const shown = (state.registrations?.items ?? []).filter((item) => this.showDeleted.checked || !item.deleted);
+    keyed(this.list, shown, (item) => `${item.id} ${item.deleted}`, (item) => this.row(item),
+      (row, item) => fillListRow(row, item, when(item.modified), item.id === state.registration?.id));
+  }
+
+  /**
+   * @param {RegistrationEntry} item
+   * @returns {Row<RegistrationEntry>}
+   */
+  row({ deleted }) {
+    const send = (/** @type {"registration.open" | "registration.duplicate" | "registration.restore"} */ type) => this.connection.send(type, { registration_id: row.item.id });
+    const tools = deleted ? [iconButton("restore", "Restore", () => send("registration.restore"))] : [
+      iconButton("pencil", "Rename", async () => {
+        const { id, name: before } = row.item;
+        const name = await askName("Rename this registration", before);
+        if (name) this.connection.send("registration.rename", { registration_id: id, name });
+      }),
+      iconButton("copy", "Duplicate", () => send("registration.duplicate")),
+      iconButton("trash", "Delete", () => this.remove(row.item.id)),
+    ];
+    /** @type {Row<RegistrationEntry>} */
+    const row = listRow(deleted, () => send("registration.open"), tools);
+    return row;
+  }
+
+  /** @param {string} id */
+  remove(id) {
+    const fields = { registration_id: id };
+    noteDone(this.connection.request("registration.delete", fields), "The registration was deleted.",
+      { label: "Restore", run: () => this.connection.send("registration.restore", fields) });
+  }
+
+  async add() {
+    const name = await askName("Name the new registration", `Registration ${(this.connection.state.registrations?.items.length ?? 0) + 1}`, "Create");
+    if (!name) return;
+    this.connection.send("registration.new", { name });
+    this.element.parentElement?.scrollTo({ top: 0 });
+  }
+
+  /** @param {string} format */
+  export(format) {
+    const { registration } = this.connection.state;
+    if (registration) download(`/api/registrations/${encodeURIComponent(registration.id)}/export?format=${encodeURIComponent(format)}`);
+  }
+
+  async import() {
+    const file = this.chooser.files?.[0];
+    this.chooser.value = "";
+    clearErrors();
+    const caseId = this.connection.state.case?.id;
+    if (!file || !caseId) return;
+    const form = new FormData();
+    form.append("file", file);
+    try {
+      /** @type {RegistrationPublic} */
+      const made = await upload(`/api/cases/${encodeURIComponent(caseId)}/registrations/import`, form, () => {});
+      await this.connection.request("registration.open", { registration_id: made.id });
+      note("The transform was read. Points that you add show how far each is off.");
+    } catch (error) {
+      note(/** @type {Error} */ (error).message, { error: true });
+    }
+  }
+}

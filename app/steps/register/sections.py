@@ -1,0 +1,183 @@
+"""Sections of the Register step."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+from app.messages.sections import Position
+from app.services.registering import UseState
+from app.services.registration import MadeFrom, MeasuredFrom
+from app.services.registration_fit import FitState, FleSource
+
+BeadState = Literal["found", "confirmed", "rejected"]
+
+
+class RegistrationEntry(TypedDict):
+    """A registration in the list."""
+
+    id: str
+    name: str
+    modified: str
+    deleted: bool
+
+
+class RegistrationsSection(TypedDict):
+    """The registrations of the open case."""
+
+    items: list[RegistrationEntry]
+
+
+class BeadEntry(TypedDict):
+    """A bead that was found in the CT; name: as the case has it, else ''."""
+
+    id: str
+    name: str
+    position: Position
+    diameter_mm: float
+    state: BeadState
+
+
+class BeadSearchView(TypedDict):
+    """How beads were looked for. diameter_mm: None for every size; left_out: dense places that are no beads."""
+
+    diameter_mm: float | None
+    threshold_hu: float
+    cautions: list[str]
+    left_out: int
+
+
+class PairEntry(TypedDict):
+    """A point seen twice; a place that is missing is None. residual_mm: how far it is off under the transform."""
+
+    id: str
+    label: str
+    in_image: Position | None
+    measured: Position | None
+    enabled: bool
+    weight: float
+    measured_from: MeasuredFrom
+    bead: str
+    residual_mm: float | None
+
+
+class WrongPairView(TypedDict):
+    """The pair that does not fit the others."""
+
+    pair: str
+    label: str
+    certainty: Literal["outlier", "suspect"]
+    words: str
+
+
+class FitView(TypedDict):
+    """How the registration stands. fre_mm, mean_residual_mm: how well the pairs fit, not how exact the tool is."""
+
+    state: FitState
+    words: str
+    used: int
+    fre_mm: float | None
+    mean_residual_mm: float | None
+    wrong: WrongPairView | None
+    fle_mm: float | None
+    fle_source: FleSource
+    simulated: bool
+    cautions: list[str]
+
+
+class ErrorRow(TypedDict):
+    """The error to be expected at a target, or at the worst place of the path (s_mm along it)."""
+
+    label: str
+    rms_mm: float
+    within_95_mm: float
+    position: Position
+    s_mm: float | None
+
+
+class ErrorsView(TypedDict):
+    """The error to be expected in the open plan, and what it means."""
+
+    rows: list[ErrorRow]
+    words: str
+
+
+class OrderView(TypedDict):
+    """An order that fits: labels, in the order of the pairs, of those whose measured points they get."""
+
+    labels: list[str]
+    fre_mm: float
+
+
+class OrdersView(TypedDict):
+    """What was found of the order of the measured points. pairs: labels in their order."""
+
+    pairs: list[str]
+    candidates: list[OrderView]
+    ambiguous: bool
+    unchanged: bool
+    words: str
+
+
+class RegistrationSection(TypedDict):
+    """The open registration; fle_stated_mm: the localisation error that was stated, None where it is estimated."""
+
+    id: str
+    name: str
+    locked: bool
+    deleted: bool
+    can_undo: bool
+    can_redo: bool
+    made_from: MadeFrom
+    has_volume: bool
+    selected: str | None
+    beads: list[BeadEntry]
+    search: BeadSearchView | None
+    pairs: list[PairEntry]
+    fit: FitView
+    fle_stated_mm: float | None
+    errors: ErrorsView
+    orders: OrdersView | None
+
+
+class PlanUseSection(TypedDict):
+    """The registration that the open plan uses. here: it is the one that is open in this step."""
+
+    plan: str
+    registration: str | None
+    state: UseState
+    words: str
+    here: bool
+    locked: bool
+
+
+class FiducialMark(TypedDict):
+    """A mark in the slices and the scene."""
+
+    id: str
+    label: str
+    position: Position
+    state: BeadState
+    selected: bool
+
+
+class FiducialsSection(TypedDict):
+    """The marks of beads and points while the step is open."""
+
+    items: list[FiducialMark]
+
+
+class TrackerView(TypedDict):
+    """The tracked pointer that the planner listens to: whether it is seen, and words that say so."""
+
+    state: Literal["connecting", "waiting", "fresh", "stale"]
+    words: str
+
+
+class RegisterSections(TypedDict):
+    """Registrations of the case, the open one, and the one of the open plan."""
+
+    registrations: RegistrationsSection
+    registration: RegistrationSection | None
+    plan_use: PlanUseSection | None
+    fiducials: FiducialsSection
+    pointer: TrackerView | None

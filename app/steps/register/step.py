@@ -1,0 +1,223 @@
+"""Register: registrations of the open case, the beads and points of the open one, and the plan that uses it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.messages.fields import Command
+from app.scene.fiducials import FiducialNodes, FiducialShape
+from app.scene.view import ClickRay
+from app.services.documents import DocumentTitle
+from app.steps.base import Step
+from app.steps.register import SPEC
+from app.steps.register import commands as c
+from app.steps.register.hints import register_hint
+from app.steps.register.open_registration import OpenRegistration, newest
+from app.steps.register.sections import FiducialMark, PlanUseSection, RegisterSections, RegistrationEntry, TrackerView
+from app.views.layers import Layer
+from app.views.plan_items import Position, position_of
+from app.views.views import Views
+from vfix_engine.errors import InputError, VfixError
+
+
+class RegisterStep(Step):
+    """Opens and edits registrations, and lets the open plan use one."""
+
+    spec = SPEC
+
+    def __init__(self, views: Views, shared: Any = None) -> None:
+        super().__init__(views, shared)
+        self._services = views.services
+        self._open: OpenRegistration | None = None
+        self._titles: list[DocumentTitle] = []
+        self._pointer_shown: TrackerView | None = None
+        views.on_case_opened(lambda plan_id: self._case_opened())
+        views.plan.on_opened(self._plan_opened)
+
+    # -- opening
+
+    def available(self) -> bool:
+        return self.views.case.case_id is not None
+
+    def _case_opened(self) -> None:
+        """The registration of the plan that is open, else the newest of the case."""
+        case_id = self.views.case.case_id
+        self._open = None if case_id is None else newest(self._services, case_id, self._wanted())
+        self._titles = []
+
+    def _plan_opened(self) -> None:
+        wanted, case_id = self._wanted(), self.views.case.case_id
+        if case_id is not None and wanted is not None and (self._open is None or self._open.id != wanted):
+            found = newest(self._services, case_id, wanted)
+            if found is not None and found.id == wanted:
+                self._open = found
+
+    def _wanted(self) -> str | None:
+        plan = self.views.plan.current
+        return None if plan is None else plan.registration
+
+    def _need(self) -> OpenRegistration:
+        if self._open is None:
+            raise InputError("no registration is open; begin one first.")
+        return self._open
+
+    # -- commands
+
+    def handle(self, command: Command) -> None:
+        """Answer a command; raises VfixError with the reason where that cannot be done."""
+        match command:
+            case c.RegistrationCommand() | c.NewRegistration() | c.RenameRegistration():
+                self.views.stale = True
+                self._manage(command)
+            case c.LookAgain():
+                self.views.stale = True
+            case c.UseRegistration():
+                self._use(command.used)
+            case c.PairCommand(type="pair.select"):
+                self._select(command.pair_id)
+            case c.ShowBead():
+                self._select(command.bead_id)
+            case _:
+                before = self._need().selected
+                self.views.note(self._need().do(command, self._cross()))
+                after = self._need().selected
+                if after is not None and after != before:
+                    self._select(after)
+
+    def _select(self, item_id: str) -> None:
+        opened = self._need()
+        place = opened.place_of(item_id)
+        opened.selected = item_id
+        self.views.case.go_to(place)
+
+    def _cross(self) -> Position | None:
+        slices = self.views.case.sections(fresh=False)["slices"]
+        return None if slices is None else position_of(slices["cross"])
+
+    def _manage(self, command: c.RegistrationCommand | c.NewRegistration | c.RenameRegistration) -> None:
+        stored, case_id = self._services.registrations, self.views.case.case_id
+        if case_id is None:
+            raise InputError("open a head first; a registration belongs to one.")
+        match command:
+            case c.NewRegistration():
+                name = command.name or self._next_name(case_id)
+                self._open = OpenRegistration(self._services, stored.create(case_id, name).id)
+            case c.RenameRegistration():
+                stored.rename(command.registration_id, command.name)
+                if self._open is not None and self._open.id == command.registration_id:
+                    self._open.refresh()
+            case c.RegistrationCommand(type="registration.open"):
+                self._check_own(command.registration_id, case_id)
+                self._open = OpenRegistration(self._services, command.registration_id)
+            case c.RegistrationCommand(type="registration.duplicate"):
+                self._check_own(command.registration_id, case_id)
+                self._open = OpenRegistration(self._services, stored.duplicate(command.registration_id).id)
+            case c.RegistrationCommand(type="registration.restore"):
+                stored.restore(command.registration_id)
+            case c.RegistrationCommand():
+                stored.delete(command.registration_id)
+                if self._open is not None and self._open.id == command.registration_id:
+                    self._open = newest(self._services, case_id, None)
+
+    def _next_name(self, case_id: str) -> str:
+        taken = {title.name for title in self._services.registrations.titles(case_id, include_deleted=True)}
+        return next(name for n in range(1, len(taken) + 2) if (name := f"Registration {n}") not in taken)
+
+    def _check_own(self, registration_id: str, case_id: str) -> None:
+        document = self._services.registrations.get(registration_id)
+        if document.case_id != case_id:
+            raise InputError("that registration belongs to another head; open that head first.")
+        if document.deleted_at is not None:
+            raise InputError("that registration is deleted; restore it first.")
+
+    def _use(self, used: bool) -> None:
+        plan = self.views.plan.current
+        if plan is None:
+            raise InputError("open a plan first; it is a plan that uses a registration.")
+        wanted = self._need().id if used else None
+        self._services.registering.use(plan.id, wanted, expected_revision=plan.revision)
+        self.views.stale = True
+
+    # -- the scene
+
+    def clicked(self, ray: ClickRay) -> None:
+        """The slices go where the click meets the head, so that a point can be added there."""
+        super().clicked(ray)
+        hit = self.views.case.hit(ray)
+        if hit is not None:
+            self.views.case.go_to(position_of(hit.position))
+
+    def layers(self) -> list[Layer[Any]]:
+        marks = self._marks()
+        if not marks:
+            return []
+        shapes = tuple(
+            FiducialShape(mark["id"], mark["label"], position_of(mark["position"]), mark["state"], mark["selected"])
+            for mark in marks
+        )
+        case_id = self.views.case.case_id
+        return [Layer("register.fiducials", shapes, FiducialNodes, lambda nodes: nodes.show(shapes), made_for=case_id)]
+
+    def _marks(self) -> list[FiducialMark]:
+        return self._open.marks() if self.active and self._open is not None else []
+
+    # -- for the page
+
+    def hint(self) -> str:
+        opened, use = self._open, self._plan_use()
+        if opened is None:
+            return register_hint(None, None, False)
+        content = opened.document.content
+        used = use is not None and use["here"] and use["state"] == "ready"
+        return register_hint(content, self._services.registering.report(content), used)
+
+    def sections(self, fresh: bool) -> RegisterSections:
+        """fresh: read list and open registration anew, which others may have changed."""
+        case_id = self.views.case.case_id
+        if case_id is None:
+            self._open, self._titles = None, []
+        elif fresh or not self._titles:
+            self._titles = list(self._services.registrations.titles(case_id, include_deleted=True))
+        if fresh and self._open is not None:
+            try:
+                self._open.refresh()
+            except VfixError:
+                self._open = None
+                raise
+        items: list[RegistrationEntry] = [
+            {"id": one.id, "name": one.name, "modified": str(one.modified), "deleted": bool(one.deleted_at)}
+            for one in self._titles
+        ]
+        case = self.views.case.sections(fresh=False)["case"]
+        has_volume = case is not None and case["has_volume"]
+        opened = self._open
+        return {
+            "registrations": {"items": items},
+            "registration": None if opened is None else opened.view(self.views.plan.current, has_volume),
+            "plan_use": self._plan_use(),
+            "fiducials": {"items": self._marks()},
+            "pointer": self._pointer(),
+        }
+
+    def tick(self) -> bool:
+        """The pointer comes into sight and goes out of it while nobody asks for anything."""
+        before, self._pointer_shown = self._pointer_shown, self._pointer() if self.active else None
+        return before != self._pointer_shown
+
+    def _pointer(self) -> TrackerView | None:
+        standing = self._services.registering.tracker_state
+        return None if standing is None else {"state": standing.state, "words": standing.words}
+
+    def _plan_use(self) -> PlanUseSection | None:
+        plan = self.views.plan.current
+        if plan is None:
+            return None
+        used = self._services.registering.registration_of(plan)
+        return {
+            "plan": plan.id,
+            "registration": used.id,
+            "state": used.state,
+            "words": used.words,
+            "here": self._open is not None and used.id == self._open.id,
+            "locked": plan.locked,
+        }

@@ -1,0 +1,175 @@
+"""The open registration as the page's sections have it."""
+
+from __future__ import annotations
+
+from app.messages.sections import Position
+from app.services.registration import FiducialPair, RegistrationContent
+from app.services.registration_beads import FoundBead
+from app.services.registration_editor import StoredRegistration
+from app.services.registration_errors import ErrorTable, ExpectedError
+from app.services.registration_fit import FitReport
+from app.services.registration_order import OrderAnswer
+from app.steps.register.sections import (
+    BeadEntry,
+    BeadState,
+    ErrorRow,
+    ErrorsView,
+    FiducialMark,
+    FitView,
+    OrdersView,
+    PairEntry,
+    RegistrationSection,
+)
+
+
+def registration_view(
+    document: StoredRegistration,
+    report: FitReport,
+    table: ErrorTable,
+    orders: OrderAnswer | None,
+    selected: str | None,
+    has_volume: bool,
+) -> RegistrationSection:
+    """The section of the open registration."""
+    content, search = document.content, document.content.search
+    return {
+        "id": document.id,
+        "name": document.name,
+        "locked": document.locked,
+        "deleted": document.deleted_at is not None,
+        "can_undo": document.can_undo,
+        "can_redo": document.can_redo,
+        "made_from": content.made_from,
+        "has_volume": has_volume,
+        "selected": selected,
+        "beads": [_bead(bead, content) for bead in content.beads],
+        "search": None
+        if search is None
+        else {
+            "diameter_mm": search.diameter_mm,
+            "threshold_hu": search.threshold_hu,
+            "cautions": list(search.cautions),
+            "left_out": search.left_out,
+        },
+        "pairs": [_pair(pair, report) for pair in content.pairs],
+        "fit": _fit(report),
+        "fle_stated_mm": content.fle_mm,
+        "errors": _errors(table),
+        "orders": None if orders is None else _orders(orders, content),
+    }
+
+
+def marks_of(content: RegistrationContent, selected: str | None) -> list[FiducialMark]:
+    """Marks of the pairs' places in the image, and of the beads that are no pairs."""
+    pairs = [
+        _mark(pair.id, pair.label, pair.in_image, "confirmed", selected) for pair in content.pairs if pair.in_image
+    ]
+    confirmed = {pair.bead for pair in content.pairs}
+    beads = [
+        _mark(bead.id, bead.name, bead.position, bead_state(bead, content), selected)
+        for bead in content.beads
+        if bead.id not in confirmed
+    ]
+    return pairs + beads
+
+
+def bead_state(bead: FoundBead, content: RegistrationContent) -> BeadState:
+    """Whether somebody has said that it is a bead, or none."""
+    if any(pair.bead == bead.id for pair in content.pairs):
+        return "confirmed"
+    return "rejected" if bead.rejected else "found"
+
+
+def _mark(
+    item_id: str, label: str, position: tuple[float, float, float], state: BeadState, selected: str | None
+) -> FiducialMark:
+    return {
+        "id": item_id,
+        "label": label,
+        "position": _place(position),
+        "state": state,
+        "selected": item_id == selected,
+    }
+
+
+def _place(position: tuple[float, float, float]) -> Position:
+    return [round(value, 3) for value in position]
+
+
+def _maybe(position: tuple[float, float, float] | None) -> Position | None:
+    return None if position is None else _place(position)
+
+
+def _bead(bead: FoundBead, content: RegistrationContent) -> BeadEntry:
+    return {
+        "id": bead.id,
+        "name": bead.name,
+        "position": _place(bead.position),
+        "diameter_mm": round(bead.diameter_mm, 2),
+        "state": bead_state(bead, content),
+    }
+
+
+def _pair(pair: FiducialPair, report: FitReport) -> PairEntry:
+    residual = report.residuals_mm.get(pair.id)
+    return {
+        "id": pair.id,
+        "label": pair.label,
+        "in_image": _maybe(pair.in_image),
+        "measured": _maybe(pair.measured),
+        "enabled": pair.enabled,
+        "weight": pair.weight,
+        "measured_from": pair.measured_from,
+        "bead": pair.bead,
+        "residual_mm": None if residual is None else round(residual, 4),
+    }
+
+
+def _fit(report: FitReport) -> FitView:
+    wrong = report.wrong
+    return {
+        "state": report.state,
+        "words": report.words,
+        "used": report.used,
+        "fre_mm": report.fre_mm,
+        "mean_residual_mm": report.mean_residual_mm,
+        "wrong": None
+        if wrong is None
+        else {"pair": wrong.pair, "label": wrong.label, "certainty": wrong.certainty, "words": wrong.words},
+        "fle_mm": report.fle_mm,
+        "fle_source": report.fle_source,
+        "simulated": report.simulated,
+        "cautions": list(report.cautions),
+    }
+
+
+def _errors(table: ErrorTable) -> ErrorsView:
+    rows = [_row(target.label, target.error, None) for target in table.targets]
+    if table.path is not None:
+        rows.append(_row("", table.path.worst, table.path.worst_mm))
+    return {"rows": rows, "words": table.words}
+
+
+def _row(label: str, error: ExpectedError, s_mm: float | None) -> ErrorRow:
+    return {
+        "label": label,
+        "rms_mm": error.rms_mm,
+        "within_95_mm": error.within_95_mm,
+        "position": _place(error.position),
+        "s_mm": s_mm,
+    }
+
+
+def _orders(answer: OrderAnswer, content: RegistrationContent) -> OrdersView:
+    pairs = [pair for pair in content.pairs if answer.candidates and pair.id in answer.candidates[0].measured_of]
+    labels = {pair.id: pair.label for pair in pairs}
+    return {
+        "pairs": [pair.label for pair in pairs],
+        "candidates": [
+            {"labels": [labels[one.measured_of[pair.id]] for pair in pairs], "fre_mm": one.fre_mm}
+            for one in answer.candidates
+        ],
+        "ambiguous": answer.ambiguous,
+        "unchanged": answer.unchanged,
+        "words": answer.words,
+    }

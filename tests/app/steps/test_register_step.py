@@ -1,0 +1,194 @@
+"""The Register step: what is open, what its commands do, what the page is shown, and the plan that uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from session_doubles import HEAD, SAMPLE, Heard, other_case, views_of
+
+from app.services import Services
+from app.services.registration import FiducialPair, RegistrationContent
+from app.services.registration_fit import refitted, report_of
+from app.steps.plan.step import PlanStep
+from app.steps.register import commands as c
+from app.steps.register.hints import register_hint
+from app.steps.register.step import RegisterStep
+from vfix_engine.errors import InputError, VfixError
+from vfix_engine.imaging.phantom import load_landmarks
+
+BEADS = [tuple(bead.centroid.tolist()) for bead in load_landmarks().beads]
+
+
+class Opened:
+    """A client in the Register step, with a copy of the sample plan open."""
+
+    def __init__(self, services: Services) -> None:
+        self.heard = Heard()
+        self.services = services
+        self.views = views_of(services, self.heard)
+        self.plans, self.step = PlanStep(self.views), RegisterStep(self.views)
+        self.plan_id = services.plans.duplicate(SAMPLE, "Registered").id
+        self.views.open_first(HEAD, self.plan_id)
+        self.step.active = True
+
+    def do(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """Answer a command, and what the page is shown then."""
+        model = next(one for one in c.COMMANDS if kind in one.model_fields["type"].annotation.__args__)  # type: ignore[union-attr]
+        self.step.handle(model(type=kind, **fields))
+        return self.shown()
+
+    def shown(self) -> dict[str, Any]:
+        fresh, self.views.stale = self.views.stale, False
+        self.plans.sections(fresh)
+        return dict(self.step.sections(fresh))
+
+
+@pytest.fixture
+def opened(phantom_services: Services) -> Iterator[Opened]:
+    client = Opened(phantom_services)
+    yield client
+    phantom_services.plans.delete(client.plan_id)
+    for title in phantom_services.registrations.titles(HEAD):
+        phantom_services.registering.editor(title.id).set_locked(False)
+        phantom_services.registrations.delete(title.id)
+
+
+def five(client: Opened, noise_mm: float = 0.3) -> dict[str, Any]:
+    """A new registration with five points that are touched."""
+    client.do("registration.new")
+    for place in BEADS:
+        client.do("pair.add", in_image=place)
+    return client.do("pair.touch", noise_mm=noise_mm)
+
+
+def test_a_step_without_a_registration_says_how_to_begin(opened: Opened) -> None:
+    shown = opened.shown()
+    assert (shown["registration"], shown["fiducials"]) == (None, {"items": []})
+    assert shown["plan_use"]["state"] == "none"
+    assert "Begin a registration" in opened.step.hint()
+    with pytest.raises(InputError, match="begin one"):
+        opened.do("pair.add", in_image=BEADS[0])
+    first, second = (opened.do("registration.new")["registration"]["name"] for _ in range(2))
+    assert first.startswith("Registration ")
+    assert int(second.split()[1]) > int(first.split()[1])
+    assert "Find beads" in opened.step.hint()
+
+
+def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
+    shown = five(opened)
+    registration = shown["registration"]
+    assert [pair["label"] for pair in registration["pairs"]] == ["F1", "F2", "F3", "F4", "F5"]
+    assert {pair["measured_from"] for pair in registration["pairs"]} == {"simulated"}
+    fit = registration["fit"]
+    assert (fit["state"], fit["used"], fit["simulated"]) == ("fitted", 5, True)
+    rows = registration["errors"]["rows"]
+    assert len(rows) == len(opened.views.plan.current.targets) + 1  # type: ignore[union-attr]
+    assert rows[-1]["s_mm"] is not None
+    assert "in 95 of 100 cases" in registration["errors"]["words"]
+    assert "Use for this plan" in opened.step.hint()
+    used = opened.do("registration.use", used=True)["plan_use"]
+    assert (used["state"], used["here"], used["registration"]) == ("ready", True, registration["id"])
+    assert opened.services.plans.get(opened.plan_id).registration == registration["id"]
+    assert "Go on to Rehearse" in opened.step.hint()
+    assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
+
+
+def test_undo_and_redo_say_where_there_is_nothing_left(opened: Opened) -> None:
+    five(opened)
+    back = opened.do("registration.undo")["registration"]
+    assert (back["fit"]["state"], back["can_redo"]) == ("waiting", True)
+    assert opened.do("registration.redo")["registration"]["fit"]["state"] == "fitted"
+    opened.do("registration.redo")
+    assert opened.heard.words[-1] == "There is nothing to redo."
+    opened.do("registration.lock", locked=True)
+    with pytest.raises(VfixError, match="locked"):
+        opened.do("registration.undo")
+
+
+def test_a_wrong_pair_is_named_and_left_out(opened: Opened) -> None:
+    pair = five(opened, 0.0)["registration"]["pairs"][2]
+    off = np.add(pair["measured"], [0.0, 8.0, 0.0]).tolist()
+    fit = opened.do("pair.change", pair_id=pair["id"], measured=off)["registration"]["fit"]
+    assert (fit["wrong"]["pair"], fit["wrong"]["certainty"]) == (pair["id"], "outlier")
+    assert opened.step.hint() == fit["wrong"]["words"]
+    left = opened.do("pair.change", pair_id=pair["id"], enabled=False)["registration"]
+    assert (left["fit"]["wrong"], left["fit"]["used"]) == (None, 4)
+    assert left["pairs"][2]["residual_mm"] > 5.0
+
+
+def test_the_order_is_asked_for_and_forgotten_when_the_points_change(opened: Opened) -> None:
+    pairs = five(opened)["registration"]["pairs"]
+    for pair, other in ((pairs[0], pairs[1]), (pairs[1], pairs[0])):
+        opened.do("pair.change", pair_id=pair["id"], measured=other["measured"])
+    orders = opened.do("order.find")["registration"]["orders"]
+    assert (orders["ambiguous"], orders["unchanged"]) == (False, False)
+    assert orders["candidates"][0]["labels"] == ["F2", "F1", "F3", "F4", "F5"]
+    taken = opened.do("order.take", candidate=0)["registration"]
+    assert (taken["orders"], taken["fit"]["fre_mm"] < 1.0) == (None, True)
+    assert opened.do("order.find")["registration"]["orders"]["unchanged"]
+    assert opened.do("pair.change", pair_id=pairs[0]["id"], label="mine")["registration"]["orders"] is None
+    with pytest.raises(InputError, match="look again"):
+        opened.do("order.take", candidate=0)
+    assert opened.do("registration.fle", fle_mm=0.5)["registration"]["fit"]["fle_source"] == "stated"
+
+
+def test_an_edit_of_somebody_else_is_shown_and_the_own_refused(opened: Opened) -> None:
+    registration = five(opened)["registration"]
+    opened.services.registering.editor(registration["id"]).set_fle(0.7)
+    with pytest.raises(VfixError, match="somebody else"):
+        opened.do("pair.delete", pair_id=registration["pairs"][0]["id"])
+    shown = opened.shown()["registration"]
+    assert (shown["fle_stated_mm"], len(shown["pairs"])) == (0.7, 5)
+
+
+def test_marks_are_shown_while_the_step_is_open(opened: Opened) -> None:
+    registration = five(opened)["registration"]
+    chosen = registration["pairs"][1]["id"]
+    marks = opened.do("pair.select", pair_id=chosen)["fiducials"]["items"]
+    assert [mark["selected"] for mark in marks] == [False, True, False, False, False]
+    assert {mark["state"] for mark in marks} == {"confirmed"}
+    (layer,) = opened.step.layers()
+    assert layer.name == "register.fiducials"
+    opened.step.active = False
+    assert opened.shown()["fiducials"]["items"] == []
+    assert opened.step.layers() == []
+
+
+def test_the_list_opens_copies_deletes_and_restores(opened: Opened) -> None:
+    registration = five(opened)["registration"]
+    copied = opened.do("registration.duplicate", registration_id=registration["id"])["registration"]
+    assert (copied["id"] != registration["id"], len(copied["pairs"])) == (True, 5)
+    back = opened.do("registration.open", registration_id=registration["id"])["registration"]
+    assert back["id"] == registration["id"]
+    renamed = opened.do("registration.rename", registration_id=registration["id"], name="Beads")
+    assert renamed["registration"]["name"] == "Beads"
+    deleted = opened.do("registration.delete", registration_id=registration["id"])
+    assert deleted["registration"]["id"] == copied["id"]
+    assert {item["id"]: item["deleted"] for item in deleted["registrations"]["items"]}[registration["id"]]
+    with pytest.raises(InputError, match="deleted"):
+        opened.do("registration.open", registration_id=registration["id"])
+    opened.do("registration.restore", registration_id=registration["id"])
+    elsewhere = opened.services.registrations.create(other_case(opened.services).id, "Elsewhere")
+    with pytest.raises(InputError, match="another head"):
+        opened.do("registration.open", registration_id=elsewhere.id)
+
+
+def test_a_plan_opens_the_registration_that_it_uses(opened: Opened) -> None:
+    first = five(opened)["registration"]
+    opened.do("registration.use", used=True)
+    opened.do("registration.new")
+    again = RegisterStep(opened.views)
+    opened.views.open_first(HEAD, opened.plan_id)
+    shown = again.sections(fresh=True)["registration"]
+    assert shown is not None
+    assert shown["id"] == first["id"]
+
+
+def test_the_hint_leads_through_the_step() -> None:
+    pairs = [FiducialPair("", place, None, f"p{i}") for i, place in enumerate(BEADS)]  # type: ignore[arg-type]
+    content = refitted(RegistrationContent(pairs=tuple(pairs)))
+    assert "Touch each point" in register_hint(content, report_of(content), used=False)
+    assert "Begin" in register_hint(None, None, used=False)

@@ -1,0 +1,86 @@
+"""`vfix register`: beads, measured points in any order, the fit, the plan that uses it, transforms out and in."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from app.cli import main
+from app.services import Services
+from app.services.case_model import HEAD_PHANTOM
+from app.services.embedded import SAMPLE_PLAN
+from vfix_engine.imaging.phantom import load_landmarks
+
+TURN = Rotation.from_euler("xyz", [10.0, 20.0, 30.0], degrees=True).as_matrix()
+SHIFT = np.array([100.0, 20.0, 5.0])
+
+
+@pytest.fixture
+def said(phantom_services: Services, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Runs a command on the home of the tests; gives the exit status and its JSON."""
+    monkeypatch.setenv("VFIX_HOME", str(phantom_services.settings.home))
+
+    def run(*words: str) -> tuple[int, dict[str, Any]]:
+        status = main(["register", *words, "--json"])
+        return status, json.loads(capsys.readouterr().out)
+
+    return run
+
+
+def table(path: Path, order: list[int], unit: str = "mm") -> Path:
+    beads = np.array([bead.centroid for bead in load_landmarks().beads])[order] @ TURN.T + SHIFT
+    rows = [f"{x},{y},{z}\n" for x, y, z in (beads / (1.0 if unit == "mm" else 1e3)).tolist()]
+    path.write_text(f"# unit={unit}\n# frame=tracker\nx,y,z\n" + "".join(rows), encoding="utf-8")
+    return path
+
+
+def test_from_the_ct_to_a_plan(said: Any, phantom_services: Services, tmp_path: Path) -> None:
+    """Points measured in another order than the beads are found in are fitted once the order is matched."""
+    made = phantom_services.registrations.create(HEAD_PHANTOM, "From the command line")
+    plan = phantom_services.plans.duplicate(SAMPLE_PLAN, "To be registered")
+    on = ("--registration", made.id)
+    status, found = said("beads", HEAD_PHANTOM, *on, "--confirm")
+    assert (status, len(found["beads"]), found["pairs"]) == (0, 5, 5)
+    status, mixed = said("fit", HEAD_PHANTOM, *on, "--csv", str(table(tmp_path / "m.csv", [3, 1, 0, 4, 2], "m")))
+    assert (status, mixed["state"], mixed["wrong"]) == (0, "fitted", None)
+    assert mixed["fre_mm"] > 20.0
+    assert "another order" in mixed["cautions"][0]
+    status, fitted = said("fit", HEAD_PHANTOM, *on, "--match-order", "--fle", "0.4", "--plan", plan.id, "--use")
+    assert (status, fitted["order_certain"], fitted["cautions"], fitted["fle_source"]) == (0, True, [], "stated")
+    assert fitted["fre_mm"] < 0.1
+    expected = np.eye(4)
+    expected[:3, :3], expected[:3, 3] = TURN, SHIFT
+    np.testing.assert_allclose(np.reshape(fitted["transform"], (4, 4)), expected, atol=0.1)
+    assert fitted["errors"]["path"]["within_95_mm"] > 0.2
+    assert phantom_services.plans.get(plan.id).registration == made.id
+    file = tmp_path / "head.tfm"
+    assert said("export", HEAD_PHANTOM, *on, str(file))[0] == 0
+    status, came = said("import", HEAD_PHANTOM, str(file), "--name", "Came back")
+    assert (status, came["made_from"], came["name"]) == (0, "given", "Came back")
+    np.testing.assert_allclose(came["transform"], fitted["transform"], atol=1e-9)
+    _, listed = said("list", HEAD_PHANTOM)
+    assert {made.id, came["registration"]} <= {one["registration"] for one in listed["registrations"]}
+    phantom_services.plans.delete(plan.id)
+    for registration in (made.id, came["registration"]):
+        phantom_services.registrations.delete(registration)
+
+
+def test_what_cannot_be_done_is_told(said: Any, phantom_services: Services, tmp_path: Path) -> None:
+    made = phantom_services.registrations.create(HEAD_PHANTOM, "Empty")
+    on = ("--registration", made.id)
+    status, waiting = said("fit", HEAD_PHANTOM, *on)
+    assert (status, waiting["state"], waiting["fre_mm"], waiting["transform"]) == (1, "waiting", None, None)
+    assert said("export", HEAD_PHANTOM, *on, str(tmp_path / "head.tfm"))[0] == 2
+    assert said("export", HEAD_PHANTOM, *on, str(tmp_path / "head.h5"))[0] == 2
+    status, refused = said("fit", HEAD_PHANTOM, *on, "--use")
+    assert status == 2
+    assert "--plan" in refused["error"]["message"]
+    assert said("fit", HEAD_PHANTOM, "--registration", "nosuch")[0] == 2
+    status, none = said("beads", HEAD_PHANTOM, *on, "--diameter", "12")
+    assert (status, none["beads"]) == (1, [])
+    phantom_services.registrations.delete(made.id)

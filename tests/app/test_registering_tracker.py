@@ -1,0 +1,92 @@
+"""Points measured with a tracked pointer: kept as such, refused where the pointer moves or nobody listens to one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from rest_client import CASE, opened_client
+from session_doubles import HEAD, views_of
+
+from app.link.tracker import Collected
+from app.services import Services
+from app.services.errors import NotFound
+from app.services.registering import Registering
+from app.steps.register.step import RegisterStep
+from vfix_engine.errors import InputError
+
+
+class Pointer:
+    """Stands for a tracking server's client: the tip rests where the test says."""
+
+    state, words = "fresh", "Stylus is tracked"
+    largest_mm = 0.2
+    asked_s = 0.0
+
+    def collect(self, seconds: float) -> Collected:
+        self.asked_s = seconds
+        return Collected(np.array([1.5, -2.5, 3.5]), 0.1, self.largest_mm, 60)
+
+
+@pytest.fixture
+def pointer() -> Pointer:
+    return Pointer()
+
+
+@pytest.fixture
+def tracked(phantom_services: Services, pointer: Pointer) -> Services:
+    own = phantom_services
+    registering = Registering(own.registrations, own.cases, own.plans, own.jobs, pointer)  # type: ignore[arg-type]
+    return replace(own, registering=registering)
+
+
+def test_a_point_is_measured_with_the_pointer(tracked: Services, pointer: Pointer) -> None:
+    client = opened_client(tracked)
+    made = client.post(f"{CASE}/registrations", json={"name": "Tracked"}).json()
+    path = f"/api/registrations/{made['id']}"
+    pair = client.post(f"{path}/pairs", json={"in_image": [8.2, 4.9, 71.8]}).json()["pair"]
+    answer = client.post(f"{path}/pairs/{pair}/measure", json={"seconds": 0.5}).json()
+    (stored,) = answer["registration"]["pairs"]
+    assert (stored["measured"], stored["measured_from"]) == ([1.5, -2.5, 3.5], "tracker")
+    assert (answer["spread_mm"], pointer.asked_s) == (0.1, 0.5)
+    pointer.largest_mm = 4.0
+    moved = client.post(f"{path}/pairs/{pair}/measure", json={})
+    assert moved.status_code == 422
+    assert "moved by 4.0 mm" in moved.json()["error"]["message"]
+    assert client.post(f"{path}/pairs/{pair}/measure", json={"seconds": 60.0}).status_code == 422
+    assert client.post(f"{path}/pairs/none/measure", json={}).status_code == 404
+    client.delete(path)
+    client.close()
+
+
+def test_without_a_tracker_it_says_how_to_have_one(phantom_services: Services) -> None:
+    made = phantom_services.registrations.create(HEAD, "Not tracked")
+    pair, _ = phantom_services.registering.editor(made.id).added_pair((0.0, 0.0, 0.0))
+    assert phantom_services.registering.tracker_state is None
+    with pytest.raises(InputError, match="--tracker"):
+        phantom_services.registering.measure(made.id, pair)
+    phantom_services.registrations.delete(made.id)
+
+
+def test_the_page_is_told_when_the_pointer_goes_out_of_sight(tracked: Services, pointer: Pointer) -> None:
+    step: Any = RegisterStep(views_of(tracked))
+    step.active = True
+    assert step.sections(fresh=True)["pointer"] == {"state": "fresh", "words": "Stylus is tracked"}
+    assert step.tick()
+    assert not step.tick()
+    pointer.state = "stale"
+    assert step.tick()
+    assert step.sections(fresh=False)["pointer"]["state"] == "stale"
+    step.active = False
+    step.tick()
+    assert not step.tick()
+
+
+def test_an_unknown_point_is_not_waited_for(tracked: Services, pointer: Pointer) -> None:
+    made = tracked.registrations.create(HEAD, "Tracked")
+    with pytest.raises(NotFound):
+        tracked.registering.measure(made.id, "pair-none")
+    assert pointer.asked_s == 0.0
+    tracked.registrations.delete(made.id)

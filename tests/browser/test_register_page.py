@@ -1,0 +1,128 @@
+"""Registration on the page: beads of the sample's CT, touches, the fit, a wrong touch, and the plan that uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from workstation import Rest, Workstation
+
+pytestmark = pytest.mark.browser
+
+Open = Callable[..., Workstation]
+
+
+@pytest.fixture(autouse=True)
+def no_registrations_left(rest: Rest) -> Iterator[None]:
+    yield
+    for one in got(rest, "/api/cases/head-phantom/registrations"):
+        rest.client.delete(f"/api/registrations/{one['id']}")
+
+
+def got(rest: Rest, path: str) -> Any:
+    return rest.client.get(path).raise_for_status().json()
+
+
+def registration(station: Workstation) -> dict[str, Any]:
+    return station.state("registration") or {}
+
+
+def begun(station: Workstation) -> str:
+    """Go to the step and begin a registration; its id."""
+    station.page.click("[data-step=register]")
+    station.wait_for("the step", lambda: station.state("step")["name"] == "register")
+    station.page.click("#begin-registration")
+    station.wait_for("a registration", lambda: registration(station).get("id"))
+    return str(registration(station)["id"])
+
+
+def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefacts: Path) -> None:
+    """Found, confirmed, touched and fitted; a wrong one is named and left out; what is stored is what is shown."""
+    station = open_page().ready()
+    page, plan_id = station.page, rest.copy_of_sample("Registered")
+    station.open_plan(plan_id)
+    key = begun(station)
+    page.click("#find-beads")
+    station.wait_for("five beads", lambda: len(registration(station)["beads"]) == 5)
+    page.locator("#beads [data-judge=no]").first.click()
+    station.wait_for("one rejected", lambda: registration(station)["beads"][0]["state"] == "rejected")
+    page.locator("#beads [data-judge=yes]").first.click()
+    station.wait_for("one pair", lambda: len(registration(station)["pairs"]) == 1)
+    page.click("#confirm-beads")
+    station.wait_for("five pairs", lambda: len(registration(station)["pairs"]) == 5)
+    assert len(station.state("fiducials")["items"]) == 5
+    assert page.locator(".slice-fiducial").count() >= 5
+    page.click("#touch-all")
+    station.wait_for("the fit", lambda: registration(station)["fit"]["state"] == "fitted")
+    station.wait_for("its figures", lambda: "mm rms" in page.locator("#fit-figures").inner_text())
+    assert "not how exact the tool is" in page.locator("#error-words").inner_text()
+    assert "simulated pointer" in page.locator("#fit-cautions").inner_text()
+    targets = len(got(rest, f"/api/plans/{plan_id}")["targets"])
+    assert page.locator("#error-table tbody tr").count() == targets + 1
+    stored = got(rest, f"/api/registrations/{key}")
+    shown = registration(station)
+    assert stored["fit"]["fre_mm"] == pytest.approx(shown["fit"]["fre_mm"])
+    np.testing.assert_allclose(
+        [pair["measured"] for pair in stored["pairs"]], [pair["measured"] for pair in shown["pairs"]], atol=1e-3
+    )
+    page.click("#use-registration")
+    station.wait_for("the use", lambda: station.state("plan_use")["here"])
+    assert got(rest, f"/api/plans/{plan_id}")["registration"] == key
+    used = got(rest, f"/api/plans/{plan_id}/registration")
+    assert (used["state"], len(used["errors"]["targets"])) == ("ready", targets)
+
+    name = shown["pairs"][2]["label"]
+    page.locator("#pairs .row-main").nth(2).click()
+    x = page.get_by_label("Measured, x")
+    station.wait_for("its coordinates", x.input_value)
+    x.fill(str(float(x.input_value()) + 9.0))
+    x.press("Enter")
+    station.wait_for("the wrong one", lambda: registration(station)["fit"]["wrong"])
+    assert registration(station)["fit"]["wrong"]["label"] == name
+    station.wait_for("its words", lambda: name in page.locator("#wrong-pair").inner_text())
+    station.picture("register-wrong")
+    page.click("#leave-out")
+    station.wait_for("the fit of four", lambda: registration(station)["fit"]["used"] == 4)
+    assert got(rest, f"/api/registrations/{key}")["pairs"][2]["enabled"] is False
+    page.evaluate("document.activeElement?.blur()")
+    page.keyboard.press("Control+z")
+    station.wait_for("the undo", lambda: registration(station)["fit"]["used"] == 5)
+    page.keyboard.press("Control+Shift+z")
+    station.wait_for("the redo", lambda: registration(station)["fit"]["used"] == 4)
+    station.picture("register")
+    assert station.errors == []
+
+
+def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest: Rest, tmp_path: Path) -> None:
+    """A table without labels, in another order; then the transform goes out and comes in again."""
+    station = open_page().ready()
+    page = station.page
+    key = begun(station)
+    places = [[8.2, 4.9, 71.8], [51.5, 13.7, 20.6], [72.7, 77.1, 20.4], [-73.5, 73.3, 10.4], [-9.9, -7.6, -63.2]]
+    for place in places:
+        page.evaluate("(p) => vfix.request('pair.add', { in_image: p })", place)
+    rows = "".join(f"{y + 5.0},{-x},{z}\n" for x, y, z in (places[i] for i in (4, 0, 3, 1, 2)))
+    table = tmp_path / "points.csv"
+    table.write_text(f"# unit=mm\n# frame=patient\nx,y,z\n{rows}", encoding="utf-8")
+    page.set_input_files("#measured-file", table)
+    station.wait_for("the points", lambda: registration(station)["fit"]["state"] == "fitted")
+    assert registration(station)["fit"]["fre_mm"] > 5.0
+    page.click("#match-order")
+    station.wait_for("an order", lambda: page.locator("#orders button.order").count() == 1)
+    page.locator("#orders button.order").click()
+    station.wait_for("a good fit", lambda: registration(station)["fit"]["fre_mm"] < 0.01)
+    stored = got(rest, f"/api/registrations/{key}")
+    np.testing.assert_allclose(np.reshape(stored["transform"], (4, 4))[:3, 3], [5.0, 0.0, 0.0], atol=1e-6)
+    with page.expect_download() as waiting:
+        page.click("[data-format=tfm]")
+    file = tmp_path / "out.tfm"
+    waiting.value.save_as(file)
+    page.set_input_files("#transform-file", file)
+    station.wait_for("the given one", lambda: registration(station).get("made_from") == "given")
+    came = got(rest, f"/api/registrations/{registration(station)['id']}")
+    np.testing.assert_allclose(came["transform"], stored["transform"], atol=1e-9)
+    station.wait_for("its words", lambda: "Nothing is known" in page.locator("#error-words").inner_text())
+    assert station.errors == []
