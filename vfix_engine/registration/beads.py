@@ -28,7 +28,7 @@ _BONE_HU, _BONE_SHARE = 300.0, 0.15  # a bead on skin has less of its shell abov
 _HELD_BY = 0.3  # of a bead's largest value: nothing above it reaches away from the bead
 _LONGEST = 1.7  # longest axis of a bead divided by its shortest
 _SIZE, _COARSE_SIZE = 1.3, 1.7  # measured diameter divided by the given one, or the inverse, at most
-_MOST = 2000  # components that are looked at
+_MOST = 20_000  # components that are looked at
 
 
 @dataclass(frozen=True, eq=False)
