@@ -3,8 +3,9 @@
     python scripts/make_pictures.py [--out DIR]
 
 Needs the test tools (`python3 scripts/test.py --setup-only`) and a browser, as the browser tests do. The head is
-written as a folder of DICOM slices and planned on as docs/planning_tutorial.md tells, by the names that it tells; a
-name that is not on the page ends the script with an error. Takes some minutes.
+registered as docs/registration_tutorial.md tells, then written as a folder of DICOM slices and planned on as
+docs/planning_tutorial.md tells, by the names that they tell; a name that is not on the page ends the script with an
+error. Takes some minutes.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "browser")]
 
 from workstation import TOKEN, Planner, Workstation, launch  # noqa: E402
 
-from pictures import sample_plan, tutorial  # noqa: E402
+from pictures import registration, sample_plan, tutorial  # noqa: E402
 from pictures.album import Album  # noqa: E402
 from pictures.dicom_folder import write_dicom_folder  # noqa: E402
 from pictures.named_page import NamedPage  # noqa: E402
@@ -56,6 +57,10 @@ def walk(page: NamedPage, folder: Path, work: Path) -> None:
     """Every picture in turn; `folder` holds the slices, `work` takes what is exported."""
     page.press("Hide")  # the first steps of a newcomer
     sample_plan.planned(page)
+    registration.find_the_beads(page)
+    registration.touch_them(page)
+    registration.measure_one_wrongly(page)
+    registration.use_it(page)
     tutorial.import_the_folder(page, folder)
     tutorial.look_at_slices(page)
     tutorial.mark_the_orbit(page)

@@ -14,8 +14,9 @@ from vfix_engine.imaging.volume import Volume
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
-TUTORIAL = (ROOT / "docs" / "planning_tutorial.md").read_text(encoding="utf-8")
-OF_THE_PAGE = sorted({*re.findall(r"images/(planning_\w+)\.png", TUTORIAL), "plan"})
+TUTORIALS = {name: (ROOT / "docs" / f"{name}_tutorial.md").read_text("utf-8") for name in ("planning", "registration")}
+OF_TUTORIALS = {file for name, text in TUTORIALS.items() for file in re.findall(rf"images/({name}_\w+)\.png", text)}
+OF_THE_PAGE = sorted({*OF_TUTORIALS, "plan"})
 
 
 def spoken(files: list[Path]) -> set[str]:
@@ -34,15 +35,16 @@ def test_a_picture_is_there_small_and_made_by_the_script(name: str) -> None:
 
 
 def test_the_tutorial_shows_every_picture_that_is_made_for_it() -> None:
-    assert {word for word in WORDS if re.fullmatch(r"planning_\w+", word)} == set(OF_THE_PAGE) - {"plan"}
-    assert {file.stem for file in IMAGES.glob("planning_*")} == set(OF_THE_PAGE) - {"plan"}
+    assert {word for word in WORDS if re.fullmatch(r"(planning|registration)_\w+", word)} == OF_TUTORIALS
+    assert {file.stem for name in TUTORIALS for file in IMAGES.glob(f"{name}_*")} == OF_TUTORIALS
 
 
-def test_what_the_tutorial_quotes_is_used_on_the_page() -> None:
+@pytest.mark.parametrize(("name", "least"), [("planning", 30), ("registration", 12)])
+def test_what_the_tutorial_quotes_is_used_on_the_page(name: str, least: int) -> None:
     """Names of controls are in italics, words of the page in quotation marks, places in the form that is typed."""
-    quoted = {*re.findall(r"(?<!\*)\*([^*\n]+)\*(?!\*)", TUTORIAL), *re.findall(r"‘([^’\n]+)’", TUTORIAL)}
-    quoted |= set(re.findall(r"`([LR] [^`]+)`", TUTORIAL))
-    assert len(quoted) > 30
+    quoted = {*re.findall(r"(?<!\*)\*([^*\n]+)\*(?!\*)", TUTORIALS[name]), *re.findall(r"‘([^’\n]+)’", TUTORIALS[name])}
+    quoted |= set(re.findall(r"`([LR] [^`]+)`", TUTORIALS[name]))
+    assert len(quoted) > least
     assert quoted - {"italics"} - WORDS == set()
 
 

@@ -21,8 +21,8 @@ from app.services.case_settings import settings_in_case
 from app.services.fields import plan_tissue
 from app.services.instruments import Instruments, plan_robot, plan_tool
 from app.services.openings import opened_tree
-from app.services.placing import stored_placing
-from app.services.plan_model import Plan
+from app.services.placing import standing_base, stored_placing
+from app.services.plan_model import Plan, without_placing
 from app.services.plan_shaft import shaft_of
 from app.services.remote_centre import ENTRY, Place
 from app.services.resolve import (
@@ -39,6 +39,7 @@ from app.settings import Settings
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.fixtures.zone_file import ZoneSet
+from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.head_import import HeadRequest
 from vfix_engine.imaging.soft_tissue import tissue_passed
@@ -123,10 +124,11 @@ def run(args: argparse.Namespace) -> int:
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     plan = resolve_plan(services, case, args.plan)
     plan = plan if args.path is None else plan.along(args.path)
-    notes = (*case.notes, *path_notes(plan.points, case.mesh.bounds))
+    plan, registration, lost = _registered(services, plan)
+    notes = (*case.notes, *path_notes(plan.points, case.mesh.bounds), *lost)
     say_notes(notes)
     scene, settings, obstacle, held_by = build_scene(
-        case, plan, args, None if services is None else services.instruments
+        case, plan, args, None if services is None else services.instruments, registration
     )
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
@@ -186,12 +188,31 @@ def prepare_engine() -> None:
             preparation.prepare()
 
 
+def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegistration | None, tuple[str, ...]]:
+    """The plan and the registration that it goes by; without that of a file, and a note, where it is not here.
+
+    A placing that a file holds is in the patient's frame, which is not known then: the robot is placed anew.
+    Raises PlanError where a stored plan refers to one that cannot be used.
+    """
+    if plan.registration is None:
+        return plan, None, ()
+    if services is None or all(one.id != plan.id for one in services.plans.titles()):
+        words = "The plan refers to a registration, which its file does not have: driven in the image's frame."
+        return replace(plan, robot=without_placing(plan.robot)), None, (words,)
+    registered = services.planning.registration(plan)
+    return plan, None if registered is None else registered.image, ()
+
+
 def build_scene(
-    case: ResolvedCase, plan: Plan, args: argparse.Namespace, instruments: Instruments | None = None
+    case: ResolvedCase,
+    plan: Plan,
+    args: argparse.Namespace,
+    instruments: Instruments | None = None,
+    registration: ImageRegistration | None = None,
 ) -> tuple[Scene, ControlSettings, str, str]:
     """Scene and settings of a plan, why its placing does not arrive, and what its switches stand for, in words.
 
-    A plan without a robot placing gets one.
+    A plan without a robot placing gets one; behind a registration that says where the robot stands, its joints alone.
     """
     settings = settings_in_case(plan.settings, case.uncertainty)
     if args.margin is not None:
@@ -215,14 +236,15 @@ def build_scene(
     tree, _ = opened_tree(case.tree, case.scan() if plan.removed_bone else None, plan)
     # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None)
-    stored = stored_placing(plan.robot)
+    stored = stored_placing(plan.robot) if registration is None else None
+    standing_at = None if registration is None else standing_base(plan.robot, registration)
     if stored is not None and all(other is None for other in others):
         base, q_start = stored
         obstacle = ""
     else:
         placing = place_robot(
             tree, robot, tool, path, settings, zones.zones, fixtures, structure_names=case.structure_names,
-            shaft=shaft,
+            shaft=shaft, base=standing_at,
         )  # fmt: skip
         base, q_start, obstacle = placing.base, placing.q_start, placing.run.reason
     scene = Scene(

@@ -40,6 +40,7 @@ class LinkServer:
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="openigtlink", daemon=True)
         self._clients: set[_Client] = set()
+        self._serving: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
         self._server: asyncio.Server | None = None
         self._started = threading.Event()
         self._refusal: OSError | None = None
@@ -78,7 +79,7 @@ class LinkServer:
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         try:
-            opening = asyncio.start_server(self._serve, self._host, self._port, limit=_QUEUE_BYTES)
+            opening = asyncio.start_server(self._begin, self._host, self._port, limit=_QUEUE_BYTES)
             self._server = self._loop.run_until_complete(opening)
         except OSError as error:
             self._refusal = error
@@ -87,18 +88,38 @@ class LinkServer:
             return
         self._started.set()
         self._loop.run_forever()
-        self._server.close()
-        tasks = asyncio.all_tasks(self._loop)
-        for task in tasks:
-            task.cancel()
-        self._loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
+        self._loop.run_until_complete(self._let_go())
         self._loop.run_until_complete(self._loop.shutdown_default_executor())
         self._loop.close()
+
+    async def _let_go(self) -> None:
+        """End everything: a client whose task has not begun yet has a socket as well."""
+        assert self._server is not None
+        self._server.close()
+        await asyncio.sleep(0)  # connections that were accepted begin
+        for writer in self._serving.values():
+            writer.transport.abort()
+        tasks = asyncio.all_tasks(self._loop) - {asyncio.current_task()}
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.sleep(0)  # transports that were aborted close their sockets
 
     def _tell(self, packed: Iterable[tuple[str, bytes]]) -> None:
         for client in self._clients:
             for key, data in packed:
                 client.put(key, data)
+
+    def _begin(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve a client in a task of our own, whose end is looked at whatever it is."""
+        task = self._loop.create_task(self._serve(reader, writer))
+        self._serving[task] = writer  # the loop itself keeps weak references only
+        task.add_done_callback(self._ended)
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        self._serving.pop(task, None)
+        if not task.cancelled() and (error := task.exception()) is not None:
+            _LOG.error("OpenIGTLink: a client was dropped", exc_info=error)
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._clients) >= MAX_CLIENTS:
@@ -121,6 +142,8 @@ class LinkServer:
             for done in await asyncio.gather(sending, hearing, return_exceptions=True):
                 if isinstance(done, (VfixError, TimeoutError)):
                     _LOG.warning("OpenIGTLink: a client was dropped: %s", done or "it was too slow")
+                elif isinstance(done, Exception):
+                    _LOG.error("OpenIGTLink: a client was dropped", exc_info=done)
             await _closed(writer)
 
     async def _hear(self, reader: asyncio.StreamReader, client: _Client) -> None:

@@ -24,7 +24,7 @@ MAX_BODY_BYTES = 64 << 20  # of messages that are passed over, such as images of
 _READ_BYTES = 1 << 16  # of a body that is read at all
 _RETRY_S = 1.0
 _CONNECT_S = 2.0
-_KEPT = 2000  # poses that `collect` looks back at
+_KEPT = 20_000  # poses that `collect` looks back at
 _FEWEST = 5  # poses of which a place is averaged
 _RIGID = 1e-4  # of RᵀR − I: float32, and a tracker's own rounding
 
@@ -115,7 +115,7 @@ class TrackerClient:
             case "fresh":
                 return f"{self.name} is tracked"
             case "stale":
-                return f"{self.name} is stale: no pose for {self.age_s or 0.0:.1f} s"
+                return f"{self.name} is stale: no pose for more than {STALE_S:g} s"
             case "waiting":
                 return f"connected; no pose of {self.name} yet"
         return f"no connection to {self.host}, port {self.port}{self._trouble and ': ' + self._trouble}"
@@ -142,6 +142,7 @@ class TrackerClient:
             try:
                 with socket.create_connection((self.host, self.port), timeout=_CONNECT_S) as opened:
                     opened.settimeout(None)
+                    _keep_alive(opened)
                     with self._lock:
                         self._socket, self._connected, self._trouble = opened, True, ""
                     self._listen(opened)
@@ -169,7 +170,11 @@ class TrackerClient:
                     while left > 0 and (passed := len(stream.read(min(left, _READ_BYTES)))):
                         left -= passed
                     continue
-                message = unpack(header, stream.read(header.size))
+                body = stream.read(header.size)
+                try:
+                    message = unpack(header, body)
+                except LinkFault:  # a damaged pose is passed over, as one that is not rigid
+                    continue
                 if isinstance(message, Transform):
                     self._take(message)
 
@@ -183,6 +188,14 @@ class TrackerClient:
         with self._lock:
             self._poses.append(Pose(message.matrix, time.monotonic()))
             self._lock.notify_all()
+
+
+def _keep_alive(opened: socket.socket) -> None:
+    """Let the system notice within some seconds that the other side is gone without a word, as by a pulled cable."""
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for option, seconds in (("TCP_KEEPIDLE", 3), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
+        if hasattr(socket, option):
+            opened.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), seconds)
 
 
 def _longest_gap_s(poses: list[Pose], begin: float) -> float:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from app.services.registration_fit import fitted, report_of
-from vfix_engine.errors import PlanError
+from app.services.registration_fit import fitted, in_our_words
+from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration
+from vfix_engine.registration import estimated_factor
 
 if TYPE_CHECKING:
     from app.services.plan_model import Plan
@@ -19,13 +20,16 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
+_SAME = 1e-6  # between a stored transform and the fit of its points, mm and components of the rotation
+
 
 @dataclass(frozen=True, eq=False)
 class DrivenRegistration:
     """A registration as a drive, a verdict and a plot use it.
 
     image: from the image to what the robot stands in. fit: to the fiducials that are in use; None for a transform that
-    came from elsewhere. fle_mm: rms length of the localisation error of one fiducial; None where it is not known.
+    came from elsewhere. fle_mm: rms length of the localisation error of one fiducial as stated; None where it is
+    estimated from the fit.
     """
 
     id: str
@@ -45,9 +49,11 @@ class DrivenRegistration:
 
         None where no fiducials say so.
         """
-        if self.fit is None or self.fle_mm is None:
+        if self.fit is None:
             return None
-        return self.fit.tre_95_mm(places, self.fle_mm)
+        if self.fle_mm is not None:
+            return self.fit.tre_95_mm(places, self.fle_mm)
+        return estimated_factor(self.fit.count) * self.fit.tre_95_mm(places, self.fit.fle_mm)
 
 
 def driven_registration(used: PlanRegistration) -> DrivenRegistration | None:
@@ -60,9 +66,17 @@ def driven_registration(used: PlanRegistration) -> DrivenRegistration | None:
     if used.state != "ready" or used.document is None:
         raise PlanError(used.words)
     content = used.document.content
-    fit = fitted(content.used_pairs) if content.made_from == "pairs" else None
-    fle_mm = report_of(content).fle_mm
-    return DrivenRegistration(used.document.id, used.document.name, content.registration, fit, fle_mm)
+    fit, image = None, content.registration
+    if content.made_from == "pairs":
+        try:
+            fit = fitted(content.used_pairs)
+        except VfixError as error:
+            raise PlanError(in_our_words(error)) from None
+        if np.abs(fit.transform - image.transform).max() > _SAME:
+            raise PlanError(
+                f"The registration ‘{used.document.name}’ is not that of its points; change one to fit anew."
+            )
+    return DrivenRegistration(used.document.id, used.document.name, image, fit, content.fle_mm)
 
 
 def no_registration(plan: Plan) -> DrivenRegistration | None:

@@ -22,6 +22,7 @@ from app.services.exchange_parts import to_json_text
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.planning import Planning
 from app.services.registration import RegistrationContent
+from app.services.registration_fit import report_of
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration, transform_image_to_base
 
@@ -135,10 +136,18 @@ def _head(
     plan: Plan, transform: Array, registration: Document[RegistrationContent] | None, remark: str
 ) -> dict[str, Any]:
     """What the file says of itself. The residual tells how well pairs fit, not how far a target is off."""
-    named = None
+    named: dict[str, Any] | None = None
     if registration is not None:
         content = registration.content
-        named = {"id": registration.id, "name": registration.name, "to": content.to, "fre_mm": content.fre_mm}
+        report = report_of(content)
+        named = {
+            "id": registration.id,
+            "name": registration.name,
+            "to": content.to,
+            "fre_mm": content.fre_mm,
+            "simulated": report.simulated,
+        }
+        remark = " ".join([remark, *(report.cautions if report.simulated else ())]).strip()
     return {
         "notice": NOTICE,
         "name": plan.name,

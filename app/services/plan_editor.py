@@ -211,10 +211,17 @@ class PlanEditor:
     def use_registration(self, registration_id: str | None, *, expected_revision: int | None = None) -> Plan:
         """Refer to a registration of the plan's case by its id; None refers to none.
 
-        Whether it is there is for `Registering.check_use` to say.
+        Whether it can be used is for `Registering.use` to say. A placing of the robot is in the patient's frame, which
+        is the image's without a registration: it is dropped where the plan gets its first or loses its last.
         """
         checked = check_registration_id(registration_id)
-        return self._edit(lambda content: replace(content, registration=checked), expected_revision)
+
+        def change(content: PlanContent) -> PlanContent:
+            crossed = (content.registration is None) != (checked is None)
+            robot = without_placing(content.robot) if crossed else content.robot
+            return replace(content, registration=checked, robot=robot)
+
+        return self._edit(change, expected_revision)
 
     def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> Plan:
         """Lock the plan against edits, or unlock it; not a step of the history."""

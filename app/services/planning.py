@@ -353,8 +353,8 @@ class Planning:
             tissue = self._fields.of_plan(plan, lambda stage, fraction: tell(stage, 0.95)).tissue
         except InputError:
             tissue = None
-        off_mm = {} if registered is None else {"off_mm": registered.off_mm}
-        return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, **off_mm)
+        off_mm = None if registered is None else registered.off_mm
+        return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, off_mm)
 
 
 def _stations(path: SplinePath) -> Array:

@@ -219,7 +219,7 @@ class Registering:
         except NotFound:
             return PlanRegistration("missing", words["missing"], plan.registration)
         except InputError as error:
-            return PlanRegistration("unreadable", f"{words['unreadable']} {str(error).capitalize()}", plan.registration)
+            return PlanRegistration("unreadable", f"{words['unreadable']} {_sentence(str(error))}", plan.registration)
         state: UseState = "ready"
         if document.case_id != plan.case_id:
             state = "other_case"

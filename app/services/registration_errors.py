@@ -12,6 +12,7 @@ from app.services.registration import RegistrationContent
 from app.services.registration_fit import FleSource, fitted, report_of
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.registration import estimated_factor
 
 STEP_MM = 1.0  # between places along the path
 
@@ -64,14 +65,16 @@ class ErrorTable:
 def expected_errors(content: RegistrationContent, points: npt.ArrayLike) -> tuple[Floats, Floats] | None:
     """The rms error and the radius of 95 % (n,), mm, at places (n, 3) of the image; None where nothing can be said.
 
-    By the layout of the fitted pairs and the error of one fiducial, as stated or estimated from the fit.
+    By the layout of the fitted pairs and the error of one fiducial, as stated or estimated from the fit; the radius is
+    larger where it is estimated, since the estimate of a few pairs is rough.
     """
-    fle = report_of(content).fle_mm
-    if content.made_from != "pairs" or fle is None:
+    if content.made_from != "pairs":
         return None
     fit = fitted(content.used_pairs)
+    fle = fit.fle_mm if content.fle_mm is None else content.fle_mm
+    factor = estimated_factor(fit.count) if content.fle_mm is None else 1.0
     places = np.asarray(points, dtype=np.float64).reshape(-1, 3)
-    return np.asarray(fit.tre_mm(places, fle), float), np.asarray(fit.tre_95_mm(places, fle), float)
+    return np.asarray(fit.tre_mm(places, fle), float), factor * np.asarray(fit.tre_95_mm(places, fle), float)
 
 
 def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:

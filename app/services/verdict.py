@@ -52,7 +52,7 @@ class Profile:
     it touches.
     tissue: the tool in soft tissue; None without a CT.
     off_mm (n,): what the registration is off by at the tip, 95 of 100 times at most; None without a registration, or
-    where that is not known.
+    where that is not known. off_unknown: there is a registration, and its error is not known.
     """
 
     s: Floats
@@ -63,6 +63,7 @@ class Profile:
     zone_clearance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     soft: tuple[SoftDepth, ...] = ()
     off_mm: Floats | None = None
+    off_unknown: bool = False
 
 
 class Doubt(NamedTuple):
@@ -79,7 +80,7 @@ class Verdict:
     """What a dry run says of a path; lengths in mm.
 
     level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %),
-    'unknown' that the scan ends beside the tool.
+    'unknown' that the scan ends beside the tool, or that nothing is known of the registration's error.
     nearest, part: names of the structure and of the part of the tool at the least clearance, and s_mm of the tip there.
     tissue_mm: largest length of the tool whose surface is in soft tissue, nostril_mm the share of it within 20 mm of
     the entry; tissue_depth_mm: the greatest depth, and tissue_s_mm of the tip there. None without a CT.
@@ -107,22 +108,18 @@ class Verdict:
         return "".join(part.words for part in self.parts)
 
 
-def _nothing_known(places: Floats) -> Floats | None:
-    """No registration says by how much places are off."""
-    return None
-
-
 def profile_of(
     run: DryRun,
     tool: Tool,
     path: SplinePath,
     tissue: DistanceField | None,
     spared: ZoneSet = _NONE_SPARED,
-    off_mm: Callable[[Floats], Floats | None] = _nothing_known,
+    off_mm: Callable[[Floats], Floats | None] | None = None,
 ) -> Profile:
     """The dry run at one pose for every 0.5 mm; each with the least bone clearance of the poses around it.
 
-    off_mm: what a registration may be off by (n,) at places (n, 3) of the image, 95 of 100 times at most, or None.
+    off_mm: of the registration that the path is driven through: what it may be off by (n,) at places (n, 3) of the
+    image, 95 of 100 times at most, or None where that is not known.
     """
     stations = np.rint(run.s / STATION_MM)
     _, rows, group = np.unique(stations, return_index=True, return_inverse=True)
@@ -133,8 +130,9 @@ def profile_of(
         pressed = tool_depth(tissue, start, end, tool.radius, path.position(0.0), NOSTRIL_MM)
     away = np.array([_zone_clearance(zone, start, end, tool.radius) for zone in spared.zones])
     soft = soft_depths(run, rows, tool, spared.soft_zones)
-    off = off_mm(run.tip[rows])
-    return Profile(run.s[rows], least, rows, pressed, spared.zones, away.reshape(-1, len(rows)), soft, off)
+    off = None if off_mm is None else off_mm(run.tip[rows])
+    unknown = off_mm is not None and off is None
+    return Profile(run.s[rows], least, rows, pressed, spared.zones, away.reshape(-1, len(rows)), soft, off, unknown)
 
 
 def _zone_clearance(zone: Zone, start: Floats, end: Floats, radius: Floats) -> Floats:
@@ -163,7 +161,7 @@ def verdict_of(
         level = "blocked"
     elif near or doubt is not None:
         level = "tight"
-    elif case.has_volume and not complete:
+    elif profile.off_unknown or (case.has_volume and not complete):
         level = "unknown"
     found = profile.tissue
     longest, deepest = (0, 0) if found is None else (int(found.length.argmax()), int(found.depth.argmax()))
@@ -175,7 +173,7 @@ def verdict_of(
     margin = _margin_words(kept_mm, margin_mm, case) if near else ""
     parts = (
         *_bone_parts(run, level, least, nearest, part, s_mm, off, margin),
-        *_doubt_parts(doubt),
+        *_doubt_parts(doubt, profile.off_unknown),
         *_soft_parts(profile.soft),
         *_tissue_parts(length, at_nostril, depth, deepest_s, complete),
     )
@@ -248,7 +246,9 @@ def _bone_parts(
     return (Part("Fits: "), *at, Part(")."))
 
 
-def _doubt_parts(doubt: Doubt | None) -> tuple[Part, ...]:
+def _doubt_parts(doubt: Doubt | None, unknown: bool) -> tuple[Part, ...]:
+    if unknown:
+        return (Part(" How far the registration may be off is not known."),)
     if doubt is None:
         return ()
     return (

@@ -1,12 +1,16 @@
 """A plan behind a registration: where its robot stands, and what the verdict says of the error."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from app.cli import main
 from app.services import Services
 from app.services.driven_registration import DrivenRegistration
 from app.services.embedded import SAMPLE_PLAN
+from app.services.exchange import to_native_json
 from app.services.planning import Planning
 from app.services.registration import FiducialPair, RegistrationContent
 from app.services.registration_fit import refitted
@@ -104,3 +108,26 @@ def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phant
     services.registrations.delete(made.id)
     with pytest.raises(PlanError, match="was deleted"):
         services.planning.evaluate(plan)
+
+
+def test_the_command_line_drives_through_it_too(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From where the registration puts the robot; a file of the plan does not have it, which is said."""
+    services = phantom_services
+    monkeypatch.setenv("VFIX_HOME", str(services.settings.home))
+    plan = services.plans.duplicate(SAMPLE_PLAN, "Beside the robot")
+    to_base = np.linalg.inv(services.planning.evaluate(plan).base)
+    content = RegistrationContent("base", tuple(to_base.ravel().tolist()), made_from="given")
+    made = services.registrations.create(plan.case_id, "Robot", content)
+    services.registering.use(plan.id, made.id)
+    arguments = ["rehearse", "--case", plan.case_id, "--json", "--plan"]
+    assert main([*arguments, plan.id]) == 0
+    assert json.loads(capsys.readouterr().out)["completed"]
+    file = services.settings.home / "plan.json"
+    file.write_text(to_native_json(services.plans.get(plan.id)), encoding="utf-8")
+    assert main([*arguments, str(file)]) == 0
+    assert "a registration, which its file does not have" in " ".join(json.loads(capsys.readouterr().out)["notes"])
+    services.registrations.delete(made.id)
+    assert main([*arguments, plan.id]) == 2
+    assert "was deleted" in capsys.readouterr().err

@@ -7,7 +7,7 @@ those measured at the patient and the moving points those of the image: the tran
 
 from .beads import Bead, BeadSearch, NoBead, find_beads, smallest_bead_mm
 from .correspondence import Candidate, Match, match_points
-from .expected_error import expected_fre_mm, fle_from_fre_mm
+from .expected_error import estimated_factor, expected_fre_mm, fle_from_fre_mm
 from .hand_eye import HandEye, register_robot_to_tracker
 from .outlier import Outlier, find_outlier
 from .pointer import PivotCalibration, TracedPath, calibrate_pivot, traced_path
@@ -30,6 +30,7 @@ __all__ = [
     "SurfaceRefinement",
     "TracedPath",
     "calibrate_pivot",
+    "estimated_factor",
     "expected_fre_mm",
     "find_beads",
     "find_outlier",

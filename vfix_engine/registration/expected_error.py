@@ -124,6 +124,22 @@ def ball_radius(covariances: Array, share: float = 0.95) -> Array:
     return radii
 
 
+def estimated_factor(n: int, share: float = 0.95) -> float:
+    """How much larger a ball has to be where FLE is not known but estimated from the fit of n pairs itself.
+
+    The squared error over the estimated variance follows F with 3 and 3n − 6 degrees of freedom instead of χ² with 3,
+    for an error that is equal in all directions: 1.9 for three pairs, 1.2 for five, and 1 for many.
+
+    Raises:
+        InputError: fewer than 3 points, or ``share`` is not between 0.5 and 1.
+    """
+    from scipy.special import chdtri, fdtri  # imported here: slow to load
+
+    share = within("the share of errors in the ball", share, 0.5, 1.0 - 1e-9)
+    freedom = 3 * whole("the number of points", n, 3) - 6
+    return math.sqrt(3.0 * float(fdtri(3, freedom, share)) / float(chdtri(3, 1.0 - share)))
+
+
 def sigma_per_axis(fle_mm: float) -> float:
     """Standard deviation per axis of an isotropic error whose rms length is ``fle_mm``: FLE / √3.
 

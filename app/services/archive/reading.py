@@ -20,6 +20,7 @@ from app.services.case_model import Case, CaseContent
 from app.services.cases import CaseService
 from app.services.errors import TooLarge
 from app.services.names import MAX_NAME, check_name
+from app.services.plan_points import check_id
 from app.services.referred import referred_files
 from app.store import Store
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow
@@ -131,6 +132,9 @@ def _read(archive: CheckedArchive) -> _Found:
     """The JSON of an archive, every document of which this version can read. Raises InputError."""
     case = _fields(archive.json(CASE), _CASE, CASE)
     check_name(case["name"], "case's name")
+    check_id(case["id"], "a case")
+    if case["id"].strip(".") == "" or not FILE.fullmatch(case["content_hash"]):
+        raise InputError("the archive's case has no sound identifier or hash of its content; the archive was changed.")
     documents = []
     for name in archive.entries:
         if name.startswith("documents/"):

@@ -44,6 +44,7 @@ MAX_REGISTRATIONS = 20  # of a case that came so
 class _Waiting:
     message: PointList | Transform
     due: float
+    plan_id: str
 
 
 class Intake:
@@ -76,19 +77,21 @@ class Intake:
         else:
             rigid(message.matrix)
         with self._lock:
-            self._waiting[message.name] = _Waiting(message, time.monotonic() + SETTLED_S)
+            self._waiting[message.name] = _Waiting(message, time.monotonic() + SETTLED_S, plan.id)
         return ""
 
     def settle(self) -> list[str]:
         """Make the proposals of what rests by now; returns what to tell those who sent them."""
         with self._lock:
             now = time.monotonic()
-            due = [self._waiting.pop(name).message for name, one in list(self._waiting.items()) if one.due <= now]
-        return [words for message in due if (words := self._told(message))]
+            due = [self._waiting.pop(name) for name, one in list(self._waiting.items()) if one.due <= now]
+        return [words for one in due if (words := self._told(one.message, one.plan_id))]
 
-    def _told(self, message: PointList | Transform) -> str:
+    def _told(self, message: PointList | Transform, plan_id: str) -> str:
         try:
             plan = self._open_plan()
+            if plan.id != plan_id:
+                raise PlanError("another plan was opened meanwhile; send it again for that one.")
             return self._version(plan, message) if isinstance(message, PointList) else self._register(plan, message)
         except VfixError as error:
             return str(error)

@@ -155,8 +155,9 @@ class PairFields {
     this.element.hidden = !pair;
     if (!pair) return;
     const { in_image: image, measured } = pair;
-    this.label.value = pair.label;
-    this.image.value = image ? placeWords(image, 2).replace(" mm", "") : "";
+    const free = (/** @type {HTMLInputElement} */ input) => other || document.activeElement !== input;
+    if (free(this.label)) this.label.value = pair.label;
+    if (free(this.image)) this.image.value = image ? placeWords(image, 2).replace(" mm", "") : "";
     const typing = !other && !measured && this.measured.includes(/** @type {HTMLInputElement} */ (document.activeElement));
     if (!typing) this.measured.forEach((input, index) => { input.value = measured ? String(Math.round(measured[index] * 1000) / 1000) : ""; });
     for (const control of [this.label, this.image, ...this.measured, this.deleteButton]) control.disabled = locked;

@@ -36,6 +36,7 @@ class DriveFollower(Step):
     def __init__(self, views: Views, shared: SharedDrives) -> None:
         super().__init__(views, shared)
         self._services, self._drives = views.services, shared
+        self._registered: tuple[object, str] | None = None  # plan and its registration's id, and that one's key
         self._plan_id: str | None = None
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self._has_ct = False
@@ -111,7 +112,11 @@ class DriveFollower(Step):
         self._changed = now.prepared is not None and not (plan is not None and now.is_for(self._key(plan)))
 
     def _key(self, plan: Plan) -> Any:
-        return plan_key(plan, self._services.planning.registration_key(plan))
+        """What a rehearsal of the plan depends on; its registration is read anew once something was stored."""
+        of = (plan.id, plan.registration)
+        if self._registered is None or self._registered[0] != of:
+            self._registered = of, self._services.planning.registration_key(plan)
+        return plan_key(plan, self._registered[1])
 
     def give_up(self) -> None:
         """The robot pauses where it is and the handle is free."""

@@ -232,6 +232,8 @@ class RehearseStep(DriveFollower):
         return rehearse_hint(points, now.shown_state, now.mine, free, mode, phase, targets, self._changed, ends)
 
     def sections(self, fresh: bool) -> RehearsalSections:
+        if fresh:
+            self._registered = None
         now = self.read()
         self._compare(now)
         driven = self.driven

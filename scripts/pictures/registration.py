@@ -1,0 +1,59 @@
+"""docs/registration_tutorial.md, step by step on the real page: every name in it is one that is used here."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .named_page import NamedPage
+
+WRONG_BY_MM = 9.0
+
+
+def _registration(page: NamedPage) -> dict[str, Any]:
+    return page.station.state("registration") or {}
+
+
+def find_the_beads(page: NamedPage) -> None:
+    page.go_to("Register")
+    page.press("Begin a registration")
+    page.press("Find beads")
+    page.wait("five beads", lambda: len(_registration(page).get("beads", ())) == 5)
+    page.heading("1 Beads in the CT")
+    page.button("Reject")
+    page.page.locator("#beads .row-main").first.click()
+    page.press("Oblique")
+    page.take("registration_beads")
+    page.press("Confirm all")
+
+
+def touch_them(page: NamedPage) -> None:
+    page.press("Touch all points (simulated)")
+    page.wait("the fit", lambda: _registration(page)["fit"]["state"] == "fitted")
+    page.scroll_to("3 Fit")
+    page.says("How well the points fit")
+    page.heading("4 Error where the tool works")
+    page.take("registration_fit")
+
+
+def measure_one_wrongly(page: NamedPage) -> None:
+    page.page.locator("#pairs .row-main").nth(2).click()
+    x = page.field("Measured, x")
+    page.wait("its coordinates", x.input_value)
+    x.fill(str(float(x.input_value()) + WRONG_BY_MM))
+    x.press("Enter")
+    page.wait("the wrong one", lambda: _registration(page)["fit"]["wrong"])
+    page.scroll_to("3 Fit")
+    page.take("registration_wrong")
+    page.press("Undo (Ctrl+Z)")
+    page.wait("the fit of before", lambda: not _registration(page)["fit"]["wrong"])
+
+
+def use_it(page: NamedPage) -> None:
+    page.heading("5 Use")
+    page.press("Use for this plan")
+    page.wait("the use", lambda: page.station.state("plan_use")["here"])
+    page.button("ITK transform (.tfm)")
+    page.go_to("Plan")
+    page.judged()
+    page.page.locator("#profile").scroll_into_view_if_needed()
+    page.take("registration_band")
