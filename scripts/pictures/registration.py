@@ -19,7 +19,7 @@ def find_the_beads(page: NamedPage) -> None:
     page.press("Find beads")
     page.wait("five beads", lambda: len(_registration(page).get("beads", ())) == 5)
     page.heading("1 Beads in the CT")
-    page.button("Reject")
+    page.page.locator("#beads").get_by_text("Reject", exact=True).first.wait_for()
     page.page.locator("#beads .row-main").first.click()
     page.press("Oblique")
     page.take("registration_beads")
@@ -41,11 +41,12 @@ def measure_one_wrongly(page: NamedPage) -> None:
     page.wait("its coordinates", x.input_value)
     x.fill(str(float(x.input_value()) + WRONG_BY_MM))
     x.press("Enter")
-    page.wait("the wrong one", lambda: _registration(page)["fit"]["wrong"])
+    wrong = lambda: _registration(page)["fit"]["wrong"] or {}  # noqa: E731
+    page.wait("the wrong one", lambda: wrong().get("certainty") == "outlier")
     page.scroll_to("3 Fit")
     page.take("registration_wrong")
     page.press("Undo (Ctrl+Z)")
-    page.wait("the fit of before", lambda: not _registration(page)["fit"]["wrong"])
+    page.wait("the fit of before", lambda: wrong().get("certainty") != "outlier")
 
 
 def use_it(page: NamedPage) -> None:

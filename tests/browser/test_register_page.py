@@ -80,8 +80,9 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     station.wait_for("its coordinates", x.input_value)
     x.fill(str(float(x.input_value()) + 9.0))
     x.press("Enter")
-    station.wait_for("the wrong one", lambda: registration(station)["fit"]["wrong"])
-    assert registration(station)["fit"]["wrong"]["label"] == name
+    # Of the five good touches one may be a suspect by chance.
+    wrong = lambda: registration(station)["fit"]["wrong"] or {}  # noqa: E731
+    station.wait_for("the wrong one", lambda: (wrong().get("label"), wrong().get("certainty")) == (name, "outlier"))
     station.wait_for("its words", lambda: name in page.locator("#wrong-pair").inner_text())
     station.picture("register-wrong")
     page.click("#leave-out")
