@@ -54,7 +54,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     page.click("#confirm-beads")
     station.wait_for("five pairs", lambda: len(registration(station)["pairs"]) == 5)
     assert len(station.state("fiducials")["items"]) == 5
-    assert page.locator(".slice-fiducial").count() >= 5
+    station.wait_for("their marks", lambda: page.locator(".slice-fiducial").count() >= 5)
     page.click("#touch-all")
     station.wait_for("the fit", lambda: registration(station)["fit"]["state"] == "fitted")
     station.wait_for("its figures", lambda: "mm rms" in page.locator("#fit-figures").inner_text())
