@@ -13,6 +13,12 @@ def _registration(page: NamedPage) -> dict[str, Any]:
     return page.station.state("registration") or {}
 
 
+def _certainty(page: NamedPage) -> str:
+    """How sure it is that a point is wrong; '' where none is named."""
+    wrong = _registration(page)["fit"]["wrong"]
+    return "" if wrong is None else str(wrong["certainty"])
+
+
 def find_the_beads(page: NamedPage) -> None:
     page.go_to("Register")
     page.press("Begin a registration")
@@ -41,12 +47,11 @@ def measure_one_wrongly(page: NamedPage) -> None:
     page.wait("its coordinates", x.input_value)
     x.fill(str(float(x.input_value()) + WRONG_BY_MM))
     x.press("Enter")
-    wrong = lambda: _registration(page)["fit"]["wrong"] or {}  # noqa: E731
-    page.wait("the wrong one", lambda: wrong().get("certainty") == "outlier")
+    page.wait("the wrong one", lambda: _certainty(page) == "outlier")
     page.scroll_to("3 Fit")
     page.take("registration_wrong")
     page.press("Undo (Ctrl+Z)")
-    page.wait("the fit of before", lambda: wrong().get("certainty") != "outlier")
+    page.wait("the fit of before", lambda: _certainty(page) != "outlier")
 
 
 def use_it(page: NamedPage) -> None:
