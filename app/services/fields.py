@@ -57,13 +57,22 @@ class CaseFields:
         return self._make("tissue")
 
 
+Sources = tuple[str, ...]
+
+
+def _sources(case: Case) -> Sources:
+    """What the fields of a case are made of, by the files that hold it; a hash that came with a case is not trusted."""
+    volumes = tuple(one.source for one in case.volumes)
+    return volumes or tuple(one.source for one in case.surfaces if one.name == case.anatomy.surface)
+
+
 class Fields:
     """The distance fields of cases; may be used from any thread."""
 
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
-        self._coarse: Cache[tuple[str, Solid], DistanceField] = Cache(4)
-        self._fine: Cache[tuple[str, Solid, Box], DistanceField] = Cache(8)
+        self._coarse: Cache[tuple[Sources, Solid], DistanceField] = Cache(4)
+        self._fine: Cache[tuple[Sources, Solid, Box], DistanceField] = Cache(8)
 
     def around(self, case: Case, places: npt.ArrayLike, tell: Tell = lambda stage, fraction: None) -> CaseFields:
         """The fields of a case, with a grid of 0.5 mm for at least 30 mm around places (n, 3) in LPS mm.
@@ -76,7 +85,7 @@ class Fields:
         def make(solid: Solid) -> DistanceField | None:
             if solid == "tissue" and not case.has_volume:
                 return None
-            key = (case.content_hash, solid, box)
+            key = (_sources(case), solid, box)
             if not self._fine.has(key):
                 tell(_STAGES[solid], 0.0)
             return self._fine.get(key, lambda: self._refined(case, solid, box))
@@ -96,7 +105,7 @@ class Fields:
         return CaseFields(make)
 
     def _refined(self, case: Case, solid: Solid, box: Box) -> DistanceField:
-        whole = self._coarse.get((case.content_hash, solid), lambda: self._whole(case, solid))
+        whole = self._coarse.get((_sources(case), solid), lambda: self._whole(case, solid))
         if not case.has_volume:
             return refined_by_surface(whole, self._cases.tree(case), np.array(box), FINE_MM)
         return refined_solid(whole, self._cases.volumes(case), _THRESHOLD_HU[solid], np.array(box))

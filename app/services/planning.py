@@ -183,8 +183,9 @@ class Planning:
         switches: of the rehearsal; what they stand for holds the tool in the run as in the drive.
         Raises PlanError for fewer than two points, and StartRefused when the tool does not fit at the entry.
         """
-        key = self.content_key(plan, switches)
-        return self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches))
+        registered = self.registration(plan)  # once: the answer is kept under the one that was driven
+        key = self._content_key(plan, switches, _key_of(registered))
+        return self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
 
     def bone(self, plan: Plan) -> PlanBone:
         """The bone that a plan is driven in: the case's, without what the plan removes. Raises PlanError."""
@@ -223,14 +224,17 @@ class Planning:
             registered = self._registered(plan)
         except PlanError as error:
             return str(error)
-        return "" if registered is None else repr(registered.key)
+        return _key_of(registered)
 
     def content_key(self, plan: Plan, switches: Switches = NO_SWITCHES) -> str:
         """Equal for plans that are driven alike."""
+        return self._content_key(plan, switches, self.registration_key(plan))
+
+    def _content_key(self, plan: Plan, switches: Switches, registered: str) -> str:
         case_hash = self._cases.get(plan.case_id).content_hash
         # A point that the remote centre is at is known by its id.
         on, ids = asdict(switches.in_force), [point.id for point in plan.points] if switches.centre.point else []
-        return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids, self.registration_key(plan)])
+        return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids, registered])
 
     def is_evaluated(self, plan: Plan, switches: Switches = NO_SWITCHES) -> bool:
         """Whether the answer for a plan is there already."""
@@ -290,10 +294,15 @@ class Planning:
         placing: of the robot for the path as it was. It is not placed anew, and nothing is kept of the answer.
         Raises as `evaluate`, and StartRefused where the robot does not reach the entry from where it stands.
         """
-        return self._evaluate(plan, progress, switches, placing)
+        return self._evaluate(plan, progress, switches, self.registration(plan), placing)
 
     def _evaluate(
-        self, plan: Plan, progress: Tell, switches: Switches, kept: StoredPlacing | None = None
+        self,
+        plan: Plan,
+        progress: Tell,
+        switches: Switches,
+        registered: DrivenRegistration | None,
+        kept: StoredPlacing | None = None,
     ) -> PlanEvaluation:
         """kept: the placing of a prospect, None where the answer is to stay."""
 
@@ -314,7 +323,6 @@ class Planning:
             return self._fields.of_plan(plan, lambda stage, fraction: tell(stage, 0.0)).tissue
 
         stands, zones = standing(switches, plan, volume, tissue), self.zones(plan)
-        registered = self.registration(plan)
         drive = Drive(
             tree, robot, tool, path, zones.zones, (*zones.soft_zones, *stands.fixtures), names, shaft_of(plan, path)
         )
@@ -355,6 +363,10 @@ class Planning:
             tissue = None
         off_mm = None if registered is None else registered.off_mm
         return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, off_mm)
+
+
+def _key_of(registered: DrivenRegistration | None) -> str:
+    return "" if registered is None else repr(registered.key)
 
 
 def _stations(path: SplinePath) -> Array:

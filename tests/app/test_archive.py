@@ -299,6 +299,9 @@ def wrong_frame(entries: dict[str, bytes]) -> None:
 
 
 REFUSED: dict[str, tuple[Change, str]] = {
+    "an id that leaves its folder": (edits("case.json", id="../../work/settings"), "identifier"),
+    "an id of dots": (edits("case.json", id=".."), "identifier"),
+    "a hash that is none": (edits("case.json", content_hash="0"), "hash of its content"),
     "traversal": (adds("../evil.json"), "no part of a case"),
     "traversal within": (adds("files/../../evil"), "no part of a case"),
     "absolute": (adds("/etc/passwd"), "no part of a case"),
@@ -330,6 +333,32 @@ def test_what_is_no_archive_of_ours_is_refused_and_leaves_nothing(other: Service
         other.archive_reader.read(path)
     assert left_of(other) == before
     assert not list(path.parent.glob("**/evil*"))
+
+
+def test_a_list_of_entries_that_would_fill_the_memory_is_refused_unread(other: Services, archive: Path) -> None:
+    """Its size stands in the zip's end record."""
+    whole, huge = archive.read_bytes(), (module.MAX_ENTRIES * 512 + 1).to_bytes(4, "little")
+    at = whole.rindex(b"PK\x05\x06") + 12
+    archive.write_bytes(whole[:at] + huge + whole[at + 4 :])
+    before = left_of(other)
+    with pytest.raises(TooLarge, match="list of entries"):
+        other.archive_reader.read(archive)
+    assert not module.is_archive(archive)
+    assert left_of(other) == before
+
+
+def test_what_an_archive_lists_as_referred_to_is_not_believed(other: Services, archive: Path) -> None:
+    """A plan refers to what its content names."""
+
+    def change(entries: dict[str, bytes]) -> None:
+        edits(of_kind(entries, "plan"), refs=[{}] * 1000)(entries)
+
+    made = other.archive_reader.read(repacked(archive, change))
+    with other.store.reading() as session:
+        kept = [row.refs for row in session.query(DocumentStateRow)]
+    assert kept
+    assert all(set(ref) == {"kind", "id"} for refs in kept for ref in refs)
+    assert other.plans.list(made.id)
 
 
 @pytest.mark.parametrize("change", [adds("runs/r.json"), edits("case.json", name="Another"), without_a_file])

@@ -116,6 +116,8 @@ class ArchiveReader:
     def _stored(self, found: _Found, content: CaseContent) -> Case:
         """One transaction for the case and all of its documents."""
         with self._store.writing() as session:
+            if not all(self._store.files.has(key) for key in found.files):
+                raise InputError("a file of the archive was removed meanwhile by somebody else; import it again.")
             names = _new_ids(session, found)
             case = renamed(found.case, names)
             row = CaseRow(id=case["id"], name=_unused_name(session, case["name"]), created=case["created"])
@@ -164,9 +166,11 @@ def _check_document(document: dict[str, Any], name: str) -> None:
         raise InputError(f"{name} of the archive names itself otherwise; the archive was changed.")
     check_name(document["name"], f"{kind.noun}'s name")
     try:
-        kind.content(document["schema"], document["content"], document["settings"])
+        content = kind.content(document["schema"], document["content"], document["settings"])
     except InputError as error:
         raise InputError(f"the {kind.noun} {document['name']!r:.80} of the archive cannot be read: {error}") from None
+    # Those of the content; what the archive lists might be anything, and of any size.
+    document["refs"] = [{"kind": ref.kind, "id": ref.id} for ref in kind.refs(content)]
 
 
 def _new_ids(session: Session, found: _Found) -> dict[str, str]:
