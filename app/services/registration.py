@@ -21,11 +21,22 @@ from app.services.registration_beads import (
     search_from_json,
     search_to_json,
 )
+from app.services.registration_surface import TouchedSurface, check_surface, surface_from_json, surface_to_json
+from app.services.registration_tools import (
+    PointerTip,
+    RobotToTracker,
+    check_pointer,
+    check_robot,
+    pointer_from_json,
+    robot_from_json,
+    tool_to_json,
+)
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
 from vfix_engine.given import rigid_transform
 
-SCHEMA = "vfix-registration/2"
+SCHEMA = "vfix-registration/3"
+BEFORE_CALIBRATIONS = "vfix-registration/2"
 BEFORE_SOURCES = "vfix-registration/1"
 MAX_PAIRS = 100
 MAX_FLE_MM = 50.0
@@ -33,7 +44,7 @@ MAX_WEIGHT = 1e6
 IDENTITY = tuple(np.eye(4).ravel().tolist())
 
 MeasuredFrom = Literal["typed", "file", "simulated", "tracker"]
-MadeFrom = Literal["none", "pairs", "given"]
+MadeFrom = Literal["none", "pairs", "given", "surface"]
 
 
 @dataclass(frozen=True)
@@ -64,9 +75,11 @@ class RegistrationContent:
     """transform: 16 numbers, row by row, from the image to the frame `to`, see `vfix_engine.frames`; mm.
 
     pairs: the fiducials that it was found with, or is judged by. made_from: 'pairs' of a transform that was fitted to
-    them, 'given' of one that came from elsewhere, 'none' while there is none: the transform means nothing then.
+    them, 'given' of one that came from elsewhere, 'surface' of one that was refined on touched points of a surface,
+    'none' while there is none: the transform means nothing then.
     fle_mm: rms length of the localisation error of one fiducial, as stated; None where it is estimated from the fit.
-    beads, search: what was found in the CT, and how it was looked for.
+    beads, search: what was found in the CT, and how it was looked for. surface: what was touched for a refinement.
+    pointer, robot: what it was measured with, where that was calibrated.
     """
 
     to: RegisteredTo = "patient"
@@ -76,6 +89,9 @@ class RegistrationContent:
     fle_mm: float | None = None
     beads: tuple[FoundBead, ...] = ()
     search: BeadSearchRecord | None = None
+    surface: TouchedSurface | None = None
+    pointer: PointerTip | None = None
+    robot: RobotToTracker | None = None
 
     @property
     def registration(self) -> ImageRegistration:
@@ -116,6 +132,9 @@ def registration_to_json(content: RegistrationContent) -> dict[str, Any]:
         "fle_mm": content.fle_mm,
         "beads": [bead_to_json(bead) for bead in content.beads],
         "search": search_to_json(content.search),
+        "surface": surface_to_json(content.surface),
+        "pointer": tool_to_json(content.pointer),
+        "robot": tool_to_json(content.robot),
     }
 
 
@@ -143,6 +162,9 @@ def registration_from_json(data: Mapping[str, Any]) -> RegistrationContent:
             data["fle_mm"],
             tuple(bead_from_json(item) for item in data["beads"]),
             search_from_json(data["search"]),
+            surface_from_json(data["surface"]),
+            pointer_from_json(data["pointer"]),
+            robot_from_json(data["robot"]),
         )
     )
 
@@ -163,6 +185,9 @@ def check_registration(content: RegistrationContent) -> RegistrationContent:
         raise InputError("two pairs of the registration have the same identifier.")
     check_fle(content.fle_mm)
     check_beads(content.beads)
+    check_surface(content.surface)
+    check_pointer(content.pointer)
+    check_robot(content.robot)
     return content
 
 
@@ -217,6 +242,11 @@ def _with_sources(data: dict[str, Any]) -> dict[str, Any]:
     return {**data, "pairs": pairs, "made_from": made_from, "fle_mm": None, "beads": [], "search": None}
 
 
+def _with_calibrations(data: dict[str, Any]) -> dict[str, Any]:
+    """What was stored before surfaces were touched and pointers calibrated."""
+    return {**data, "surface": None, "pointer": None, "robot": None}
+
+
 REGISTRATION = DocumentKind(
     name="registration",
     noun="registration",
@@ -225,6 +255,9 @@ REGISTRATION = DocumentKind(
     read=registration_from_json,
     write=registration_to_json,
     check=check_registration,
-    upgrades={BEFORE_SOURCES: (SCHEMA, _with_sources)},
+    upgrades={
+        BEFORE_SOURCES: (BEFORE_CALIBRATIONS, _with_sources),
+        BEFORE_CALIBRATIONS: (SCHEMA, _with_calibrations),
+    },
     undo_hint=("Take its newest edit back with POST /api/registrations/{id}/undo, or delete it."),
 )

@@ -85,8 +85,8 @@ def in_our_words(error: VfixError) -> str:
 
 
 def refitted(content: RegistrationContent) -> RegistrationContent:
-    """The content with the transform of its pairs; a transform that was given stays."""
-    if content.made_from == "given":
+    """The content with the transform of its pairs; one that was given or refined on a surface stays."""
+    if content.made_from in ("given", "surface"):
         return content
     if len(content.used_pairs) < FEWEST:
         return replace(content, transform=IDENTITY, made_from="none")

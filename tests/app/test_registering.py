@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
@@ -27,8 +28,10 @@ from app.services.registration_errors import error_table, expected_errors
 from app.services.registration_files import export_text, measured_to_csv, name_of, read_measured, read_transform
 from app.services.registration_fit import refitted, report_of
 from app.services.registration_order import order_of
+from app.services.registration_surface import Refinement, TouchedSurface
+from app.services.registration_tools import PointerTip, RobotToTracker
 from app.services.simulated_touch import simulated_pose, simulated_touch
-from vfix_engine.errors import FrameError, InputError, PlanError
+from vfix_engine.errors import FrameError, InputError, PlanError, VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.imaging.phantom import load_landmarks
 from vfix_engine.registration import register_points
@@ -360,6 +363,59 @@ def test_what_was_stored_before_comes_back_as_given() -> None:
     assert REGISTRATION.content(REGISTRATION.schema, REGISTRATION.write(content), {}) == content
     empty = {"to": "patient", "transform": np.eye(4).ravel().tolist(), "pairs": []}
     assert REGISTRATION.content("vfix-registration/1", empty, {}) == RegistrationContent()
+
+
+def test_what_it_was_measured_with_comes_back_as_it_was() -> None:
+    turned = tuple(pose().ravel().tolist())
+    pointer = PointerTip((18.0, -120.0, 0.1), 0.21, 0.05, 33.0, 60, "tracker")
+    robot = RobotToTracker(turned, 0.05, 0.2, tuple((np.eye(6) / 3.0).ravel().tolist()), 20, "file")
+    touched = TouchedSurface("bone", ((1.0, 2.0, 3.0),) * 12, "simulated", Refinement(0.15, 9, 1.2, 0.3))
+    content = RegistrationContent(transform=turned, made_from="surface", surface=touched, pointer=pointer, robot=robot)
+    stored = REGISTRATION.write(content)
+    assert REGISTRATION.content(REGISTRATION.schema, json.loads(json.dumps(stored)), {}) == content
+    for key in ("surface", "pointer", "robot"):
+        del stored[key]
+    before = REGISTRATION.content("vfix-registration/2", stored, {})
+    assert before == replace(content, surface=None, pointer=None, robot=None)
+
+
+@pytest.mark.parametrize(
+    ("part", "change"),
+    [
+        ("pointer", {"tip": [1.0, 2.0]}),
+        ("pointer", {"tip": "here"}),
+        ("pointer", {"residual_mm": -0.1}),
+        ("pointer", {"residual_mm": float("nan")}),
+        ("pointer", {"poses": True}),
+        ("pointer", {"measured_from": "typed"}),
+        ("robot", {"transform": (2.0 * np.eye(4)).ravel().tolist()}),
+        ("robot", {"transform": [1.0] * 15}),
+        ("robot", {"covariance": (-np.eye(6)).ravel().tolist()}),
+        ("robot", {"covariance": np.triu(np.ones((6, 6))).ravel().tolist()}),
+        ("robot", {"covariance": [float("inf")] * 36}),
+        ("robot", {"extra": 1}),
+        ("surface", {"points": []}),
+        ("surface", {"points": [[1.0, 2.0, 3.0]] * 2001}),
+        ("surface", {"points": [[1.0, 2.0, 3e9]]}),
+        ("surface", {"structure": "../bone"}),
+        ("surface", {"refinement": {"residual_mm": 0.1, "kept": 13, "moved_mm": 1.0, "stability": 0.2}}),
+        ("surface", {"refinement": {"residual_mm": 0.1}}),
+    ],
+)
+def test_what_it_cannot_have_been_measured_with_is_refused(part: str, change: dict[str, Any]) -> None:
+    turned = pose().ravel().tolist()
+    parts: dict[str, Any] = {
+        "pointer": {"tip": [1.0, 2.0, 3.0], "residual_mm": 0.1, "tip_error_mm": 0.1, "swing_deg": 30.0, "poses": 60,
+                    "measured_from": "file"},
+        "robot": {"transform": turned, "rotation_residual_deg": 0.1, "translation_residual_mm": 0.1,
+                  "covariance": np.eye(6).ravel().tolist(), "poses": 9, "measured_from": "file"},
+        "surface": {"structure": "bone", "points": [[1.0, 2.0, 3.0]] * 12, "measured_from": "file",
+                    "refinement": None},
+    }  # fmt: skip
+    good = {**REGISTRATION.write(RegistrationContent()), **parts}
+    REGISTRATION.content(REGISTRATION.schema, good, {})
+    with pytest.raises(VfixError):
+        REGISTRATION.content(REGISTRATION.schema, {**good, part: {**parts[part], **change}}, {})
 
 
 @pytest.mark.parametrize(

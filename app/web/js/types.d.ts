@@ -547,7 +547,7 @@ export interface RegistrationSection {
   deleted: boolean;
   can_undo: boolean;
   can_redo: boolean;
-  made_from: "none" | "pairs" | "given";
+  made_from: "none" | "pairs" | "given" | "surface";
   has_volume: boolean;
   selected: string | null;
   beads: BeadEntry[];
@@ -1067,7 +1067,7 @@ export interface RegistrationPublic {
   schema: string;
   to: "patient" | "base";
   transform: number[];
-  made_from: "none" | "pairs" | "given";
+  made_from: "none" | "pairs" | "given" | "surface";
   fle_mm: number | null;
   pairs: PairPublic[];
   beads: FoundBeadPublic[];
