@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ENGINE_ROOMS = {
     "errors": 0,
     "resources": 0,
+    "progress": 0,
     "given": 1,
     "frames": 2,
     "geometry": 2,

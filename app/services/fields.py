@@ -19,6 +19,7 @@ from vfix_engine.imaging.soft_tissue import TISSUE_HU
 from vfix_engine.imaging.solids import COARSE_MM, FINE_MM, refined_solid, solid_of_volumes
 from vfix_engine.imaging.surface import BONE_HU
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.progress import ProgressCallback, no_progress
 
 if TYPE_CHECKING:  # a drive of files alone needs no store
     from app.services.cases import Case, CaseService
@@ -28,7 +29,6 @@ _BOX_MM = 15.0  # corners of the fine box are multiples of this: a dragged point
 OUTSIDE_MM = 60.0  # how far around a surface without a CT distances are known
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
-Tell = Callable[[str, float], None]
 Solid = Literal["bone", "tissue"]
 
 _THRESHOLD_HU: dict[Solid, float] = {"bone": BONE_HU, "tissue": TISSUE_HU}
@@ -74,7 +74,7 @@ class Fields:
         self._coarse: Cache[tuple[Sources, Solid], DistanceField] = Cache(4)
         self._fine: Cache[tuple[Sources, Solid, Box], DistanceField] = Cache(8)
 
-    def around(self, case: Case, places: npt.ArrayLike, tell: Tell = lambda stage, fraction: None) -> CaseFields:
+    def around(self, case: Case, places: npt.ArrayLike, tell: ProgressCallback = no_progress) -> CaseFields:
         """The fields of a case, with a grid of 0.5 mm for at least 30 mm around places (n, 3) in LPS mm.
 
         tell: gets the stage in words before what takes seconds, and may raise to end it.
@@ -92,7 +92,7 @@ class Fields:
 
         return CaseFields(make)
 
-    def of_plan(self, plan: Plan, tell: Tell = lambda stage, fraction: None) -> CaseFields:
+    def of_plan(self, plan: Plan, tell: ProgressCallback = no_progress) -> CaseFields:
         """The fields of a plan's case around the points of its path and its targets, without what the plan removes."""
         places = [point.position for point in plan.points] + [target.position for target in plan.targets]
         found, removed = self.around(self._cases.get(plan.case_id), places, tell), regions_of(plan)

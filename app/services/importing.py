@@ -19,10 +19,8 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.head_import import (
     ControlHead,
     HeadRequest,
-    Progress,
     control_head,
     extract_bone,
-    no_progress,
     read_head,
 )
 from vfix_engine.imaging.isolated import Cancellation
@@ -30,6 +28,7 @@ from vfix_engine.imaging.labels.reading import SegmentationRequest, read_segment
 from vfix_engine.imaging.mesh_files import is_mesh
 from vfix_engine.imaging.overlay import read_overlay
 from vfix_engine.imaging.readers import is_dicom
+from vfix_engine.progress import ProgressCallback, no_progress
 
 DISPLAY = "display"
 DICOM_NAME, VOLUME_NAME, SURFACE_NAME = "CT series", "CT volume", "Bone surface"
@@ -71,7 +70,7 @@ class ImportService:
         return Cancellation(within=self._cancellation)
 
     def run(
-        self, request: ImportRequest, progress: Progress = no_progress, cancellation: Cancellation | None = None
+        self, request: ImportRequest, progress: ProgressCallback = no_progress, cancellation: Cancellation | None = None
     ) -> Case:
         """Import and store.
 
@@ -106,7 +105,7 @@ class ImportService:
         self,
         case_id: str,
         request: SegmentationRequest,
-        progress: Progress = no_progress,
+        progress: ProgressCallback = no_progress,
         cancellation: Cancellation | None = None,
     ) -> tuple[Structure, ...]:
         """Import a segmentation into a case; returns the new structures.
@@ -127,7 +126,7 @@ class ImportService:
         self,
         case_id: str,
         request: OverlayRequest,
-        progress: Progress = no_progress,
+        progress: ProgressCallback = no_progress,
         cancellation: Cancellation | None = None,
     ) -> Overlay:
         """Import a volume that is laid over a case: DICOM of CT or MR, or an image file.
@@ -167,6 +166,6 @@ def case_name(request: ImportRequest) -> str:
     return DICOM_NAME if is_dicom(request.path) else VOLUME_NAME
 
 
-def _part(progress: Progress, start: float, end: float) -> Progress:
+def _part(progress: ProgressCallback, start: float, end: float) -> ProgressCallback:
     """Progress of a part of the whole."""
     return lambda stage, fraction: progress(stage, start + (end - start) * fraction)

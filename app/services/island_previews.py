@@ -15,6 +15,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.imaging.islands import Islands, islands, region_at
 from vfix_engine.imaging.segmentation import Mask, SegmentRequest
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.progress import no_progress
 
 HALF = 2
 _KEPT = 3  # full results; the page shows the newest
@@ -64,7 +65,7 @@ class IslandPreviews:
         source, volume = self._volume(case_id)
         band = replace(request.band, low_hu=0.0, high_hu=0.0)  # the region is the same for every threshold
         inside = self._regions.get((source, band, step), lambda: region_at(volume, band, step))
-        return islands(volume, request, step, inside, progress or (lambda stage, share: None))
+        return islands(volume, request, step, inside, progress or no_progress)
 
     def _volume(self, case_id: str) -> tuple[str, Volume]:
         case = self._cases.get(case_id)

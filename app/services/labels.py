@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 from zipfile import BadZipFile
@@ -30,15 +29,11 @@ from vfix_engine.imaging.labels.surfaces import surface_of
 from vfix_engine.imaging.labels.voxelized import voxels_inside
 from vfix_engine.imaging.labels.writing import label_file
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.progress import ProgressCallback, no_progress
 
 PaintedDocument = Document[PaintedLabel]
-Tell = Callable[[str, float], None]
 _VALUE = 1  # of the label in files
 _BORDER_FROM = 0.3  # of the work on a surface: before it strokes are drawn
-
-
-def _tell_nobody(stage: str, fraction: float) -> None:
-    """Report nothing."""
 
 
 class Labels:
@@ -105,7 +100,7 @@ class Labels:
         """Voxels (K, J, I) of a label, read-only. Raises NotFound and StorageError."""
         return self._masks.get(_key(case, content), lambda: self._drawn(case, content))
 
-    def label(self, document: PaintedDocument, progress: Tell | None = None) -> Label:
+    def label(self, document: PaintedDocument, progress: ProgressCallback | None = None) -> Label:
         """A document's label as the engine has it, on the whole grid. progress: may raise to end the drawing."""
         case, content = self._cases.get(document.case_id), document.content
         grid = self._volume(case, content.volume)
@@ -137,7 +132,7 @@ class Labels:
             work, kind="segmentation", lane="import", case_id=document.case_id, subject=document.name
         )
 
-    def run(self, label_id: str, progress: Tell = _tell_nobody) -> Structure:
+    def run(self, label_id: str, progress: ProgressCallback = no_progress) -> Structure:
         """Make the surface of a label a structure of its case, or give the one it has that surface.
 
         Raises NotFound, and InputError for a label without voxels, or where the case has too many structures.
@@ -180,7 +175,7 @@ class Labels:
         assert volume is not None
         return volume
 
-    def _drawn(self, case: Case, content: PaintedLabel, progress: Tell = _tell_nobody) -> Mask:
+    def _drawn(self, case: Case, content: PaintedLabel, progress: ProgressCallback = no_progress) -> Mask:
         """The voxels: all strokes on what the label begins with, or the last one on what was there before it."""
         grid, strokes = self._volume(case, content.volume), content.strokes
         before = replace(content, strokes=strokes[:-1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -14,14 +14,13 @@ from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shaft_directions import ShaftDirections
+from vfix_engine.progress import ProgressCallback
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation.dry_run import STEP_MM, dry_run
 from vfix_engine.simulation.placing import Placing, place_robot, started_at
 from vfix_engine.simulation.scene import Scene
 
 PROSPECT_STEP_MM = 0.2  # of the dry run while a hand drags; the least clearance is within some 0.03 mm
-
-Tell = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +40,7 @@ class Drive:
         self,
         planned: Mapping[str, Any],
         settings: ControlSettings,
-        tell: Tell,
+        tell: ProgressCallback,
         registration: ImageRegistration | None = None,
         kept: StoredPlacing | None = None,
     ) -> Placing:
@@ -64,7 +63,9 @@ class Drive:
             shaft=self.shaft, base=base,
         )  # fmt: skip
 
-    def _from(self, placing: StoredPlacing, settings: ControlSettings, step_mm: float, tell: Tell) -> Placing:
+    def _from(
+        self, placing: StoredPlacing, settings: ControlSettings, step_mm: float, tell: ProgressCallback
+    ) -> Placing:
         scene = Scene(
             self.tree, self.robot, self.tool, *placing, self.path, zones=self.zones, fixtures=self.fixtures,
             structure_names=self.structure_names, shaft=self.shaft,
@@ -74,5 +75,5 @@ class Drive:
         )
 
 
-def _tell(tell: Tell, stage: str, share: float) -> None:
+def _tell(tell: ProgressCallback, stage: str, share: float) -> None:
     tell(stage, 0.95 * share)

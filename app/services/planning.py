@@ -37,20 +37,16 @@ from vfix_engine.geometry.distance_field import DistanceField
 from vfix_engine.geometry.fit import Inside, nearest_free_point
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
+from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.simulation import preparation
 from vfix_engine.simulation.dry_run import DryRun
 from vfix_engine.simulation.inspection_cone import InspectionCone, inspection_cone
 
 Array = NDArray[np.float64]
 
-Tell = Callable[[str, float], None]
 
 SPACING_MM = 0.5  # between samples of the spline
 _MOVED_MM = 0.01  # a shorter move is not worth a word
-
-
-def _tell_nobody(stage: str, fraction: float) -> None:
-    """Report nothing."""
 
 
 @dataclass(frozen=True)
@@ -175,7 +171,9 @@ class Planning:
         reason = f"moved {moved:.1f} mm, clear of {away}" if moved > _MOVED_MM else ""
         return SnapResult(place, moved, reason, surroundings(volume, place))
 
-    def evaluate(self, plan: Plan, progress: Tell = _tell_nobody, switches: Switches = NO_SWITCHES) -> PlanEvaluation:
+    def evaluate(
+        self, plan: Plan, progress: ProgressCallback = no_progress, switches: Switches = NO_SWITCHES
+    ) -> PlanEvaluation:
         """Spline, bone clearance of the whole tool along it, the soft tissue that it passes, and the placing.
 
         progress: gets the stage in words and the fraction of the whole before each step of the run; what it raises
@@ -287,7 +285,11 @@ class Planning:
         return placed_robot(plan.robot, found.base, found.q_start, registered)
 
     def prospect(
-        self, plan: Plan, placing: StoredPlacing, progress: Tell = _tell_nobody, switches: Switches = NO_SWITCHES
+        self,
+        plan: Plan,
+        placing: StoredPlacing,
+        progress: ProgressCallback = no_progress,
+        switches: Switches = NO_SWITCHES,
     ) -> PlanEvaluation:
         """As `evaluate`, of a plan that is not stored yet, in coarser steps and with the robot's base kept.
 
@@ -299,7 +301,7 @@ class Planning:
     def _evaluate(
         self,
         plan: Plan,
-        progress: Tell,
+        progress: ProgressCallback,
         switches: Switches,
         registered: DrivenRegistration | None,
         kept: StoredPlacing | None = None,
@@ -354,7 +356,7 @@ class Planning:
         )
 
     def _profile(
-        self, plan: Plan, run: DryRun, zones: ZoneSet, registered: DrivenRegistration | None, tell: Tell
+        self, plan: Plan, run: DryRun, zones: ZoneSet, registered: DrivenRegistration | None, tell: ProgressCallback
     ) -> Profile:
         """Bone clearance and soft tissue along a dry run; without tissue where no place of the plan is in the scan."""
         try:

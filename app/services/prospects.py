@@ -9,8 +9,9 @@ from app.services.cases import CaseService
 from app.services.placing import StoredPlacing
 from app.services.plan_model import Plan, without_placing
 from app.services.plan_points import PlanPoint, Position
-from app.services.planning import PlanEvaluation, Planning, Tell
+from app.services.planning import PlanEvaluation, Planning
 from app.services.switches import NO_SWITCHES, Switches
+from vfix_engine.progress import ProgressCallback
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,12 @@ class Prospects:
         self._cases, self._planning = cases, planning
 
     def of(
-        self, plan: Plan, dragged: Dragged, placing: StoredPlacing, progress: Tell, switches: Switches = NO_SWITCHES
+        self,
+        plan: Plan,
+        dragged: Dragged,
+        placing: StoredPlacing,
+        progress: ProgressCallback,
+        switches: Switches = NO_SWITCHES,
     ) -> Prospect:
         """The path with the point where a release would put it, driven dry as the stored one is.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from sqlalchemy.orm import Session
@@ -19,6 +18,7 @@ from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.segmentation import HIGHEST_HU, LOWEST_HU, PRESETS, Band, Segmented, SegmentRequest, segment
 from vfix_engine.imaging.surface import BONE_HU, Dropped
 from vfix_engine.imaging.tissue_regions import MUCOSA_MM, SHEET_MM
+from vfix_engine.progress import ProgressCallback, no_progress
 
 # By preset, and for a threshold of one's own.
 COLOURS = {
@@ -32,11 +32,6 @@ COLOURS = {
 OWN_COLOUR = "#009e73"
 
 Place = tuple[float, float, float]
-Tell = Callable[[str, float], None]
-
-
-def _tell_nobody(stage: str, fraction: float) -> None:
-    """Report nothing."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +75,7 @@ class Segmenting:
 
         return self._jobs.submit(work, kind="segmentation", lane="import", case_id=case_id, subject=wish.name)
 
-    def run(self, case_id: str, wish: SegmentWish, progress: Tell = _tell_nobody) -> Structure:
+    def run(self, case_id: str, wish: SegmentWish, progress: ProgressCallback = no_progress) -> Structure:
         """Segment and store. Raises as `start`, and ImageError where nothing is found."""
         self._check(case_id, wish)
         volumes = self._cases.volumes(self._cases.get(case_id))

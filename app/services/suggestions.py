@@ -25,6 +25,7 @@ from app.services.suggestion_ends import check_ends
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.opened_field import opened_field
+from vfix_engine.progress import ProgressCallback
 from vfix_engine.robots import Tool
 from vfix_engine.simulation import preparation
 from vfix_engine.suggestion import (
@@ -39,7 +40,6 @@ from vfix_engine.suggestion import (
     suggest_path,
 )
 
-Tell = Callable[[str, float], None]
 Position = tuple[float, float, float]
 
 WORTH_TELLING_MM = 0.5  # a path that ends farther than this from its target says so
@@ -159,7 +159,7 @@ class Suggestions:
         """What a job has measured. Raises NotFound for one that is not remembered."""
         return _kept(self._tables, table_id, "table of tools")
 
-    def look(self, plan: Plan, entry: Position, target: Position, tell: Tell) -> SuggestedPaths:
+    def look(self, plan: Plan, entry: Position, target: Position, tell: ProgressCallback) -> SuggestedPaths:
         """Paths from an entry to a target, for the tool, robot and settings of a plan, among its structures to spare.
 
         Raises InputError where entry or target cannot be used, before anything is measured where that is known.
@@ -172,7 +172,7 @@ class Suggestions:
             new_point_id(), plan.id, entry, target, tool.name, settings.kept_mm, found, plan.tool_shape
         )
 
-    def tools(self, plan: Plan, tell: Tell) -> ToolTable:
+    def tools(self, plan: Plan, tell: ProgressCallback) -> ToolTable:
         """Every shipped tool along the path of a plan."""
         points = [point.position for point in plan.points]
         path = path_of(plan)
@@ -203,7 +203,7 @@ class Suggestions:
         same = f"{kind} {plan.id} {plan.revision} {tuple(ends)}"
         return self._jobs.submit(work, kind=kind, lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
 
-    def _around(self, plan: Plan, places: Sequence[Position], tell: Tell) -> Surroundings:
+    def _around(self, plan: Plan, places: Sequence[Position], tell: ProgressCallback) -> Surroundings:
         """Bone, soft tissue and structures to spare around places."""
         preparation.wait(lambda: tell("Preparing the engine", 0.0))
         case = self._cases.get(plan.case_id)

@@ -9,6 +9,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.surface import BONE_HU, Dropped, clean, extract_surface
 from vfix_engine.imaging.thinning import ThinnedSurface, clustered, collapsed, measured, within
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.progress import ProgressCallback
 
 # The surface for control. Up to the first size it is the extracted surface, whole; above it, it is decimated to the
 # second one, and what that moved too far is put back.
@@ -25,8 +26,6 @@ FOUND, CLEANED, PICTURED = 0.35, 0.3, 0.5
 MIN_BODY_TRIANGLES = 100  # smaller components are left out of the picture; the surface for control keeps them
 USUAL_SLICE_MM = 1.0  # largest slice distance for navigation in the nose
 SLICE_SHARE = 0.5  # of a larger slice distance: how far bone may lie from its surface
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ def slice_uncertainty_mm(spacing_mm: float) -> float:
     return SLICE_SHARE * spacing_mm if spacing_mm > USUAL_SLICE_MM else 0.0
 
 
-def bone_of_volume(volume: Volume, *, progress: Progress) -> BoneSurfaces:
+def bone_of_volume(volume: Volume, *, progress: ProgressCallback) -> BoneSurfaces:
     """Bone of a CT: every triangle of it for control, a decimated picture for display.
 
     Raises:
@@ -86,7 +85,7 @@ def bone_of_volume(volume: Volume, *, progress: Progress) -> BoneSurfaces:
     return surfaces_of(surface, progress=lambda stage, share: progress(stage, FOUND + (1.0 - FOUND) * share))
 
 
-def surfaces_of(surface: TriangleMesh, *, progress: Progress) -> BoneSurfaces:
+def surfaces_of(surface: TriangleMesh, *, progress: ProgressCallback) -> BoneSurfaces:
     """Surfaces for control and for display of an extracted surface; nothing of it is left out of control."""
     control, done = ThinnedSurface(surface, 0.0, 0.0, 0.0), 0.0
     if len(surface.faces) > CONTROL_TRIANGLES:
@@ -105,7 +104,7 @@ def _thinned_words(before: int, surface: ThinnedSurface) -> str:
     return f"{before:,} triangles, thinned to {after:,} ({surface.certified_mm or 0.0:.2f} mm off at most)"
 
 
-def bone_of_surface(surface: TriangleMesh, *, progress: Progress) -> BoneSurfaces:
+def bone_of_surface(surface: TriangleMesh, *, progress: ProgressCallback) -> BoneSurfaces:
     """Surfaces of a case from a mesh: unchanged for control, decimated for display."""
     return _with_display(
         ThinnedSurface(surface, 0.0, 0.0, 0.0), lambda share: progress("Making the picture of it", share)

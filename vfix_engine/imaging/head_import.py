@@ -15,6 +15,7 @@ from typing import TypeVar
 from ..errors import FrameError, InputError
 from ..geometry.kernel_cache import cache_root
 from ..geometry.mesh import TriangleMesh
+from ..progress import ProgressCallback, no_progress
 from .bone import BoneSurfaces, bone_of_surface, bone_of_volume
 from .detached import files_of, is_header
 from .frame_report import MM_PER_UNIT, FrameReport
@@ -28,8 +29,6 @@ from .volume import Volume
 READ_SECONDS = 30.0
 EXTRACT_SECONDS = 300.0
 
-# (name of a stage, share of the whole that is done)
-Progress = Callable[[str, float], None]
 Result = TypeVar("Result")
 
 
@@ -74,10 +73,6 @@ class ControlHead:
     notes: tuple[str, ...]
 
 
-def no_progress(stage: str, fraction: float) -> None:
-    """Report nothing."""
-
-
 def is_head(path: Path) -> bool:
     """Whether the path exists and its name is that of a volume or a mesh."""
     return (is_mesh(path) or is_volume(path)) and path.exists()
@@ -85,7 +80,7 @@ def is_head(path: Path) -> bool:
 
 def read_head(
     request: HeadRequest,
-    progress: Progress = no_progress,
+    progress: ProgressCallback = no_progress,
     *,
     cancellation: Cancellation | None = None,
     folder: Path | None = None,
@@ -122,7 +117,7 @@ def read_head(
 
 def extract_bone(
     head: ReadHead,
-    progress: Progress = no_progress,
+    progress: ProgressCallback = no_progress,
     *,
     cancellation: Cancellation | None = None,
     folder: Path | None = None,

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.segmentation import Band, Mask, SegmentRequest, Tell, crop_of, leave_out, level_of, region_of
+from vfix_engine.imaging.segmentation import Band, Mask, SegmentRequest, crop_of, leave_out, level_of, region_of
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.progress import ProgressCallback, no_progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +32,7 @@ def islands(
     request: SegmentRequest,
     step: int = 1,
     inside: Mask | None = None,
-    tell: Tell = lambda stage, share: None,
+    tell: ProgressCallback = no_progress,
 ) -> Islands:
     """The voxels that `segment` makes a surface of, before it smooths.
 

@@ -22,9 +22,9 @@ from typing import Any, TypeVar
 
 from vfix_engine import errors
 from vfix_engine.imaging import crossing
+from vfix_engine.progress import ProgressCallback
 
 Result = TypeVar("Result")
-Progress = Callable[[str, float], None]
 
 DEFAULT_MEMORY_BYTES = 6 << 30
 DEFAULT_SECONDS = 30.0
@@ -85,7 +85,7 @@ def run_isolated(
     *args: Any,
     memory_bytes: int = DEFAULT_MEMORY_BYTES,
     seconds: float = DEFAULT_SECONDS,
-    progress: Progress | None = None,
+    progress: ProgressCallback | None = None,
     cancellation: Cancellation | None = None,
     folder: Path | None = None,
     writable: Sequence[Path] = (),
@@ -143,7 +143,7 @@ def _paths_in(value: Any) -> Iterator[Path]:
             yield from _paths_in(item)
 
 
-def _run_worker(own: Path, seconds: float, progress: Progress | None, cancellation: Cancellation) -> None:
+def _run_worker(own: Path, seconds: float, progress: ProgressCallback | None, cancellation: Cancellation) -> None:
     process = subprocess.Popen(
         [sys.executable, "-P", str(Path(__file__).with_name("worker.py")), str(own)],
         stdin=subprocess.PIPE,  # nothing is written; its end tells the worker that the caller has ended
@@ -204,7 +204,7 @@ def _end(status: int) -> str:
     return f"ended with status {status}"
 
 
-def _forward(line: bytes, progress: Progress | None) -> None:
+def _forward(line: bytes, progress: ProgressCallback | None) -> None:
     """Pass on one line of progress; other lines, which a decoder may print, are dropped."""
     try:
         stage, fraction = json.loads(line)

@@ -14,10 +14,11 @@ from vfix_engine.errors import ImageError
 from vfix_engine.imaging.detached import files_of, is_header
 from vfix_engine.imaging.frame_report import FrameReport
 from vfix_engine.imaging.head_files import assumption, check_size
-from vfix_engine.imaging.head_import import READ_SECONDS, HeadRequest, Progress, no_progress, read_or_ask
+from vfix_engine.imaging.head_import import READ_SECONDS, HeadRequest, read_or_ask
 from vfix_engine.imaging.isolated import Cancellation, run_isolated
 from vfix_engine.imaging.readers import VOLUME_SUFFIXES, is_volume, read_volume
 from vfix_engine.imaging.volume import Volume, check_finite
+from vfix_engine.progress import ProgressCallback, no_progress
 
 _SHADES = 4000  # of values that are scaled
 _FEW = 500  # values over a smaller range are scaled: fractions would be lost
@@ -36,7 +37,7 @@ class OverlayVolume:
 
 def read_overlay(
     request: HeadRequest,
-    progress: Progress = no_progress,
+    progress: ProgressCallback = no_progress,
     *,
     cancellation: Cancellation | None = None,
     folder: Path | None = None,

@@ -5,7 +5,6 @@ The surface encloses the voxels: however thin what they make up is, the centre o
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -22,9 +21,9 @@ from vfix_engine.imaging.surface import BONE_HU, extract_surface
 from vfix_engine.imaging.thinning import bound_over
 from vfix_engine.imaging.tissue_regions import near_air, sheets_between_air
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.progress import ProgressCallback, no_progress
 
 Mask = npt.NDArray[np.bool_]
-Tell = Callable[[str, float], None]
 
 LOWEST_HU, HIGHEST_HU = -2000.0, 10_000.0
 MOST_SMOOTHING_MM = 3.0
@@ -106,7 +105,7 @@ class Segmented:
     smoothed_mm: float
 
 
-def segment(volume: Volume, request: SegmentRequest, tell: Tell = lambda stage, share: None) -> Segmented:
+def segment(volume: Volume, request: SegmentRequest, tell: ProgressCallback = no_progress) -> Segmented:
     """Segment a CT. The surface is closed where the scan, the crop box or the body ends.
 
     tell: called with the stage in words and the share that is done; what it raises ends the work.
@@ -197,7 +196,7 @@ def leave_out(level: npt.NDArray[np.int16], part: Volume, request: SegmentReques
     return int(count), int(np.count_nonzero(~kept[1:]))
 
 
-def _smoothed(found: Segmented, part: Volume, mask: Mask, smooth_mm: float, tell: Tell) -> Segmented:
+def _smoothed(found: Segmented, part: Volume, mask: Mask, smooth_mm: float, tell: ProgressCallback) -> Segmented:
     """The border of the blurred voxels, and how far the sharp one lies from it at most."""
     from scipy import ndimage  # as above
 

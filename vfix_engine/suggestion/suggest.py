@@ -15,6 +15,7 @@ from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
 from ..geometry.proximity import Proximity
 from ..geometry.shaft_directions import ShaftDirections, roll_of
+from ..progress import ProgressCallback, no_progress
 from ..robots import RobotModel, Tool
 from ..simulation.dry_run import STATION_MM, DryRun
 from ..simulation.placing import place_robot
@@ -30,12 +31,6 @@ STEADY = 3  # plans with one orientation for the whole path, beside those that c
 TIGHT_MM = 0.2  # a clearance this little above the margin is tight
 _SAME_DEG = 3.0  # plans that differ by less than this everywhere are one
 _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its progress
-
-Tell = Callable[[str, float], object]
-
-
-def _tell_nobody(stage: str, share: float) -> None:
-    """Report nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +114,7 @@ def suggest_path(
     entry: ArrayLike,
     target: ArrayLike,
     settings: ControlSettings,
-    tell: Tell = _tell_nobody,
+    tell: ProgressCallback = no_progress,
 ) -> Suggestion:
     """The widest way of the tip, with the plans of the shaft that the controller drives best.
 
@@ -149,7 +144,7 @@ def best_drives(
     settings: ControlSettings,
     rankings: tuple[Ranking, ...] = RANKINGS,
     steady: int = STEADY,
-    tell: Tell = _tell_nobody,
+    tell: ProgressCallback = no_progress,
 ) -> list[Alternative]:
     """Drives of a tool along a path (m, 3) with the best plans of its shaft, the best one first.
 

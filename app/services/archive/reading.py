@@ -25,6 +25,7 @@ from app.services.referred import referred_files
 from app.store import Store
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError
+from vfix_engine.progress import ProgressCallback, no_progress
 
 MAX_UNPACKED_BYTES = 4 << 30  # of one NumPy archive among the files
 _CASE = {"id": str, "name": str, "created": str, "content_hash": str, "content": dict}
@@ -32,12 +33,6 @@ _DOCUMENT = {
     "id": str, "kind": str, "case_hash": str, "name": str, "created": str, "modified": str, "locked": bool,
     "revision": int, "schema": str, "refs": list, "content": dict, "settings": dict,
 }  # fmt: skip
-
-Tell = Callable[[str, float], object]
-
-
-def _tell_nobody(stage: str, fraction: float) -> None:
-    """Report nothing."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +50,7 @@ class ArchiveReader:
     def __init__(self, store: Store, cases: CaseService) -> None:
         self._store, self._cases = store, cases
 
-    def read(self, path: Path, tell: Tell = _tell_nobody) -> Case:
+    def read(self, path: Path, tell: ProgressCallback = no_progress) -> Case:
         """Import an archive as a new case. tell: called again and again; it may raise to end the import.
 
         Where the store has the case or one of its documents already, all of them get new identifiers.

@@ -21,8 +21,9 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging import confinement, isolated
 from vfix_engine.imaging.crossing import save
 from vfix_engine.imaging.frame_report import FrameReport
-from vfix_engine.imaging.isolated import Cancellation, Progress, run_isolated
+from vfix_engine.imaging.isolated import Cancellation, run_isolated
 from vfix_engine.imaging.readers import read_volume
+from vfix_engine.progress import ProgressCallback
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what became of a process")
 posix = pytest.mark.skipif(os.name != "posix", reason="Windows does not limit the size of a file")
@@ -77,7 +78,7 @@ def leave() -> None:
     os._exit(0)
 
 
-def count(progress: Progress) -> str:
+def count(progress: ProgressCallback) -> str:
     for n in range(3):
         progress("reading", n / 2)
     print("noise from a decoder")

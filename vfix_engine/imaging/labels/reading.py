@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 
@@ -23,14 +22,13 @@ from vfix_engine.imaging.labels.seg_nrrd import read_seg_nrrd
 from vfix_engine.imaging.labels.surfaces import LabelSurface, surface_of
 from vfix_engine.imaging.nifti import bytes_before_voxels
 from vfix_engine.imaging.readers import read_grid
+from vfix_engine.progress import ProgressCallback
 
 SEGMENTATION_SUFFIXES = (".seg.nrrd", ".nrrd", ".nii", ".nii.gz", ".mha", ".dcm")
 READ_SECONDS = 180.0
 MASK_SECONDS = 4.0  # besides, for each mask of a folder
 _ON_GRID = 0.01  # of a voxel
 _SAME_AXES = 1e-4
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ def is_segmentation_file(path: Path) -> bool:
 def read_segmentation(
     request: SegmentationRequest,
     place: Place,
-    progress: Progress,
+    progress: ProgressCallback,
     *,
     cancellation: Cancellation | None = None,
     folder: Path | None = None,
@@ -108,7 +106,7 @@ def _read(
     assume: bool,
     place: Place,
     *,
-    progress: Progress,
+    progress: ProgressCallback,
 ) -> Segmentation:
     progress("Reading the segmentation", 0.0)
     table = {} if names is None else read_names(names)
