@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rest_client import Client, opened_client
+from sqlalchemy import delete, insert, select
 
 from app.services import Services, build_services
 from app.services.cases import Case, CaseFrame, CaseService
 from app.services.plans import PlanService
 from app.settings import Settings
 from app.store import Store
+from app.store.models import Base
 from vfix_engine.geometry.mesh import TriangleMesh
 
 
@@ -48,11 +50,26 @@ def case(cases: CaseService) -> Case:
 
 
 @pytest.fixture(scope="session")
-def phantom_services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Services]:
-    """Services with the embedded head; tests that share it change only what they made."""
+def shared_phantom(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Services]:
+    """Services with the embedded head, whose fields and trees are made once for all files."""
     services = build_services(Settings(home=tmp_path_factory.mktemp("phantom"), port=0))
     yield services
     services.close()
+
+
+@pytest.fixture(scope="module")
+def phantom_services(shared_phantom: Services) -> Iterator[Services]:
+    """Those services with nothing but the embedded head; what the tests of a file leave, the next file does not see."""
+    tables = Base.metadata.sorted_tables
+    with shared_phantom.store.reading() as session:
+        found = {table: [dict(row) for row in session.execute(select(table)).mappings()] for table in tables}
+    yield shared_phantom
+    with shared_phantom.store.writing() as session:
+        for table in reversed(tables):
+            session.execute(delete(table))
+        for table in tables:
+            if found[table]:
+                session.execute(insert(table), found[table])
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -51,7 +51,7 @@ def parts(store: Store, plans: PlanService) -> Parts:
 @pytest.fixture
 def plan(parts: Parts, case: Case) -> Plan:
     made = parts.plans.create(case.id, "Way", PlanContent(POINTS, TARGETS))
-    parts.live.opened(made.id)
+    parts.live.opened("page", made.id)
     return made
 
 
@@ -89,10 +89,9 @@ def test_only_the_registration_that_the_plan_goes_by_is_told(parts: Parts, plan:
     own = parts.registrations.create(plan.case_id, "Own", given)
     unmade = parts.registrations.create(plan.case_id, "Not made yet", RegistrationContent())
     listed = parts.registrations.list(plan.case_id)
-    assert registration_message(plan, listed) == []
-    assert registration_message(replace(plan, registration=unmade.id), listed) == []
-    (message,) = registration_message(replace(plan, registration=own.id), listed)
-    assert isinstance(message, Transform)
+    for without in (plan, replace(plan, registration=unmade.id)):
+        np.testing.assert_array_equal(registration_message(without, listed).matrix, np.eye(4))
+    message = registration_message(replace(plan, registration=own.id), listed)
     np.testing.assert_array_equal(message.matrix, frames.registration_to_ras(TURN))
 
 
@@ -210,6 +209,13 @@ def test_a_registration_becomes_a_document_once(parts: Parts, intake: Intake, pl
     assert intake.settle() == []
 
 
+def test_the_identity_is_no_registration(parts: Parts, intake: Intake, plan: Plan) -> None:
+    """It is what the link itself tells where there is none, and what a new transform of Slicer is."""
+    assert "says that there is none" in intake.hear(Transform("Registration", np.eye(4)))
+    assert intake.settle() == []
+    assert parts.registrations.list(plan.case_id) == ()
+
+
 @pytest.mark.parametrize("scale", [(1.01, 1.0, 1.0), (-1.0, 1.0, 1.0)])
 def test_a_matrix_that_is_not_rigid_is_no_registration(
     intake: Intake, plan: Plan, scale: tuple[float, float, float]
@@ -252,6 +258,13 @@ def positions(message: Any) -> Any:
     return np.array(message.positions) * RAS
 
 
+def heard(peer: Any, name: str, wanted: Callable[[Any], bool]) -> None:
+    """Wait for a message that is wanted; those before it are passed over."""
+    end = time.monotonic() + 5.0
+    while not wanted(peer.wait_for_message(name, timeout=5)):
+        assert time.monotonic() < end
+
+
 def test_another_implementation_hears_the_plan_and_its_changes(parts: Parts, plan: Plan, peer: Any) -> None:
     path = peer.wait_for_message("Path", timeout=5)
     np.testing.assert_allclose(positions(path), [p.position for p in POINTS], rtol=1e-7)
@@ -259,12 +272,29 @@ def test_another_implementation_hears_the_plan_and_its_changes(parts: Parts, pla
     assert peer.wait_for_message("Targets", timeout=5).names == ["Öffnung"]
     content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
     parts.plans.editor(plan.id).use_registration(parts.registrations.create(plan.case_id, "R", content).id)
-    matrix = peer.wait_for_message("Registration", timeout=5).matrix
-    np.testing.assert_allclose(matrix, frames.registration_to_ras(TURN), rtol=1e-6, atol=1e-7)
+    told = frames.registration_to_ras(TURN)
+    heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, rtol=1e-6, atol=1e-7))
     parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
-    end = time.monotonic() + 5.0
-    while not np.allclose(positions(peer.wait_for_message("Path", timeout=5))[1], [40.0, 50.0, 60.0]):
-        assert time.monotonic() < end
+    heard(peer, "Path", lambda message: np.allclose(positions(message)[1], [40.0, 50.0, 60.0]))
+
+
+def test_another_implementation_hears_that_a_registration_does_not_apply_any_more(
+    parts: Parts, plan: Plan, case: Case, peer: Any
+) -> None:
+    """By another plan, which goes by none; by the first one again; and when no page shows any plan."""
+    content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
+    parts.plans.editor(plan.id).use_registration(parts.registrations.create(plan.case_id, "R", content).id)
+    told, none = frames.registration_to_ras(TURN), np.eye(4)
+    heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, atol=1e-6))
+    other = parts.plans.create(case.id, "Other way", PlanContent(POINTS, TARGETS))
+    parts.live.opened("another page", other.id)
+    heard(peer, "Registration", lambda message: np.array_equal(message.matrix, none))
+    heard(peer, "Plan", lambda message: "Other way" in message.string and "no registration" in message.string)
+    parts.live.opened("another page", None)  # the first page still shows its plan
+    heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, atol=1e-6))
+    parts.live.opened("page", None)
+    heard(peer, "Registration", lambda message: np.array_equal(message.matrix, none))
+    heard(peer, "Plan", lambda message: message.string == "No plan is open.")
 
 
 def test_another_implementation_hears_where_the_tool_is(parts: Parts, peer: Any) -> None:

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 
+import numpy as np
+
 from app.link import LinkFault, Message, Point, PointList, Transform
 from app.link.messages import cut_name
 from app.services.documents import Documents
@@ -37,6 +39,7 @@ from vfix_engine.errors import PlanError, VfixError
 
 SETTLED_S = 1.0  # a hand that drags a point sends on; its proposal is made once it rests
 FROM = "From 3D Slicer"
+NO_REGISTRATION = "The identity as Registration says that there is none; nothing was stored."
 MAX_REGISTRATIONS = 20  # of a case that came so
 
 
@@ -74,8 +77,8 @@ class Intake:
         plan = self._open_plan()
         if isinstance(message, PointList):
             _proposed(plan, message)  # refused at once where it cannot be
-        else:
-            rigid(message.matrix)
+        elif same_transform(rigid(message.matrix), np.eye(4)):
+            return NO_REGISTRATION
         with self._lock:
             self._waiting[message.name] = _Waiting(message, time.monotonic() + SETTLED_S, plan.id)
         return ""

@@ -12,7 +12,7 @@ from app.services.documents import Documents
 from app.services.live_link.board import LiveBoard
 from app.services.live_link.frames import pose_to_ras
 from app.services.live_link.incoming import Intake
-from app.services.live_link.outgoing import TOOL, plan_messages, registration_message
+from app.services.live_link.outgoing import PLAN, TOOL, no_registration, plan_messages, registration_message
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
 from app.services.registration import RegistrationContent
@@ -89,13 +89,16 @@ class LiveLink:
         words = self._intake.settle()
         if words:
             self._server.tell([Text(STATUS, " ".join(words))])
-        plan_id = self._board.plan_id
-        if plan_id is None or not self._server.clients:
+        if not self._server.clients:
             self._known = None
             return
-        plan = self._plans.get(plan_id)
-        revisions = [(one.id, one.revision) for one in self._registrations.list(plan.case_id)]
-        now = (plan.id, plan.revision, revisions)
+        now: object = "no plan"
+        if (plan_id := self._board.plan_id) is not None:
+            try:
+                plan = self._plans.get(plan_id)
+                now = plan.id, plan.revision, [(one.id, one.revision) for one in self._registrations.list(plan.case_id)]
+            except VfixError as error:
+                now = str(error)
         if now != self._known:
             self._known = now
             self._server.tell(self._now())
@@ -104,9 +107,9 @@ class LiveLink:
         """Everything that is told of the open plan."""
         plan_id = self._board.plan_id
         if plan_id is None:
-            return [Text(STATUS, "No plan is open.")]
+            return [Text(PLAN, "No plan is open."), no_registration()]
         try:
             plan = self._plans.get(plan_id)
-            return [*plan_messages(plan), *registration_message(plan, self._registrations.list(plan.case_id))]
+            return [*plan_messages(plan), registration_message(plan, self._registrations.list(plan.case_id))]
         except VfixError as error:
-            return [Text(STATUS, str(error))]
+            return [Text(STATUS, str(error)), no_registration()]

@@ -66,10 +66,11 @@ class PlanStep(Step):
         try:
             if case_id is None:
                 self.close_plan()
-                self._services.live.opened(None)
             else:
                 self.views.note(self.open(case_id, plan_id), error=True)
         finally:
+            if self._edited is None:
+                self._services.live.opened(self.views.client.id, None)
             self.views.plan.opened(again=True)
 
     def open(self, case_id: str, plan_id: str | None) -> str:
@@ -90,6 +91,9 @@ class PlanStep(Step):
                 unreadable.append(str(error))
         return " ".join(unreadable)
 
+    def close(self) -> None:
+        self._services.live.opened(self.views.client.id, None)
+
     def close_plan(self) -> None:
         self._case_id = self._edited = None
         self._plans = []
@@ -100,7 +104,7 @@ class PlanStep(Step):
         self._check_own(plan_id)
         self._shafts.clear()
         self._edited = EditedPlan(self._services, plan_id)
-        self._services.live.opened(plan_id)
+        self._services.live.opened(self.views.client.id, plan_id)
         points = self._edited.points()
         self._judged.again()
         if points:

@@ -279,6 +279,23 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
 
 
 def test_the_plan_that_was_opened_last_is_known_to_the_link(phantom_services: Services) -> None:
-    phantom_services.live.opened(None)
+    live = phantom_services.live
+    live.opened("another page", "its plan")
     step = open_sample(phantom_services)
-    assert phantom_services.live.plan_id == step.plan_id == SAMPLE
+    assert live.plan_id == step.plan_id == SAMPLE
+    step.close()
+    assert live.plan_id == "its plan"
+    live.opened("another page", None)
+    assert live.plan_id is None
+
+
+def test_a_page_without_a_head_leaves_the_plan_of_another_page_to_the_link(phantom_services: Services) -> None:
+    live = phantom_services.live
+    live.opened("another page", "its plan")
+    phantom_services.cases.delete(HEAD)
+    try:
+        assert open_sample(phantom_services).plan_id is None
+        assert live.plan_id == "its plan"
+    finally:
+        phantom_services.cases.restore(HEAD)
+        live.opened("another page", None)
