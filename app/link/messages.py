@@ -6,6 +6,7 @@ for the extended header. Numbers are big-endian; lengths in mm; matrices and pos
 
 from __future__ import annotations
 
+import math
 import struct
 import time
 from collections.abc import Mapping
@@ -159,7 +160,7 @@ def _points(content: bytes) -> tuple[Point, ...]:
         raise LinkFault("a list of points has a body of a wrong length.")
     found = []
     for name, _, r, g, b, a, x, y, z, diameter, _ in _POINT.iter_unpack(content):
-        if not np.isfinite((x, y, z)).all():
+        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
             raise LinkFault("a point has a coordinate that is not finite.")
         found.append(Point(_text(name), (x, y, z), (r, g, b, a), diameter))
     return tuple(found)

@@ -12,7 +12,7 @@ import logging
 import threading
 from collections.abc import Callable, Iterable
 
-from app.link.messages import HEADER_BYTES, LinkFault, Message, Text, pack, parse_header, unpack
+from app.link.messages import HEADER_BYTES, Header, LinkFault, Message, Text, pack, parse_header, unpack
 from vfix_engine.errors import InputError, VfixError
 
 _LOG = logging.getLogger(__name__)
@@ -160,13 +160,15 @@ class LinkServer:
             except (asyncio.IncompleteReadError, ConnectionError):
                 return
             try:
-                words = await self._loop.run_in_executor(None, self._dealt, unpack(header, body))
+                words = await self._loop.run_in_executor(None, self._dealt, header, body)
             except VfixError as error:
                 words = str(error)
             if words:
                 client.put("Text" + STATUS, pack(Text(STATUS, words)))
 
-    def _dealt(self, message: Message | None) -> str:
+    def _dealt(self, header: Header, body: bytes) -> str:
+        """Off the loop's thread: the checksum of a large body takes tens of milliseconds."""
+        message = unpack(header, body)
         return "" if message is None else self._heard(message)
 
 

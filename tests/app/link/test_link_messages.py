@@ -49,6 +49,13 @@ def read(data: bytes) -> Message | None:
 
 def test_the_checksum_is_that_of_ecma_182() -> None:
     assert crc64(b"123456789") == 0x6C40DF5F0B497347  # the check value of CRC-64/ECMA-182
+    # A remainder behind its data leaves nothing, of short ones by bytes and of long ones by rows; one bit more does.
+    for count in (0, 1, 4095, 4096, 4097, 256 << 10):
+        data = np.random.default_rng(count).bytes(count)
+        whole = data + crc64(data).to_bytes(8, "big")
+        assert crc64(whole) == 0
+        assert crc64(whole[:-1] + bytes([whole[-1] ^ 1])) != 0
+    assert crc64(bytes(5000) + b"123456789") == 0x6C40DF5F0B497347
 
 
 def test_a_transform_has_the_bytes_of_another_implementation() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from app.link import server as module
-from app.link.messages import HEADER_BYTES, Message, PointList, Text, pack, parse_header, unpack
+from app.link.messages import HEADER_BYTES, Header, Message, Point, PointList, Text, pack, parse_header, unpack
 from app.link.server import LinkServer
 from vfix_engine.errors import InputError, PlanError
 
@@ -92,6 +92,27 @@ def test_a_message_is_answered_and_a_refusal_told_in_words(server: LinkServer, h
         opened.sendall(pack(PointList("No", ())))
         assert receive(opened) == Text("Status", "the plan is locked.")
     assert [message.name for message in heard.messages] == ["Targets", "No"]
+
+
+def test_a_large_message_does_not_hold_up_the_other_clients(
+    server: LinkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its checksum is compared on another thread; meanwhile the others are served."""
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slow(header: Header, body: bytes) -> Message | None:
+        begun.set()
+        assert go_on.wait(5.0)
+        return unpack(header, body)
+
+    monkeypatch.setattr(module, "unpack", slow)
+    with connect(server) as large, connect(server) as other:
+        large.sendall(pack(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),) * 1900)))
+        assert begun.wait(5.0)
+        server.tell([Text("A", "1")])
+        assert receive(other) == Text("A", "1")
+        go_on.set()
+        assert [receive(large), receive(large)] == [Text("A", "1"), Text("Status", "heard Path")]
 
 
 def test_a_message_in_pieces_is_put_together(server: LinkServer) -> None:
