@@ -124,10 +124,15 @@ class Purge:
         return (len(documents), len(runs)), gone
 
     def _remove_rest(self, case_id: str, gone: set[str], begun: Path) -> tuple[int, tuple[str, ...]]:
-        """Delete the files and the copies of the database, and clean that; returns how many files, and which copies."""
-        with self._store.reading() as session:
+        """Delete the files and the copies of the database, and clean that; returns how many files, and which copies.
+
+        Nobody else writes meanwhile: an import that counts on a file which is there already either has named it in a
+        row by now, or looks for it once it is gone.
+        """
+        with self._store.writing() as session:
             used = referred_files(session)
-        removed, copies = self._remove_files(gone - used, used), self._remove_copies(case_id)
+            removed = self._remove_files(gone - used, used)
+        copies = self._remove_copies(case_id)
         self._store.scrub()
         begun.unlink(missing_ok=True)
         return removed, copies
