@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from app.services.registration import RegistrationContent
 from app.services.registration_fit import fitted, in_our_words
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration
@@ -29,7 +30,7 @@ class DrivenRegistration:
 
     image: from the image to what the robot stands in. fit: to the fiducials that are in use; None for a transform that
     came from elsewhere. fle_mm: rms length of the localisation error of one fiducial as stated; None where it is
-    estimated from the fit.
+    estimated from the fit. content: the document's, of the same reading.
     """
 
     id: str
@@ -37,6 +38,7 @@ class DrivenRegistration:
     image: ImageRegistration
     fit: Registration | None = None
     fle_mm: float | None = None
+    content: RegistrationContent = field(default_factory=RegistrationContent)
 
     @property
     def key(self) -> list[object]:
@@ -54,6 +56,15 @@ class DrivenRegistration:
         if self.fle_mm is not None:
             return self.fit.tre_95_mm(places, self.fle_mm)
         return estimated_factor(self.fit.count) * self.fit.tre_95_mm(places, self.fit.fle_mm)
+
+
+@dataclass(frozen=True)
+class AsStored:
+    """Says that the registration of the plan is to be read."""
+
+
+AS_STORED = AsStored()
+Through = DrivenRegistration | None | AsStored  # what was read already, None of a plan that uses none, or not yet
 
 
 def driven_registration(used: PlanRegistration) -> DrivenRegistration | None:
@@ -76,7 +87,7 @@ def driven_registration(used: PlanRegistration) -> DrivenRegistration | None:
             raise PlanError(
                 f"The registration ‘{used.document.name}’ is not that of its points; change one to fit anew."
             )
-    return DrivenRegistration(used.document.id, used.document.name, image, fit, content.fle_mm)
+    return DrivenRegistration(used.document.id, used.document.name, image, fit, content.fle_mm, content)
 
 
 def no_registration(plan: Plan) -> DrivenRegistration | None:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services.documents import Document, Documents
+from app.services.driven_registration import DrivenRegistration
 from app.services.errors import NotFound
 from app.services.exchange_csv import shielded
 from app.services.exchange_parts import to_json_text
@@ -67,10 +68,9 @@ class BaseExport:
             plan = replace(plan, registration=self._registration(plan, registration).id)
         used = self._planning.registration(plan)
         transform = _transform(plan, None if used is None else used.image)
-        driven, remark = self._driven(plan)
+        driven, remark = self._driven(plan, used)
         points = [_moved(point, transform) for point in (*_planned(plan), *driven)]
-        named = None if used is None else self._registrations.get(used.id)
-        head = _head(plan, transform, named, remark)
+        head = _head(plan, transform, used, remark)
         return _json(head, points) if form == "json" else _table(head, points)
 
     def _registration(self, plan: Plan, name: str) -> Document[RegistrationContent]:
@@ -82,12 +82,12 @@ class BaseExport:
         known = ", ".join(repr(one.name) for one in listed) or "none"
         raise NotFound(f"there is no registration {name!r:.80} of this plan's head; there are: {known}.")
 
-    def _driven(self, plan: Plan) -> tuple[list[BasePoint], str]:
+    def _driven(self, plan: Plan, used: DrivenRegistration | None) -> tuple[list[BasePoint], str]:
         """Poses of the dry run every half millimetre, in the image; a remark where it does not arrive."""
         if len(plan.points) < 2:
             return [], "The plan has no path."
         try:
-            evaluation = self._planning.evaluate(plan)
+            evaluation = self._planning.evaluate(plan, through=used)
         except VfixError as error:
             return [], f"The path is not driven: {error}"
         found = []
@@ -132,9 +132,7 @@ def _moved(point: BasePoint, transform: Array) -> BasePoint:
     return BasePoint(point.kind, point.label, position, direction, point.roll_deg, point.s_mm)
 
 
-def _head(
-    plan: Plan, transform: Array, registration: Document[RegistrationContent] | None, remark: str
-) -> dict[str, Any]:
+def _head(plan: Plan, transform: Array, registration: DrivenRegistration | None, remark: str) -> dict[str, Any]:
     """What the file says of itself. The residual tells how well pairs fit, not how far a target is off."""
     named: dict[str, Any] | None = None
     if registration is not None:
@@ -143,7 +141,7 @@ def _head(
         named = {
             "id": registration.id,
             "name": registration.name,
-            "to": content.to,
+            "to": registration.image.to,
             "fre_mm": content.fre_mm,
             "simulated": report.simulated,
         }

@@ -106,10 +106,10 @@ class PathReports:
             caution = side_caution(plan.path)
             words = f"Blocked at the entry: {error} {caution}".rstrip()
             return PathReport(plan.path_id, plan.path.name, "blocked", words, reached_mm=0.0, side_caution=caution)
-        return _report(plan, evaluation, self._targets(plan))
+        return _report(plan, evaluation, self._targets(plan, evaluation))
 
-    def _targets(self, plan: Plan) -> tuple[TargetReport, ...]:
-        cones = self._planning.cones(plan)
+    def _targets(self, plan: Plan, evaluation: PlanEvaluation) -> tuple[TargetReport, ...]:
+        cones = self._planning.cones(plan, through=evaluation.registered)
         return tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.services.cache import Cache
 from app.services.case_settings import settings_in_case
 from app.services.cases import Case, CaseService
-from app.services.driven_registration import DrivenRegistration, no_registration
+from app.services.driven_registration import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
 from app.services.fields import Fields
@@ -172,17 +172,22 @@ class Planning:
         return SnapResult(place, moved, reason, surroundings(volume, place))
 
     def evaluate(
-        self, plan: Plan, progress: ProgressCallback = no_progress, switches: Switches = NO_SWITCHES
+        self,
+        plan: Plan,
+        progress: ProgressCallback = no_progress,
+        switches: Switches = NO_SWITCHES,
+        through: Through = AS_STORED,
     ) -> PlanEvaluation:
         """Spline, bone clearance of the whole tool along it, the soft tissue that it passes, and the placing.
 
         progress: gets the stage in words and the fraction of the whole before each step of the run; what it raises
             ends the run.
         switches: of the rehearsal; what they stand for holds the tool in the run as in the drive.
+        through: the registration where it was read already: of several answers that belong together each is of it.
         Raises PlanError for fewer than two points, and StartRefused when the tool does not fit at the entry.
         """
-        registered = self.registration(plan)  # once: the answer is kept under the one that was driven
-        key = self._content_key(plan, switches, _key_of(registered))
+        registered = self._read(plan, through)  # once: the answer is kept under the one that was driven
+        key = self._content_key(plan, switches, registered_key(registered))
         return self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
 
     def bone(self, plan: Plan) -> PlanBone:
@@ -222,11 +227,15 @@ class Planning:
             registered = self._registered(plan)
         except PlanError as error:
             return str(error)
-        return _key_of(registered)
+        return registered_key(registered)
 
-    def content_key(self, plan: Plan, switches: Switches = NO_SWITCHES) -> str:
+    def _read(self, plan: Plan, through: Through) -> DrivenRegistration | None:
+        return self.registration(plan) if isinstance(through, AsStored) else through
+
+    def content_key(self, plan: Plan, switches: Switches = NO_SWITCHES, through: Through = AS_STORED) -> str:
         """Equal for plans that are driven alike."""
-        return self._content_key(plan, switches, self.registration_key(plan))
+        key = self.registration_key(plan) if isinstance(through, AsStored) else registered_key(through)
+        return self._content_key(plan, switches, key)
 
     def _content_key(self, plan: Plan, switches: Switches, registered: str) -> str:
         case_hash = self._cases.get(plan.case_id).content_hash
@@ -234,21 +243,26 @@ class Planning:
         on, ids = asdict(switches.in_force), [point.id for point in plan.points] if switches.centre.point else []
         return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids, registered])
 
-    def is_evaluated(self, plan: Plan, switches: Switches = NO_SWITCHES) -> bool:
+    def is_evaluated(self, plan: Plan, switches: Switches = NO_SWITCHES, through: Through = AS_STORED) -> bool:
         """Whether the answer for a plan is there already."""
-        return self._evaluations.has(self.content_key(plan, switches))
+        return self._evaluations.has(self.content_key(plan, switches, through))
 
-    def cones(self, plan: Plan, switches: Switches = NO_SWITCHES) -> Mapping[str, InspectionCone]:
+    def cones(
+        self, plan: Plan, switches: Switches = NO_SWITCHES, through: Through = AS_STORED
+    ) -> Mapping[str, InspectionCone]:
         """By the id of each target, the directions from which the tool of the path can inspect it.
 
         The flood begins in the pose of the dry run whose tip is nearest to the target. Raises as `evaluate`.
         """
         targets = [(target.id, target.position) for target in plan.targets]
-        key = json.dumps([self.content_key(plan, switches), targets])
-        return self._cones.get(key, lambda: self._all_cones(plan, switches))
+        registered = self._read(plan, through)
+        key = json.dumps([self.content_key(plan, switches, registered), targets])
+        return self._cones.get(key, lambda: self._all_cones(plan, switches, registered))
 
-    def _all_cones(self, plan: Plan, switches: Switches) -> Mapping[str, InspectionCone]:
-        evaluation, tool = self.evaluate(plan, switches=switches), plan_tool(plan)
+    def _all_cones(
+        self, plan: Plan, switches: Switches, registered: DrivenRegistration | None
+    ) -> Mapping[str, InspectionCone]:
+        evaluation, tool = self.evaluate(plan, switches=switches, through=registered), plan_tool(plan)
         case = self._cases.get(plan.case_id)
         tree, kept = self._openings.bone(case, plan).tree, settings_in_case(plan.settings, case.uncertainty).kept_mm
         placed = self._instruments.robot(plan.robot).placed(evaluation.base, tool)
@@ -367,7 +381,8 @@ class Planning:
         return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, off_mm)
 
 
-def _key_of(registered: DrivenRegistration | None) -> str:
+def registered_key(registered: DrivenRegistration | None) -> str:
+    """Equal for registrations that are driven and judged alike; '' without one."""
     return "" if registered is None else repr(registered.key)
 
 

@@ -1,6 +1,7 @@
 """A plan behind a registration: where its robot stands, and what the verdict says of the error."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,11 +10,15 @@ from scipy.spatial.transform import Rotation
 from app.cli import main
 from app.services import Services
 from app.services.driven_registration import DrivenRegistration
+from app.services.dry_runs import DryRuns
 from app.services.embedded import SAMPLE_PLAN
 from app.services.exchange import to_native_json
-from app.services.planning import Planning
+from app.services.exchange_base import BaseExport
+from app.services.plan_model import Plan
+from app.services.planning import Planning, registered_key
 from app.services.registration import FiducialPair, RegistrationContent
 from app.services.registration_fit import refitted
+from app.steps.rehearse.preparation import plan_key, prepare
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points
@@ -108,6 +113,39 @@ def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phant
     services.registrations.delete(made.id)
     with pytest.raises(PlanError, match="was deleted"):
         services.planning.evaluate(plan)
+
+
+def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: Services) -> None:
+    """Although somebody changes the registration meanwhile, and changes it back."""
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    placed = replace(plan, robot=phantom_services.planning.placed_robot(plan))
+    first, other = measured(4, 0.02), measured(4, 0.6)
+    read: list[DrivenRegistration] = []
+
+    def reading(_: Plan) -> DrivenRegistration:
+        read.append(first if len(read) % 2 == 0 else other)
+        return read[-1]
+
+    planned = Planning(phantom_services.cases, phantom_services.instruments, phantom_services.fields, reading)
+    services = replace(phantom_services, planning=planned, dry_runs=DryRuns(phantom_services.jobs, planned))
+    for ask in (services.dry_runs.evaluate, planned.evaluate):
+        read.clear()
+        found = ask(plan)
+        assert (read, found.registered) == ([first], first)
+    read.clear()
+    planned.cones(plan)
+    assert read == [first]
+    read.clear()
+    written = json.loads(BaseExport(planned, services.registrations).text(placed, "json"))
+    assert read == [first]
+    assert written["registration"]["id"] == first.id
+    read.clear()
+    read.append(first)  # the page has told which plan is driven by this reading; the robot is placed by the next one
+    prepared = prepare(services, plan)
+    assert read == [first, other]
+    assert prepared.plan_key == plan_key(plan, registered_key(other)) != plan_key(plan, registered_key(first))
+    assert prepared.recording is not None
+    prepared.recording.keep()
 
 
 def test_the_command_line_drives_through_it_too(

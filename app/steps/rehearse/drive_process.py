@@ -66,9 +66,9 @@ class DriveProcess:
             generation = self._generation
             self._state, self._words, self._plan_key = "starting", "Placing the robot at the entry …", plan_key
             self._target_id = None
-        executor.submit(self._start, generation, prepare)
+        executor.submit(self._start, generation, plan_key, prepare)
 
-    def _start(self, generation: int, prepare: Callable[[], Prepared]) -> None:
+    def _start(self, generation: int, plan_key: object, prepare: Callable[[], Prepared]) -> None:
         process: RehearsalProcess | None = None
         try:
             prepared = prepare()
@@ -93,6 +93,8 @@ class DriveProcess:
             if generation == self._generation:
                 self._process, self._coming = process, None
                 self._prepared, self._robot = prepared, robot
+                if prepared.plan_key not in (None, plan_key):  # the registration was changed before it was read
+                    self._plan_key = prepared.plan_key
                 self._talk = SettingsExchange(prepared.settings)
                 self._notes.clear()
                 self._words_for_holder.clear()

@@ -13,6 +13,7 @@ from app.services.case_settings import settings_in_case
 from app.services.instruments import plan_tool
 from app.services.plan_model import drive_parts
 from app.services.plan_shaft import shaft_of
+from app.services.planning import registered_key
 from app.services.plans import Plan
 from app.services.recordings import Recording
 from app.services.switches import NO_SWITCHES, Switches
@@ -35,6 +36,7 @@ class Prepared:
     items: points and targets of the plan it was made of; curve: places (n, 3) along its path, LPS [mm].
     recording: what keeps the drive's run; None where nothing is kept.
     switches: what its standing fixtures come from. planned: what its dry run came to, None where it is not known.
+    plan_key: of what it was made of, its registration as it was read for it; None where that was not read.
     """
 
     spec: SceneSpec
@@ -44,6 +46,7 @@ class Prepared:
     recording: Recording | None = None
     switches: Switches = NO_SWITCHES
     planned: Planned | None = None
+    plan_key: object = None
 
     def target_index(self, target_id: str) -> int:
         """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
@@ -98,4 +101,5 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
     curve = curve_points(SplinePath(points))
     tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
     items, recording = tuple(plan_items(plan)), services.recordings.new(plan)
-    return Prepared(spec, settings, items, curve, recording, switches, Planned.of(found, tissue))
+    key = plan_key(plan, registered_key(found.registered))
+    return Prepared(spec, settings, items, curve, recording, switches, Planned.of(found, tissue), key)

@@ -28,14 +28,14 @@ def refuse_where_centre_stops(services: Services, plan: Plan, switches: Switches
         return
     raise PlanError(
         f"with {found.standing.words} the tool gets {found.reached_mm:.0f} of {found.length_mm:.0f} mm: "
-        f"{found.reason}. Without the remote centre it gets {_to(without)}. {_remedy(services, plan, switches)}"
+        f"{found.reason}. Without the remote centre it gets {_to(without)}. {_remedy(services, plan, switches, found)}"
     )
 
 
 def _farther(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> PlanEvaluation | None:
     """The dry run with fewer switches where it gets farther than the one that was found, else None."""
     try:
-        without = services.dry_runs.evaluate(plan, switches)
+        without = services.dry_runs.evaluate(plan, switches, through=found.registered)
     except JobCancelled:
         raise
     except VfixError:
@@ -66,14 +66,14 @@ def _to(found: PlanEvaluation) -> str:
     return "to the end" if found.completed else f"to {found.reached_mm:.0f} mm"
 
 
-def _remedy(services: Services, plan: Plan, switches: Switches) -> str:
+def _remedy(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> str:
     """The first other tool that arrives with the same switches, and what else can be done."""
     for tool in shipped_tools():
         if tool.name == plan.tool:
             continue
         other = replace(plan, tool=tool.name, tool_shape={}, robot=without_placing(plan.robot))
         try:
-            if services.dry_runs.evaluate(other, switches).completed:
+            if services.dry_runs.evaluate(other, switches, through=found.registered).completed:
                 return f"The tool ‘{tool.title}’ gets to the end: choose it in Plan, or another place for the centre."
         except JobCancelled:
             raise

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -72,6 +73,16 @@ def drive(monkeypatch: pytest.MonkeyPatch) -> SharedDrive:
     made = SharedDrive()
     made.open("plan", _prepared, Now())
     return made
+
+
+@pytest.mark.parametrize("driven", ["plan", "plan behind another registration"])
+def test_a_robot_stands_for_what_it_was_placed_for(monkeypatch: pytest.MonkeyPatch, driven: str) -> None:
+    """The registration may have been changed after the start was asked for, and changed back since."""
+    monkeypatch.setattr(drive_process, "RehearsalProcess", _Process)
+    drive = SharedDrive()
+    drive.open("plan", lambda: replace(_prepared(), plan_key=driven), Now())
+    assert drive.is_for(driven)
+    assert drive.is_for("plan") is (driven == "plan")
 
 
 def test_only_the_holder_moves_the_robot(drive: SharedDrive) -> None:
