@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services.registration import RegistrationContent
+from app.services.registration_errors import within_95_mm
 from app.services.registration_fit import fitted, in_our_words
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration
-from vfix_engine.registration import estimated_factor
 
 if TYPE_CHECKING:
     from app.services.plan_model import Plan
@@ -51,11 +51,7 @@ class DrivenRegistration:
 
         None where no fiducials say so.
         """
-        if self.fit is None:
-            return None
-        if self.fle_mm is not None:
-            return self.fit.tre_95_mm(places, self.fle_mm)
-        return estimated_factor(self.fit.count) * self.fit.tre_95_mm(places, self.fit.fle_mm)
+        return None if self.fit is None else within_95_mm(self.fit, self.fle_mm, places)
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-import numpy.typing as npt
-
 from app.services.cache import Cache
 from app.services.case_model import Bead as KnownBead
 from app.services.cases import CaseService
@@ -22,7 +19,7 @@ from app.services.plans import PlanService
 from app.services.registration import RegistrationContent
 from app.services.registration_beads import MAX_BEADS, BeadSearchRecord, FoundBead
 from app.services.registration_editor import RegistrationEditor, StoredRegistration, found_pair
-from app.services.registration_errors import ErrorTable, error_table, expected_errors
+from app.services.registration_errors import ErrorTable, error_table
 from app.services.registration_fit import FitReport, report_of
 from app.services.registration_order import OrderAnswer, order_of
 from vfix_engine.errors import InputError, PlanError
@@ -39,7 +36,6 @@ MOVED_MM = 2.0  # a pointer that rests on a point is nearer to the mean of its p
 _NO_CT = "this case was made of a surface; beads are found in a CT. Type the places in the image instead."
 _KNOWN_MM = 1.0  # how near a bead of the case is to the one that was found
 
-Floats = npt.NDArray[np.float64]
 UseState = Literal["none", "ready", "unfinished", "deleted", "missing", "other_case", "unreadable"]
 
 
@@ -69,17 +65,6 @@ class PlanRegistration:
         """What `vfix_engine.frames` composes, where it is ready."""
         ready = self.state == "ready" and self.document is not None
         return self.document.content.registration if ready and self.document is not None else None
-
-    @property
-    def report(self) -> FitReport | None:
-        """How it stands; None where it cannot be read."""
-        return None if self.document is None else report_of(self.document.content)
-
-    def expected_errors(self, points: npt.ArrayLike) -> tuple[Floats, Floats] | None:
-        """The rms error and the radius of 95 % (n,), mm, at places (n, 3) of the image; None where nothing is known."""
-        if self.state != "ready" or self.document is None:
-            return None
-        return expected_errors(self.document.content, points)
 
 
 class Registering:

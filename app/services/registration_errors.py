@@ -12,7 +12,7 @@ from app.services.registration import RegistrationContent
 from app.services.registration_fit import FleSource, fitted, report_of
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.registration import estimated_factor
+from vfix_engine.registration import Registration, estimated_factor
 
 STEP_MM = 1.0  # between places along the path
 
@@ -72,9 +72,18 @@ def expected_errors(content: RegistrationContent, points: npt.ArrayLike) -> tupl
         return None
     fit = fitted(content.used_pairs)
     fle = fit.fle_mm if content.fle_mm is None else content.fle_mm
-    factor = estimated_factor(fit.count) if content.fle_mm is None else 1.0
     places = np.asarray(points, dtype=np.float64).reshape(-1, 3)
-    return np.asarray(fit.tre_mm(places, fle), float), factor * np.asarray(fit.tre_95_mm(places, fle), float)
+    return np.asarray(fit.tre_mm(places, fle), float), within_95_mm(fit, content.fle_mm, places)
+
+
+def within_95_mm(fit: Registration, fle_mm: float | None, points: npt.ArrayLike) -> Floats:
+    """The radius (n,), mm, within which the error at places (n, 3) of the image is in 95 of 100 cases.
+
+    fle_mm: the error of one fiducial as stated; None where it is estimated from the fit.
+    """
+    if fle_mm is not None:
+        return np.asarray(fit.tre_95_mm(points, fle_mm), float)
+    return estimated_factor(fit.count) * np.asarray(fit.tre_95_mm(points, fit.fle_mm), float)
 
 
 def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 from pathlib import PurePath
 from typing import Literal
 
@@ -80,16 +79,6 @@ def _point(row: dict[str, str | None], scale: float) -> MeasuredPoint:
     if None in row:  # the rest of a row that is too long
         raise InputError("it has more values than there are columns.")
     return MeasuredPoint(check_label((row.get("label") or "").strip(), "label"), check_position(values))
-
-
-def measured_to_csv(points: tuple[MeasuredPoint, ...], to: RegisteredTo) -> str:
-    """The table that `read_measured` takes, in mm."""
-    out = io.StringIO()
-    out.write(f"# frame={to}\n# unit=mm\n")
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("label", "x", "y", "z"))
-    writer.writerows([point.label, *map(repr, point.position)] for point in points)
-    return out.getvalue()
 
 
 def export_text(document: StoredRegistration, form: Format) -> str:

@@ -8,10 +8,8 @@ from pydantic import Field, StringConstraints
 
 from app.messages.fields import Command, Identifier, Name, Position
 
-Noise = Annotated[float, Field(ge=0.0, le=100.0, allow_inf_nan=False)]  # [mm]
 Label = Annotated[str, StringConstraints(strip_whitespace=True, max_length=120)]
-Weight = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False)]
-Fle = Annotated[float, Field(ge=0.0, le=1e3, allow_inf_nan=False)]  # [mm]
+Number = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]  # [mm, or none]; what may be, the services say
 
 
 class RegistrationCommand(Command):
@@ -82,7 +80,7 @@ class ChangePair(Command):
     in_image: Position | None = None
     measured: Position | None = None
     enabled: bool | None = None
-    weight: Weight | None = None
+    weight: Number | None = None
 
     def fields(self) -> dict[str, Any]:
         """What was said."""
@@ -100,7 +98,7 @@ class Touch(Command):
 
     type: Literal["pair.touch"]
     pair_id: Identifier | None = None
-    noise_mm: Noise
+    noise_mm: Number
 
 
 class MatchOrder(Command):
@@ -120,7 +118,7 @@ class StateFle(Command):
     """State the localisation error of one fiducial; null estimates it from the fit."""
 
     type: Literal["registration.fle"]
-    fle_mm: Fle | None
+    fle_mm: Number | None
 
 
 class UseRegistration(Command):
