@@ -8,6 +8,12 @@ Direction
     written and once when it is read, and in 3D Slicer it moves the image (moving) onto the patient (fixed). Point
     coordinates are LPS in the file; 3D Slicer shows the same matrix in RAS.
 
+Several transforms
+    Those of a `CompositeTransform`, as 3D Slicer writes a hardened chain, are composed as ITK does: x is taken to
+    T0(T1(… Tn(x))), so that the last one of the file moves a point first
+    (https://www.itk.org/Doxygen/html/classitk_1_1CompositeTransform.html). Their composition has to be rigid. Several
+    transforms without that heading are a list, as of the images of a series, of which none is meant.
+
 Rounding
     Seventeen digits are written, so that what is read is the same to 1e-12. A file of six digits is off from a rotation
     by about 1e-6; up to 1e-4 the nearest rotation is taken, beyond that it is a scale or a shear and refused.
@@ -45,6 +51,8 @@ _KINDS = {  # number of parameters; those with a centre have it as fixed paramet
     "TranslationTransform": 3,
     "IdentityTransform": 0,
 }
+_COMPOSITE = "CompositeTransform_"
+_DEFORMABLE = ("Spline", "DisplacementField", "DeformationField", "VelocityField", "Warp")  # parts of names
 
 
 def write_transform(file: Path | str, transform: ArrayLike) -> None:
@@ -96,15 +104,21 @@ def transform_from_tfm(text: str) -> Array:
     """The transform from the moving to the fixed frame (4, 4) in the text of an ITK file; see above for its direction.
 
     Read are affine and matrix-offset transforms that are rigid, Euler (both orders), versor, quaternion and translation
-    transforms in three dimensions, about any centre.
+    transforms in three dimensions, about any centre, and compositions of them.
 
     Raises:
-        InputError: no ITK text file, several transforms, an unknown kind, wrong numbers, a mirror, scale or shear.
+        InputError: no ITK text file, several transforms that are not composed, a deformable or unknown kind, wrong
+            numbers, a mirror, scale or shear.
     """
-    kind, parameters, fixed = _only_transform(text)
-    matrix, offset = _matrix_and_offset(kind, parameters, fixed)
     forth = np.eye(4)
-    forth[:3, :3], forth[:3, 3] = _rotation(matrix), offset
+    for kind, parameters, fixed in _transforms(text):
+        one = np.eye(4)
+        one[:3, :3], one[:3, 3] = _matrix_and_offset(kind, parameters, fixed)
+        with np.errstate(over="ignore", invalid="ignore"):
+            forth = forth @ one
+    if not np.isfinite(forth).all():
+        raise InputError("the composition of the file's transforms is not finite; save them anew")
+    forth[:3, :3] = _rotation(forth[:3, :3])
     return inverse(forth)
 
 
@@ -138,8 +152,21 @@ def transform_from_json(text: str) -> Array:
     return rigid_transform(real_array("the transform", content.get("transform", ())), "the transform")
 
 
-def _only_transform(text: str) -> tuple[str, list[float], list[float]]:
-    """Kind, parameters and fixed parameters of the file's one transform, its dimensions checked."""
+def _transforms(text: str) -> list[tuple[str, list[float], list[float]]]:
+    """Kind, parameters and fixed parameters of the file's one transform, or of those that it composes, in its order."""
+    blocks = _blocks(text)
+    composed = bool(blocks) and blocks[0]["Transform"].startswith(_COMPOSITE)
+    members = blocks[1:] if composed else blocks
+    if not members or (len(members) > 1 and not composed):
+        raise InputError(
+            f"the file has {len(members)} transforms; give one with a single rigid one, or with a composite of rigid "
+            "ones (in 3D Slicer: harden the transforms into one, and save that)"
+        )
+    return [_transform(block) for block in members]
+
+
+def _blocks(text: str) -> list[dict[str, str]]:
+    """The lines of each transform in the file, by their names."""
     lines = [line.strip() for line in text.lstrip("\ufeff").splitlines()]
     if not lines or not lines[0].startswith(_MAGIC):
         raise InputError(f"no ITK transform in text form: its first line is '{_MAGIC}'; save the transform as .tfm")
@@ -155,21 +182,25 @@ def _only_transform(text: str) -> tuple[str, list[float], list[float]]:
         elif not blocks or name in blocks[-1]:
             raise InputError(f"'{name}' has to stand once, below its transform's name")
         blocks[-1][name] = value.strip()
-    blocks = [block for block in blocks if not block["Transform"].startswith("CompositeTransform_")]
-    if len(blocks) != 1:
+    return blocks
+
+
+def _transform(block: dict[str, str]) -> tuple[str, list[float], list[float]]:
+    """Kind, parameters and fixed parameters of one transform, its dimensions checked."""
+    kind, *dimensions = block["Transform"].split("_")
+    if any(part in kind for part in _DEFORMABLE):
         raise InputError(
-            f"the file has {len(blocks)} transforms; give one with a single rigid one (in 3D Slicer: harden the "
-            "transforms into one linear transform, and save that)"
+            f"the file holds a {kind:.60}, which deforms; only a rigid transform can place a patient: register again "
+            "without deformation"
         )
-    kind, *dimensions = blocks[0]["Transform"].split("_")
     if kind not in _KINDS:
         raise InputError(f"the transform is of the kind {kind!r:.60}, which is not rigid or not known")
     if dimensions not in (["double", "3", "3"], ["float", "3", "3"]):
-        raise InputError(f"the transform {blocks[0]['Transform']!r:.60} is not one of three dimensions")
-    parameters = _numbers("Parameters", blocks[0])
+        raise InputError(f"the transform {block['Transform']!r:.60} is not one of three dimensions")
+    parameters = _numbers("Parameters", block)
     if len(parameters) != _KINDS[kind]:
         raise InputError(f"a {kind} has {_KINDS[kind]} parameters, not {len(parameters)}")
-    return kind, parameters, _numbers("FixedParameters", blocks[0])
+    return kind, parameters, _numbers("FixedParameters", block)
 
 
 def _numbers(name: str, block: dict[str, str]) -> list[float]:

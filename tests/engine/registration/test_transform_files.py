@@ -31,6 +31,12 @@ def file_text(kind: str, parameters: str, fixed: str = "0 0 0") -> str:
     )
 
 
+def composite(*members: tuple[str, str]) -> str:
+    """A file of a composite with these kinds and parameters."""
+    blocks = [file_text(*member).partition("\n")[2] for member in members]
+    return "".join(["#Insight Transform File V1.0\n#Transform 0\nTransform: CompositeTransform_double_3_3\n", *blocks])
+
+
 @pytest.mark.parametrize("name", ["a.tfm", "a.txt", "a.json", "A.TFM"])
 def test_what_is_written_is_read(tmp_path: Path, name: str) -> None:
     for seed in range(20):
@@ -60,9 +66,12 @@ def itk_transforms() -> list[SimpleITK.Transform]:
     affine.SetMatrix(Rotation.from_rotvec([0.3, -0.2, 2.0]).as_matrix().ravel().tolist())
     affine.SetTranslation((-5.0, 6.5, 2.0))
     affine.SetCenter((-10.0, 15.0, 7.0))
-    wrapped = SimpleITK.CompositeTransform(3)
-    wrapped.AddTransform(versor)
-    return [euler, zyx, versor, affine, wrapped, SimpleITK.TranslationTransform(3, (1.5, -2.5, 3.5))]
+    shift = SimpleITK.TranslationTransform(3, (1.5, -2.5, 3.5))
+    half, double = SimpleITK.AffineTransform(3), SimpleITK.AffineTransform(3)
+    half.Scale(0.5)
+    double.Scale(2.0)
+    chains = ([versor], [euler, affine], [affine, euler], [versor, zyx, shift, affine, euler], [half, versor, double])
+    return [euler, zyx, versor, affine, shift, *map(SimpleITK.CompositeTransform, chains)]
 
 
 @pytest.mark.parametrize("transform", itk_transforms(), ids=lambda one: one.GetName())
@@ -97,7 +106,7 @@ def test_references_are_read(trial_data: Path, name: str) -> None:
         ("transforms/sitk_affine_centre.tfm", "scales or shears"),
         ("transforms/hmc-itk.tfm", "transforms; give one"),
         ("transforms/itktflist.tfm", "transforms; give one"),
-        ("transforms/sitk_composite.tfm", "2 transforms"),
+        ("transforms/sitk_composite.tfm", "'ScaleTransform', which is not rigid"),
         ("transforms/sitk_composite.h5", "save the transform as text"),
         ("malformed/reflection.tfm", "mirror"),
         ("malformed/ras.mrk.json", "schema"),
@@ -126,7 +135,24 @@ ROTATION = "0 -1 0 1 0 0 0 0 1"
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 1e9"), "not rigid"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 3", "1 2"), "centre"),
         (file_text("AffineTransform_double_2_2", "1 0 0 1 0 0"), "three dimensions"),
-        (file_text("BSplineTransform_double_3_3", "1"), "not rigid or not known"),
+        (file_text("BSplineTransform_double_3_3", "1"), "BSplineTransform, which deforms"),
+        (file_text("Similarity3DTransform_double_3_3", "1"), "not rigid or not known"),
+        (
+            composite(
+                ("AffineTransform_double_3_3", f"{ROTATION} 1 2 3"), ("DisplacementFieldTransform_double_3_3", "1")
+            ),
+            "DisplacementFieldTransform, which deforms",
+        ),
+        (
+            composite(
+                ("AffineTransform_double_3_3", f"{ROTATION} 1 2 3"),
+                ("AffineTransform_double_3_3", "1.1 0 0 0 1 0 0 0 1 0 0 0"),
+            ),
+            "scales or shears, by 1 to 1.1",
+        ),
+        (composite(*[("AffineTransform_double_3_3", "1e200 0 0 0 1e200 0 0 0 1e200 0 0 0")] * 2), "not finite"),
+        (composite(), "0 transforms"),
+        (composite(("CompositeTransform_double_3_3", "")), "not rigid or not known"),
         (file_text("VersorRigid3DTransform_double_3_3", "0.9 0.9 0 1 2 3"), "no rotation"),
         (file_text("QuaternionRigidTransform_double_3_3", "0 0 1 1 0 0 0"), "no rotation"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 3") + "Parameters: 1\n", "once"),
