@@ -5,8 +5,9 @@ from pathlib import Path
 
 import viser
 
-# What lets the page reach the canvas; it has to be there before viser's script.
-_ANNOUNCE = Path(__file__).resolve().parent.parent / "web" / "js" / "scene-layer" / "announce.js"
+# What lets the page reach the canvas, and the scene a busy planner; both have to be there before viser's script.
+_BEFORE = ("announce.js", "patience.js")
+_FOLDER = Path(__file__).resolve().parent.parent / "web" / "js" / "scene-layer"
 
 # The client reads its server from `?websocket=`, and looks for a lost server only while its document has the
 # focus, which a frame often has not.
@@ -38,5 +39,6 @@ def scene_page() -> str:
     before, script_tag, after = page.partition("<script")
     if not script_tag:
         raise RuntimeError("viser's client has no script; the installed version is not the pinned one.")
-    announce = _ANNOUNCE.read_text(encoding="utf-8")
-    return f"{before}<style>{_STYLE}</style><script>{_SCRIPT}</script><script>{announce}</script>{script_tag}{after}"
+    ours = [_SCRIPT, *((_FOLDER / name).read_text(encoding="utf-8") for name in _BEFORE)]
+    scripts = "".join(f"<script>{script}</script>" for script in ours)
+    return f"{before}<style>{_STYLE}</style>{scripts}{script_tag}{after}"
