@@ -203,7 +203,8 @@ def summary(document: StoredRegistration) -> dict[str, Any]:
 def _line(document: StoredRegistration) -> str:
     content = document.content
     fre = content.fre_mm if content.made_from != "none" else None
-    fit = {"none": "not fitted yet", "given": "given transform"}.get(content.made_from, f"FRE {fre or 0.0:.2f} mm")
+    made = {"none": "not fitted yet", "given": "given transform", "surface": "refined on a surface"}
+    fit = made.get(content.made_from, f"FRE {fre or 0.0:.2f} mm")
     gone = "  (deleted)" if document.deleted_at else ""
     remarks = f"  ({document.unreadable})" if document.unreadable else ""
     return f"{document.id:26}  {document.name}  {len(content.pairs)} pairs, {fit}{gone}{remarks}"

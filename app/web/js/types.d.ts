@@ -591,7 +591,7 @@ export interface PairEntry {
 
 /** How the registration stands. fre_mm, mean_residual_mm: how well the pairs fit, not how exact the tool is. */
 export interface FitView {
-  state: "waiting" | "degenerate" | "fitted" | "given";
+  state: "waiting" | "degenerate" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;
@@ -834,7 +834,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1131,7 +1131,7 @@ export interface BeadSearchPublic {
  * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
  */
 export interface FitPublic {
-  state: "waiting" | "degenerate" | "fitted" | "given";
+  state: "waiting" | "degenerate" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;
