@@ -169,7 +169,7 @@ def build_services(settings: Settings) -> Services:
         instruments=instruments,
         registrations=registrations,
         registering=registering,
-        refining=Refining(cases, registering, jobs),
+        refining=Refining(cases, registering, jobs, tracker),
         tracing=Tracing(cases, plans, registering, tracker),
         fields=fields,
         planning=planning,

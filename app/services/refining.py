@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -19,12 +20,17 @@ from app.services.registration_editor import StoredRegistration
 from app.services.registration_fit import FEWEST, fitted, refitted
 from app.services.registration_surface import MAX_TOUCHED, Refinement, TouchedFrom, TouchedSurface
 from app.services.simulated_touch import DEFAULT_NOISE_MM, check_simulated, simulated_touches
+from app.services.tracked_tip import recorded_tips
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.given import whole
 from vfix_engine.registration import refine_on_surface
 
+if TYPE_CHECKING:
+    from app.link import TrackerClient
+
 KEEP = 0.75  # share of the touched points that a refinement fits
 DEFAULT_COUNT = 60  # points that the simulated pointer touches
+APART_MM = 1.0  # between places that the tracked pointer stroked over
 
 Floats = npt.NDArray[np.float64]
 
@@ -32,8 +38,10 @@ Floats = npt.NDArray[np.float64]
 class Refining:
     """Refinements of every registration; may be used from any thread."""
 
-    def __init__(self, cases: CaseService, registering: Registering, jobs: Jobs) -> None:
-        self._cases, self._registering, self._jobs = cases, registering, jobs
+    def __init__(
+        self, cases: CaseService, registering: Registering, jobs: Jobs, tracker: TrackerClient | None = None
+    ) -> None:
+        self._cases, self._registering, self._jobs, self._tracker = cases, registering, jobs, tracker
 
     # -- touched points
 
@@ -55,6 +63,22 @@ class Refining:
         structure = self._structure(self._document(registration_id), structure_id)
         touched = TouchedSurface(structure, tuple(check_position(point) for point in points), measured_from)
         return self._edit(registration_id, lambda content: replace(content, surface=touched), expected_revision)
+
+    def touch_tracked(
+        self,
+        registration_id: str,
+        seconds: float,
+        structure_id: str | None = None,
+        *,
+        expected_revision: int | None = None,
+    ) -> StoredRegistration:
+        """Take what the tip of the tracked pointer stroked over in the last seconds, one place for every millimetre.
+
+        Raises as `set_touched`, and InputError where the planner listens to no tracker or the pointer was out of sight.
+        """
+        tips = recorded_tips(self._tracker, self._editable(registration_id).content, seconds)
+        kept = [(x, y, z) for x, y, z in _thinned(tips).tolist()]
+        return self.set_touched(registration_id, kept, "tracker", structure_id, expected_revision=expected_revision)
 
     def start_touch(
         self,
@@ -176,6 +200,15 @@ class Refining:
         return self._jobs.submit(
             work, kind="refinement", lane=lane, case_id=document.case_id, subject=document.name, same=same
         )
+
+
+def _thinned(places: Floats) -> Floats:
+    """Those that are a millimetre at least from the one before: where the pointer rests it says the same again."""
+    kept = [places[0]]
+    for place in places:
+        if np.linalg.norm(place - kept[-1]) >= APART_MM:
+            kept.append(place)
+    return np.array(kept)
 
 
 def _touched(content: RegistrationContent) -> TouchedSurface:

@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from app.services.cases import CaseService
 from app.services.plan_model import Plan
-from app.services.plan_points import Position, check_position, number
+from app.services.plan_points import Position, check_position
 from app.services.plans import PlanService
 from app.services.registering import Registering
-from app.services.registration import RegistrationContent
 from app.services.registration_editor import StoredRegistration
 from app.services.simulated_touch import DEFAULT_NOISE_MM, check_simulated, simulated_touches
+from app.services.tracked_tip import recorded_tips
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import inverse
 from vfix_engine.geometry.path import SplinePath
@@ -27,13 +27,11 @@ if TYPE_CHECKING:
     from app.services.registering import PlanRegistration
 
 TracedFrom = Literal["file", "simulated", "tracker"]
-LONGEST_S = 300.0  # that the tracked pointer is recorded
 NAMED = "Traced path"  # what such a path is called, before its number
 
 _SAMPLE_MM = 0.4  # between samples of the simulated pointer
 _AT_REST = 15  # samples while it begins, and while it ends
 _FARTHEST_MM = 100.0  # of a traced path from the head; one that is farther away was not traced there
-_NO_TRACKER = "the planner listens to no tracker; start it with `vfix serve --tracker HOST:PORT/NAME`."
 
 Floats = npt.NDArray[np.float64]
 
@@ -156,28 +154,8 @@ class Tracing:
         Raises as `add`, and InputError where the planner listens to no tracker or the pointer was out of sight.
         """
         document = self.registration(plan_id, registration_id)
-        tips = self.tips(document.content, seconds)
+        tips = recorded_tips(self._tracker, document.content, seconds)
         return self.add(plan_id, tips, "tracker", document.id, expected_revision=expected_revision)
-
-    def tips(self, content: RegistrationContent, seconds: float) -> Floats:
-        """Where the tip of the tracked pointer was in the last seconds (n, 3), mm, in the registration's frame."""
-        if self._tracker is None:
-            raise InputError(_NO_TRACKER)
-        span = number(seconds, "the time")
-        if not 0.0 < span <= LONGEST_S:
-            raise InputError(f"the pointer is recorded for up to {LONGEST_S:g} s, not for {span:g} s.")
-        poses = np.array([pose.transform for pose in self._tracker.recorded(span)])
-        tip = np.zeros(3) if content.pointer is None else np.array(content.pointer.tip)
-        tips: Floats = poses[:, :3, :3] @ tip + poses[:, :3, 3]
-        if content.to == "patient":
-            return tips
-        if content.robot is None:
-            raise InputError(
-                "this registration is to the robot's base, and where the tracker stands beside it is not known: "
-                "calibrate the robot to the tracker first."
-            )
-        to_base = np.array(content.robot.transform).reshape(4, 4)
-        return np.asarray(tips @ to_base[:3, :3].T + to_base[:3, 3], dtype=np.float64)
 
     def _check_near(self, case_id: str, points: Floats) -> None:
         case = self._cases.get(case_id)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
+from app.link import Pose
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.documents import Document
@@ -15,6 +17,7 @@ from app.services.driven_registration import driven_registration
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import DocumentLocked, NotFound
 from app.services.jobs import Job
+from app.services.refining import Refining
 from app.services.registration import RegistrationContent
 from app.services.registration_editor import RegistrationEditor
 from app.services.registration_errors import error_table, expected_errors
@@ -217,3 +220,18 @@ def test_a_table_of_touched_points() -> None:
     many = "1,2,3\n" * 2_001
     with pytest.raises(InputError, match="2,000 points at most"):
         read_touched(f"# unit=mm\n# frame=patient\nx,y,z\n{many}".encode(), "patient")
+
+
+def test_bone_is_stroked_over_with_the_tracked_pointer(phantom_services: Services, editor: RegistrationEditor) -> None:
+    """A place for every millimetre, however slowly it goes; of a registration that nothing can be taken for, none."""
+    along = np.concatenate([np.zeros(20), np.arange(0.0, 10.2, 0.2)])
+    poses = [Pose(np.block([[np.eye(3), np.array([[x], [2.0], [3.0]])], [np.zeros((1, 3)), 1.0]]), 0.0) for x in along]
+    tracker = SimpleNamespace(recorded=lambda seconds: poses if seconds == 4.0 else [])
+    services = phantom_services
+    refining = Refining(services.cases, services.registering, services.jobs, tracker)  # type: ignore[arg-type]
+    surface = refining.touch_tracked(editor.id, 4.0).content.surface
+    assert surface is not None
+    np.testing.assert_allclose(surface.points, [[x, 2.0, 3.0] for x in range(11)], atol=1e-9)
+    assert surface.measured_from == "tracker"
+    with pytest.raises(InputError, match="--tracker"):
+        services.refining.touch_tracked(editor.id, 4.0)

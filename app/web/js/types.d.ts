@@ -1056,8 +1056,8 @@ export interface ToolPublic {
 /**
  * A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
  *
- * made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', or 'given' of one
- * that was read from a file. fle_mm: as stated; null where it is estimated, see `fit`.
+ * made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', 'given' of one that
+ * was read from a file, or 'surface' of one that was refined on touched points. fle_mm: as stated; null where it is estimated, see `fit`.
  */
 export interface RegistrationPublic {
   id: string;
@@ -1072,6 +1072,7 @@ export interface RegistrationPublic {
   pairs: PairPublic[];
   beads: FoundBeadPublic[];
   search: BeadSearchPublic | null;
+  surface: SurfacePublic | null;
   fit: FitPublic;
   created: string;
   modified: string;
@@ -1122,6 +1123,31 @@ export interface BeadSearchPublic {
   threshold_hu: number;
   cautions: string[];
   left_out: number;
+}
+
+/**
+ * Points touched on a structure of the case, in the frame that the registration is to, mm.
+ *
+ * refinement: null while the registration was not refined on them.
+ */
+export interface SurfacePublic {
+  structure: string;
+  points: [number, number, number][];
+  measured_from: "file" | "simulated" | "tracker";
+  refinement: RefinementPublic | null;
+}
+
+/**
+ * What a refinement did, mm. residual_mm: of the points that were kept, which is never the accuracy.
+ *
+ * kept: how many they were; moved_mm: largest displacement of a touched point; stability: 0 to 1, how much the surface
+ * resists the motion that it resists least.
+ */
+export interface RefinementPublic {
+  residual_mm: number;
+  kept: number;
+  moved_mm: number;
+  stability: number;
 }
 
 /**
