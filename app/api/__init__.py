@@ -14,6 +14,7 @@ from app.api import (
     plan_reports,
     plan_versions,
     plans,
+    refining,
     registration_files,
     registrations,
     robots,
@@ -22,6 +23,7 @@ from app.api import (
     structures,
     suggestions,
     tool_poses,
+    tracing,
     volumes,
 )
 
@@ -46,6 +48,8 @@ for part in (
     plan_files,
     registrations,
     registration_files,
+    refining,
+    tracing,
     robots,
     jobs,
     runs,

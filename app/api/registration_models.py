@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 
 from app.api.dependencies import Number, Wish
 from app.api.plan_models import Label, Name, Position, Revision
+from app.api.surface_models import SurfacePublic
 from app.services.plan_model import NOTICE
 from app.services.registering import LONGEST_S, MEASURE_S, PlanRegistration
 from app.services.registration import MadeFrom, MeasuredFrom
@@ -16,6 +17,7 @@ from app.services.registration_editor import StoredRegistration
 from app.services.registration_errors import ErrorTable
 from app.services.registration_fit import FitReport, FitState, FleSource, report_of
 from app.services.registration_order import OrderAnswer
+from app.services.registration_surface import surface_to_json
 from app.services.simulated_touch import DEFAULT_NOISE_MM
 from vfix_engine.registration.beads import THRESHOLD_HU
 
@@ -99,8 +101,9 @@ class FitPublic(BaseModel):
 class RegistrationPublic(BaseModel):
     """A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
 
-    made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', or 'given' of one
-    that was read from a file. fle_mm: as stated; null where it is estimated, see `fit`.
+    made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', 'given' of one that
+    was read from a file, or 'surface' of one that was refined on touched points. fle_mm: as stated; null where it is
+    estimated, see `fit`.
     """
 
     id: str
@@ -115,6 +118,7 @@ class RegistrationPublic(BaseModel):
     pairs: list[PairPublic]
     beads: list[FoundBeadPublic]
     search: BeadSearchPublic | None
+    surface: SurfacePublic | None
     fit: FitPublic
     created: str
     modified: str
@@ -129,7 +133,7 @@ class RegistrationPublic(BaseModel):
     @classmethod
     def of(cls, document: StoredRegistration) -> RegistrationPublic:
         content, report = document.content, report_of(document.content)
-        own = ("pairs", "beads", "search", "fit", "schema_", "notice")
+        own = ("pairs", "beads", "search", "surface", "fit", "schema_", "notice")
         values: dict[str, Any] = {
             name: getattr(document, name, None) for name in cls.model_fields if name not in own and name not in _CONTENT
         }
@@ -141,7 +145,8 @@ class RegistrationPublic(BaseModel):
             for bead in content.beads
         ]
         search = None if content.search is None else asdict(content.search)
-        parts = {"pairs": pairs, "beads": beads, "search": search, "schema": document.schema}
+        parts = {"pairs": pairs, "beads": beads, "search": search, "surface": surface_to_json(content.surface),
+                 "schema": document.schema}  # fmt: skip
         return cls.model_validate({**values, **parts, "fit": FitPublic.of(report)})
 
 

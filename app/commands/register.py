@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from app.commands import register_refine as refining
 from app.services import Services, build_services
 from app.services.documents import Document
 from app.services.registration import RegistrationContent
@@ -27,6 +28,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "list": "registrations of a case",
         "beads": "find beads in the case's CT and keep them in a registration",
         "fit": "read measured points, fit them and tell the error to be expected",
+        "refine": "refine a registration on points touched on a structure",
+        "trace": "bring a path that a pointer has traced into a plan",
         "export": "write the transform from the image to the patient to a file",
         "import": "make a registration of a transform in a file",
     }
@@ -35,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         each.add_argument("case", metavar="CASE", help="id or name of the case")
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
     every["list"].add_argument("--deleted", action="store_true", help="those that can be restored as well")
-    for action in ("beads", "fit", "export"):
+    for action in ("beads", "fit", "refine", "trace", "export"):
         every[action].add_argument("--registration", metavar="NAME", help="id or name; else the newest of the case")
     every["beads"].add_argument("--diameter", type=float, metavar="MM", help="of the beads; else every size")
     every["beads"].add_argument("--threshold", type=float, default=THRESHOLD_HU, metavar="HU", help="brighter than it")
@@ -47,6 +50,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["fit"].add_argument("--fle", type=float, metavar="MM", help="localisation error of one point; else estimated")
     every["fit"].add_argument("--plan", metavar="PLAN", help="whose targets and path the error is told for")
     every["fit"].add_argument("--use", action="store_true", help="let that plan use the registration")
+    refining.add_arguments(every["refine"], every["trace"])
     every["export"].add_argument("file", metavar="FILE", type=Path, help="ends in .tfm or .json")
     every["import"].add_argument("file", metavar="FILE", type=Path, help=".tfm of ITK and 3D Slicer, or .json")
     every["import"].add_argument("--name", help="of the registration; else the file's")
@@ -69,11 +73,16 @@ def run(args: argparse.Namespace) -> int:
         made = services.registrations.create(case_id, args.name or name_of(args.file.name), content)
         _say(args, summary(made), [_line(made)])
         return 0
+    if args.action == "trace":
+        named = None if args.registration is None else _chosen(services, case_id, args.registration, make=False)
+        return refining.trace(services, case_id, named, args)
     registration_id = _chosen(services, case_id, args.registration, make=args.action == "beads")
     if args.action == "beads":
         return _beads(services, registration_id, args)
     if args.action == "export":
         return _export(services, registration_id, args)
+    if args.action == "refine":
+        return refining.refine(services, registration_id, args)
     return _fit(services, registration_id, args)
 
 
@@ -203,7 +212,8 @@ def summary(document: StoredRegistration) -> dict[str, Any]:
 def _line(document: StoredRegistration) -> str:
     content = document.content
     fre = content.fre_mm if content.made_from != "none" else None
-    fit = {"none": "not fitted yet", "given": "given transform"}.get(content.made_from, f"FRE {fre or 0.0:.2f} mm")
+    made = {"none": "not fitted yet", "given": "given transform", "surface": "refined on a surface"}
+    fit = made.get(content.made_from, f"FRE {fre or 0.0:.2f} mm")
     gone = "  (deleted)" if document.deleted_at else ""
     remarks = f"  ({document.unreadable})" if document.unreadable else ""
     return f"{document.id:26}  {document.name}  {len(content.pairs)} pairs, {fit}{gone}{remarks}"

@@ -26,6 +26,7 @@ _RETRY_S = 1.0
 _CONNECT_S = 2.0
 _KEPT = 20_000  # poses that `collect` looks back at
 _FEWEST = 5  # poses of which a place is averaged
+_UNSEEN_MM = 5.0  # that a tool may move while it is out of sight in a recording
 _RIGID = 1e-4  # of RᵀR − I: float32, and a tracker's own rounding
 
 
@@ -136,6 +137,32 @@ class TrackerClient:
         mean = places.mean(axis=0)
         off = np.linalg.norm(places - mean, axis=1)
         return Collected(mean, float(np.sqrt((off**2).mean())), float(off.max()), len(found))
+
+    def recorded(self, seconds: float) -> list[Pose]:
+        """The poses of the last seconds, oldest first.
+
+        Raises LinkFault where there are too few or more than are kept, or the tool was out of sight at the beginning,
+        at the end, or while it moved.
+        """
+        end = time.monotonic()
+        begin = end - seconds
+        with self._lock:
+            found = [pose for pose in self._poses if pose.received_s >= begin]
+            full = len(found) == self._poses.maxlen
+        if full:
+            raise LinkFault(f"more than {_KEPT:,} poses came in {seconds:.0f} s, which are not kept; record less.")
+        if len(found) < _FEWEST:
+            raise LinkFault(f"{len(found)} poses came in {seconds:.1f} s; {_FEWEST} are needed. {self.words}.")
+        if found[0].received_s - begin > STALE_S or end - found[-1].received_s > STALE_S:
+            raise LinkFault(f"{self.name} was out of sight when the recording began or ended; hold it still there.")
+        for one, other in pairwise(found):
+            gap_s, jump_mm = other.received_s - one.received_s, float(np.linalg.norm(other.position - one.position))
+            if gap_s > STALE_S and jump_mm > _UNSEEN_MM:
+                raise LinkFault(
+                    f"{self.name} was out of sight for {gap_s:.1f} s and moved by {jump_mm:.0f} mm meanwhile; record "
+                    "again where the tracker sees it."
+                )
+        return found
 
     def _run(self) -> None:
         while not self._ended.is_set():

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
+    from app.services.refining import Refining
     from app.services.registering import Registering
     from app.services.registration import RegistrationContent
     from app.services.removed_bone import RemovedVolumeService
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from app.services.slicer import SlicerExport
     from app.services.suggestions import Suggestions
     from app.services.switches import SwitchBoard
+    from app.services.tracing import Tracing
     from app.settings import Settings
     from app.store import Store
 
@@ -61,6 +63,8 @@ class Services:
     instruments: Instruments
     registrations: Documents[RegistrationContent]
     registering: Registering
+    refining: Refining
+    tracing: Tracing
     fields: Fields
     planning: Planning
     importing: ImportService
@@ -130,6 +134,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
+    from app.services.refining import Refining
     from app.services.registering import Registering
     from app.services.registration import REGISTRATION
     from app.services.removed_bone import RemovedVolumeService
@@ -138,6 +143,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.slicer import SlicerExport
     from app.services.suggestions import Suggestions
     from app.services.switches import SwitchBoard
+    from app.services.tracing import Tracing
     from app.store import Store
 
     store = Store(settings)
@@ -163,6 +169,8 @@ def build_services(settings: Settings) -> Services:
         instruments=instruments,
         registrations=registrations,
         registering=registering,
+        refining=Refining(cases, registering, jobs, tracker),
+        tracing=Tracing(cases, plans, registering, tracker),
         fields=fields,
         planning=planning,
         importing=importing,

@@ -196,9 +196,13 @@ class CaseService:
         info = volume_named(case, name)
         return self._revisions.get(info.source, lambda: volume.content_hash)
 
-    def tree(self, case: Case) -> ProximityTree:
-        """The proximity tree of the structure that a case is driven in; the first call builds it."""
-        return self._trees.get(case.anatomy.geometry, lambda: ProximityTree(self.case_surface(case.id)))
+    def tree(self, case: Case, structure_id: str | None = None) -> ProximityTree:
+        """The proximity tree of a structure, by default of that which a case is driven in; the first call builds it.
+
+        Raises NotFound.
+        """
+        structure = case.anatomy if structure_id is None else case.structure(structure_id)
+        return self._trees.get(structure.geometry, lambda: ProximityTree(self.case_surface(case.id, structure.surface)))
 
     def _change(self, case_id: str, **values: str | None) -> Case:
         with self._store.writing() as session:

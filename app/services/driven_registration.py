@@ -29,8 +29,9 @@ class DrivenRegistration:
     """A registration as a drive, a verdict and a plot use it.
 
     image: from the image to what the robot stands in. fit: to the fiducials that are in use; None for a transform that
-    came from elsewhere. fle_mm: rms length of the localisation error of one fiducial as stated; None where it is
-    estimated from the fit. content: the document's, of the same reading.
+    came from elsewhere or was refined on a surface, of which no error is known. fle_mm: rms length of the localisation
+    error of one fiducial as stated; None where it is estimated from the fit. content: the document's, of the same
+    reading.
     """
 
     id: str

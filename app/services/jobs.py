@@ -16,7 +16,8 @@ from app.services.errors import JobCancelled, NotFound, PlannerEnds
 from vfix_engine.errors import VfixError
 
 JobKind = Literal[
-    "import", "structures", "dry_run", "run", "suggestion", "tools", "segmentation", "islands", "overlay", "beads"
+    "import", "structures", "dry_run", "run", "suggestion", "tools", "segmentation", "islands", "overlay", "beads",
+    "refinement",
 ]  # fmt: skip
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[JobState] = frozenset({"done", "failed", "cancelled"})

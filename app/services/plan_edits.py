@@ -9,8 +9,16 @@ from typing import Any, TypeVar
 from app.services.errors import NotFound
 from app.services.names import check_name, check_text
 from app.services.plan_model import MAX_NOTES, Plan, PlanContent, drive_parts, without_placing
-from app.services.plan_paths import PlanPath, check_paths, check_side, new_path_name
-from app.services.plan_points import PlanPoint, check_direction, check_point, check_roll, new_id, new_point_id
+from app.services.plan_paths import PATH, PlanPath, check_paths, check_side, new_path_name
+from app.services.plan_points import (
+    PlanPoint,
+    check_direction,
+    check_point,
+    check_position,
+    check_roll,
+    new_id,
+    new_point_id,
+)
 from app.services.plan_zones import COLOURS, PlanZone, RemovedBone, check_removed, check_zones
 from vfix_engine.errors import PlanError
 
@@ -27,15 +35,30 @@ class PathEdits:
         self._edit = edit
 
     def add(
-        self, name: str | None = None, *, copy_of: str | None = None, expected_revision: int | None = None
+        self,
+        name: str | None = None,
+        *,
+        copy_of: str | None = None,
+        places: Sequence[Sequence[float]] = (),
+        named: str = PATH,
+        expected_revision: int | None = None,
     ) -> tuple[str, Plan]:
-        """Add a path and choose it: an empty one with the chosen path's tool, or a copy. Returns its id too."""
+        """Add a path and choose it: with the chosen path's tool and points at these places, or a copy.
+
+        places: (n, 3) LPS mm, from outside to inside; none are an empty path. named: what is numbered where there is no
+        name. Returns its id too.
+        """
         path_id = new_id("path")
 
         def change(content: PlanContent) -> PlanContent:
             like = content.path if copy_of is None else _found(content.paths, copy_of, "path")
-            points = () if copy_of is None else tuple(replace(point, id=new_point_id()) for point in like.points)
-            called = new_path_name(content.paths) if name is None else name
+            points = tuple(
+                check_point(PlanPoint(new_point_id(), f"P{number}", check_position(place)))
+                for number, place in enumerate(places, 1)
+            )
+            if copy_of is not None:
+                points = tuple(replace(point, id=new_point_id()) for point in like.points)
+            called = new_path_name(content.paths, named) if name is None else name
             side = "" if copy_of is None else like.entry_side
             path = PlanPath(path_id, called, points, like.tool, like.tool_shape, side)
             return content.with_paths(check_paths((*content.paths, path)), path_id)

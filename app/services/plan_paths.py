@@ -12,7 +12,8 @@ from vfix_engine.errors import PlanError
 
 DEFAULT_TOOL = "bent_30"
 TOOL_SHAPE = ("bend_deg", "shaft_radius_mm")
-FIRST_PATH, FIRST_NAME = "path-1", "Path 1"  # of a plan that never had another one
+PATH = "Path"  # what a path is called, before its number
+FIRST_PATH, FIRST_NAME = "path-1", f"{PATH} 1"  # of a plan that never had another one
 MAX_PATHS = 32
 EntrySide = Literal["", "left", "right", "midline"]  # of the patient; '' where the plan does not say
 _BESIDE_MM = 2.0  # an entry so far on the other side of the midline contradicts its side
@@ -98,10 +99,10 @@ def check_word(text: Any, what: str) -> None:
         raise PlanError(f"the {what}'s name may hold letters, digits, '_' and '-' only.")
 
 
-def new_path_name(paths: Sequence[PlanPath]) -> str:
-    """'Path 2' and so on: the first that no path has."""
+def new_path_name(paths: Sequence[PlanPath], named: str = PATH) -> str:
+    """'Path 2' and so on: the first that no path has. named: the word before the number."""
     taken = {path.name for path in paths}
-    return next(name for n in range(1, len(paths) + 2) if (name := f"Path {n}") not in taken)
+    return next(name for n in range(1, len(paths) + 2) if (name := f"{named} {n}") not in taken)
 
 
 def paths_to_json(paths: Sequence[PlanPath], path_id: str) -> list[dict[str, Any]]:

@@ -20,6 +20,7 @@ from app.services.registration import (
 )
 from app.services.registration_beads import BeadSearchRecord, FoundBead, marked
 from app.services.registration_fit import refitted
+from app.services.registration_surface import unrefined
 from app.services.simulated_touch import simulated_touch
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration
@@ -236,12 +237,17 @@ class RegistrationEditor:
         """Take over a transform from elsewhere; the pairs judge it from then on."""
         transform = tuple(float(value) for value in given.transform.ravel())
         return self._edit(
-            lambda content: replace(content, to=given.to, transform=transform, made_from="given"), expected_revision
+            lambda content: replace(
+                content, to=given.to, transform=transform, made_from="given", surface=unrefined(content.surface)
+            ),
+            expected_revision,
         )
 
     def fit_pairs(self, *, expected_revision: int | None = None) -> StoredRegistration:
-        """Make the transform of the pairs again, after one from elsewhere was taken over."""
-        return self._edit(lambda content: replace(content, made_from="none"), expected_revision)
+        """Make the transform of the pairs again, after one from elsewhere was taken over or it was refined."""
+        return self._edit(
+            lambda content: replace(content, made_from="none", surface=unrefined(content.surface)), expected_revision
+        )
 
     def become(self, content: RegistrationContent, *, expected_revision: int | None = None) -> StoredRegistration:
         """Take over another content as one edit."""

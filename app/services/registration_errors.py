@@ -100,6 +100,11 @@ def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
 def _why_not(content: RegistrationContent, fle_mm: float | None) -> str:
     if content.made_from == "given":
         return "Nothing is known of the error of a transform that was read from a file."
+    if content.made_from == "surface":
+        return (
+            "No error is known of a transform that was refined on a surface: the residual there does not tell it. How "
+            "far the points above are off under it does, as far as they are near."
+        )
     if content.made_from == "none":
         return "The error is known once the points are fitted."
     if fle_mm is None:

@@ -8,15 +8,18 @@ from typing import Literal
 
 from app.services.exchange_parts import check_last_line, decode, fault_at, mm_per_unit, table_header
 from app.services.names import check_label
-from app.services.plan_points import check_position
+from app.services.plan_points import Position, check_position
 from app.services.registration import MAX_PAIRS, RegistrationContent
 from app.services.registration_editor import MeasuredPoint, StoredRegistration
+from app.services.registration_surface import MAX_TOUCHED
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.transform_files import json_text, tfm_text, transform_from_json, transform_from_tfm
 
 Format = Literal["tfm", "json"]
 MEDIA_TYPES: dict[Format, str] = {"tfm": "text/plain", "json": "application/json"}
+
+MAX_TRACED = 20_000  # samples of a path
 
 _FRAMES: dict[str, RegisteredTo] = {"patient": "patient", "tracker": "patient", "base": "base", "robot": "base"}
 _KEYS = ("frame", "unit")
@@ -29,6 +32,22 @@ def read_measured(data: bytes, to: RegisteredTo) -> tuple[MeasuredPoint, ...]:
     to: what the registration is to; the file has to be of that frame.
     Raises FrameError where the unit is not said or the frame is another one, and InputError for anything else.
     """
+    return _points_of(data, to, MAX_PAIRS, "a registration has {most} pairs at most.")
+
+
+def read_touched(data: bytes, to: RegisteredTo) -> tuple[Position, ...]:
+    """Points that were touched on a surface, of a table as that of `read_measured`; labels are passed over."""
+    points = _points_of(data, to, MAX_TOUCHED, "a surface is touched at {most} points at most.")
+    return tuple(point.position for point in points)
+
+
+def read_traced(data: bytes, to: RegisteredTo) -> tuple[Position, ...]:
+    """Samples of a pointer's tip in their order, of a table as that of `read_measured`; labels are passed over."""
+    points = _points_of(data, to, MAX_TRACED, "a path is traced by {most} samples at most.")
+    return tuple(point.position for point in points)
+
+
+def _points_of(data: bytes, to: RegisteredTo, most: int, too_many: str) -> tuple[MeasuredPoint, ...]:
     text = decode(data)
     check_last_line(text)
     lines = text.splitlines()
@@ -43,8 +62,8 @@ def read_measured(data: bytes, to: RegisteredTo) -> tuple[MeasuredPoint, ...]:
             points.append(_point(row, scale))
     if not points:
         raise InputError("the table holds no points.")
-    if len(points) > MAX_PAIRS:
-        raise InputError(f"the table holds {len(points)} points; a registration has {MAX_PAIRS} pairs at most.")
+    if len(points) > most:
+        raise InputError(f"the table holds {len(points):,} points; {too_many.format(most=f'{most:,}')}")
     return tuple(points)
 
 

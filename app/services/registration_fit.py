@@ -16,8 +16,9 @@ from vfix_engine.registration import Registration, find_outlier, register_points
 FEWEST = 3  # pairs of a fit
 OUTLIER_FROM = 4  # pairs, of which one can be told to be wrong
 NO_FIT_MM = 5.0  # beyond that FRE the points are not each other's, whatever the pointer
+SLID_MM, SLID_TIMES = 2.0, 3.0  # a refinement under which the points are off by more, and so often by their own fit
 
-FitState = Literal["waiting", "degenerate", "fitted", "given"]
+FitState = Literal["waiting", "degenerate", "fitted", "given", "refined"]
 Certainty = Literal["outlier", "suspect"]
 FleSource = Literal["stated", "estimated", "none"]
 Floats = npt.NDArray[np.float64]
@@ -38,7 +39,8 @@ class FitReport:
     """How a registration stands; lengths in mm.
 
     state: 'waiting' for more pairs; 'degenerate' where the pairs' layout leaves a motion open; 'fitted'; 'given' where
-    the transform came from elsewhere, and the pairs only judge it. words: the same in sentences.
+    the transform came from elsewhere, 'refined' where it was refined on a surface: the pairs only judge these two.
+    words: the same in sentences.
     used: pairs of the fit. fre_mm: root mean square of their residuals; mean_residual_mm: their mean; None while there
     is no transform or no pair. residuals_mm: of every complete pair by its id, of those that are left out too.
     fle_mm: rms length of the localisation error of one fiducial, stated or estimated from the FRE; None for neither.
@@ -60,7 +62,7 @@ class FitReport:
     @property
     def usable(self) -> bool:
         """Whether there is a transform that a plan may use."""
-        return self.state in ("fitted", "given")
+        return self.state in ("fitted", "given", "refined")
 
 
 def image_and_measured(pairs: Sequence[FiducialPair]) -> tuple[Floats, Floats]:
@@ -101,7 +103,7 @@ def report_of(content: RegistrationContent) -> FitReport:
     """How a registration stands."""
     pairs = content.used_pairs
     state, words, fit = _state(content)
-    usable = state in ("fitted", "given")
+    usable = state in ("fitted", "given", "refined")
     complete = tuple(pair for pair in content.pairs if pair.complete)
     residuals = dict(zip([p.id for p in complete], content.residuals_mm(complete), strict=True)) if usable else {}
     own = [residuals[pair.id] for pair in pairs] if usable else []
@@ -116,7 +118,7 @@ def report_of(content: RegistrationContent) -> FitReport:
         wrong=_wrong(pairs) if state == "fitted" else None,
         fle_mm=fle,
         fle_source=source,
-        simulated=any(pair.measured_from == "simulated" for pair in pairs),
+        simulated="simulated" in _sources(content),
         cautions=_cautions(content, state, own),
     )
 
@@ -126,6 +128,8 @@ def _state(content: RegistrationContent) -> tuple[FitState, str, Registration | 
     if content.made_from == "given":
         judged = "The pairs do not change it; they show how far each is off." if pairs else ""
         return "given", f"This transform was read from a file. {judged}".rstrip(), None
+    if content.made_from == "surface":
+        return "refined", _refined_words(content), None
     missing = FEWEST - len(pairs)
     if missing > 0:
         more = "One more point" if missing == 1 else f"{_count(missing)} more points"
@@ -136,6 +140,21 @@ def _state(content: RegistrationContent) -> tuple[FitState, str, Registration | 
     except VfixError as error:
         return "degenerate", f"These points cannot be fitted: {in_our_words(error).rstrip('.')}.", None
     return "fitted", f"{_count(len(pairs))} points are fitted.", fit
+
+
+def _refined_words(content: RegistrationContent) -> str:
+    surface = content.surface
+    done = None if surface is None else surface.refinement
+    if surface is None or done is None:
+        what = "This transform was refined on points of a surface that are not there any more"
+        words = f"{what}." if surface is None else f"{what}: others were touched since. Refine it anew."
+    else:
+        words = (
+            f"Refined on a surface: {done.kept} of the {len(surface.points)} touched points lie within "
+            f"{done.residual_mm:.2f} mm rms of it. That residual is not the accuracy, which may be millimetres worse."
+        )
+    judged = "The points above took no part; they show how far each is off." if content.used_pairs else ""
+    return f"{words} {judged}".rstrip()
 
 
 def _count(number: int) -> str:
@@ -176,12 +195,11 @@ def _wrong(pairs: Sequence[FiducialPair]) -> WrongPair | None:
 
 
 def _cautions(content: RegistrationContent, state: FitState, residuals: Sequence[float]) -> tuple[str, ...]:
-    pairs, found = content.used_pairs, list[str]()
-    sources = {pair.measured_from for pair in pairs}
+    pairs, found, sources = content.used_pairs, list[str](), _sources(content)
     if "simulated" in sources and len(sources) > 1:
         found.append(
             "Some points were measured by the simulated pointer and some were not: they lie in different frames, and "
-            "their fit means nothing. Measure all of them in one way."
+            "together they mean nothing. Measure all of them in one way."
         )
     elif "simulated" in sources:
         found.append("The points were measured by a simulated pointer: nothing here is of a real patient.")
@@ -191,6 +209,32 @@ def _cautions(content: RegistrationContent, state: FitState, residuals: Sequence
             "These points do not fit. They may have been measured in another order than they are listed in, or more "
             "than one of them wrongly: let the order be matched, or measure them again."
         )
+    if state == "refined":
+        found += _slid(pairs, residuals)
     if state == "fitted" and not wrong and len(pairs) == FEWEST:
         found.append("Three points fit almost always: a wrong one among them is not noticed. Measure a fourth.")
     return tuple(found)
+
+
+def _sources(content: RegistrationContent) -> set[str]:
+    """By what the points were measured that the transform was made of or is judged by."""
+    sources: set[str] = {pair.measured_from for pair in content.used_pairs}
+    if content.made_from == "surface" and content.surface is not None:
+        sources.add(content.surface.measured_from)
+    return sources
+
+
+def _slid(pairs: Sequence[FiducialPair], residuals: Sequence[float]) -> list[str]:
+    """A caution where the pairs contradict a refinement."""
+    try:
+        own = fitted(pairs).fre_mm if len(pairs) >= FEWEST else 0.0
+    except VfixError:  # in a line, such as; they still show how far they are off
+        own = 0.0
+    rms = float(np.sqrt(np.mean(np.square(residuals)))) if residuals else 0.0
+    if rms <= max(SLID_MM, SLID_TIMES * own):
+        return []
+    return [
+        f"The points are {rms:.1f} mm rms off under the refined transform"
+        + (f", and {own:.1f} mm under their own fit" if own else "")
+        + ": the touched points may have slid along the surface. Fit the points instead, or touch more of the surface."
+    ]

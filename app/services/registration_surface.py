@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 from app.services.plan_points import Position, check_id, check_position, number
@@ -84,6 +84,11 @@ def check_surface(surface: TouchedSurface | None) -> TouchedSurface | None:
         if isinstance(done.kept, bool) or not isinstance(done.kept, int) or not 0 < done.kept <= len(surface.points):
             raise InputError("how many points a refinement kept is a count, of the touched points at most.")
     return surface
+
+
+def unrefined(surface: TouchedSurface | None) -> TouchedSurface | None:
+    """The touched points without what a refinement on them did, whose transform is not in use any more."""
+    return None if surface is None else replace(surface, refinement=None)
 
 
 def _refinement(item: Any) -> Refinement | None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from app.services.plan_model import Position
 from app.services.plan_points import number
+from app.services.registration import RegistrationContent
 from vfix_engine.errors import InputError
 
 MAX_NOISE_MM = 20.0
@@ -37,6 +38,21 @@ def simulated_pose(registration_id: str) -> Floats:
     return pose
 
 
+def check_simulated(content: RegistrationContent) -> None:
+    """Whether what was measured for a registration was measured by the simulated pointer, before the same head.
+
+    Raises InputError where some was not, or the transform came from elsewhere: the pointer would touch another head.
+    """
+    sources = {pair.measured_from for pair in content.pairs if pair.measured is not None}
+    if content.surface is not None and content.made_from == "surface":
+        sources.add(content.surface.measured_from)
+    if sources - {"simulated"} or content.made_from == "given":
+        raise InputError(
+            "this registration is not of the head that the simulated pointer touches; practise with one whose points "
+            "were all touched by it."
+        )
+
+
 def simulated_touch(
     registration_id: str, place: Position, noise_mm: float, seed: Sequence[int] | None = None
 ) -> Position:
@@ -46,10 +62,18 @@ def simulated_touch(
 
     Raises InputError for a noise that is negative or beyond MAX_NOISE_MM.
     """
+    x, y, z = simulated_touches(registration_id, [place], noise_mm, seed)[0].tolist()
+    return x, y, z
+
+
+def simulated_touches(
+    registration_id: str, places: npt.ArrayLike, noise_mm: float, seed: int | Sequence[int] | None = None
+) -> Floats:
+    """Where places (n, 3) of the image are measured (n, 3), as `simulated_touch` measures one."""
     noise = number(noise_mm, "the pointer's noise")
     if not 0.0 <= noise <= MAX_NOISE_MM:
         raise InputError(f"a noise of {noise:g} mm cannot be simulated; say 0 to {MAX_NOISE_MM:g} mm.")
-    pose = simulated_pose(registration_id)
-    off = np.random.default_rng(seed).normal(0.0, noise / np.sqrt(3.0), 3)
-    x, y, z = (pose[:3, :3] @ np.asarray(place) + pose[:3, 3] + off).tolist()
-    return x, y, z
+    pose, at = simulated_pose(registration_id), np.asarray(places, dtype=np.float64)
+    off = np.random.default_rng(seed).normal(0.0, noise / np.sqrt(3.0), at.shape)
+    touched: Floats = at @ pose[:3, :3].T + pose[:3, 3] + off
+    return touched

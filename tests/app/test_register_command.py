@@ -14,6 +14,7 @@ from app.cli import main
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
+from app.services.reachable_surface import reachable_places
 from vfix_engine.imaging.phantom import load_landmarks
 
 TURN = Rotation.from_euler("xyz", [10.0, 20.0, 30.0], degrees=True).as_matrix()
@@ -84,3 +85,44 @@ def test_what_cannot_be_done_is_told(said: Any, phantom_services: Services, tmp_
     status, none = said("beads", HEAD_PHANTOM, *on, "--diameter", "12")
     assert (status, none["beads"]) == (1, [])
     phantom_services.registrations.delete(made.id)
+
+
+def test_it_is_refined_and_a_path_is_traced(said: Any, phantom_services: Services, tmp_path: Path) -> None:
+    """Points on bone as somebody measured them: the fit of badly measured beads is refined on them."""
+    services = phantom_services
+    made = services.registrations.create(HEAD_PHANTOM, "To refine")
+    plan = services.plans.duplicate(SAMPLE_PLAN, "To be traced")
+    editor, on = services.registering.editor(made.id), ("--registration", made.id)
+    beads = np.array([bead.centroid for bead in load_landmarks().beads])
+    off = np.random.default_rng(0).normal(0.0, 1.5, beads.shape)
+    for bead, at in zip(beads, (beads + off) @ TURN.T + SHIFT, strict=True):
+        editor.added_pair(bead.tolist(), at.tolist())
+    assert said("refine", HEAD_PHANTOM, *on)[0] == 2  # nothing is touched
+    tree = services.cases.tree(services.cases.get(HEAD_PHANTOM))
+    places = reachable_places(tree, [(x, y, z) for x, y, z in beads.tolist()], 100, 1) @ TURN.T + SHIFT
+    status, refined = said("refine", HEAD_PHANTOM, *on, "--csv", str(points(tmp_path / "bone.csv", places)))
+    assert (status, refined["touched"], refined["refinement"]["kept"], refined["structure"]) == (0, 100, 75, "bone")
+    transform = np.reshape(refined["transform"], (4, 4))
+    np.testing.assert_allclose(transform[:3, :3], TURN, atol=1e-3)
+    np.testing.assert_allclose(transform[:3, 3], SHIFT, atol=0.05)
+    np.testing.assert_allclose(list(refined["residuals_mm"].values()), np.linalg.norm(off, axis=1), atol=0.1)
+    assert "not the accuracy" in refined["words"]
+    status, again = said("refine", HEAD_PHANTOM, *on, "--structure", "Bone", "--keep", "0.9")
+    assert (status, again["refinement"]["kept"]) == (0, 90)
+
+    line = np.linspace([0.0, -20.0, 0.0], [0.0, 40.0, 0.0], 100) @ TURN.T + SHIFT
+    wire, into = ("--csv", str(points(tmp_path / "wire.csv", line))), ("--plan", plan.id)
+    assert said("trace", HEAD_PHANTOM, *wire, *into)[0] == 2  # the plan has no registration
+    status, traced = said("trace", HEAD_PHANTOM, *on, *wire, *into, "--name", "Wire")
+    assert (status, traced["name"], traced["samples"], traced["registration"]) == (0, "Wire", 100, "To refine")
+    path = services.plans.get(plan.id).path
+    assert (path.id, path.name) == (traced["path"], "Wire")
+    np.testing.assert_allclose(path.points[0].position, [0.0, -20.0, 0.0], atol=0.6)
+    services.plans.delete(plan.id)
+    services.registrations.delete(made.id)
+
+
+def points(path: Path, places: np.ndarray) -> Path:
+    rows = "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in places.tolist())
+    path.write_text(f"# unit=mm\n# frame=tracker\nx,y,z\n{rows}", encoding="utf-8")
+    return path

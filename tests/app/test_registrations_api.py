@@ -10,6 +10,7 @@ from rest_client import CASE, Client
 
 from app.services import Services
 from app.services.embedded import SAMPLE_PLAN
+from vfix_engine.imaging.phantom import load_landmarks
 
 
 @pytest.fixture
@@ -161,3 +162,71 @@ def test_a_transform_is_exported_and_imported(client: Client, made: dict[str, An
     broken = client.post(f"{CASE}/registrations/import", files={"file": ("a.tfm", b"no transform", "text/plain")})
     assert broken.status_code == 422
     assert "ITK" in broken.json()["error"]["message"]
+
+
+def touched_beads(client: Client, path: str) -> dict[str, Any]:
+    """The beads of the phantom as pairs, touched by the simulated pointer."""
+    for bead in load_landmarks().beads:
+        pair = client.post(f"{path}/pairs", json={"in_image": bead.centroid.tolist()}).json()["pair"]
+        answer = client.post(f"{path}/pairs/{pair}/touch", json={"noise_mm": 0.3, "seed": 5})
+    return dict(answer.json())
+
+
+def test_it_is_refined_on_a_surface(client: Client, phantom_services: Services, made: dict[str, Any]) -> None:
+    path, wait = f"/api/registrations/{made['id']}", phantom_services.jobs.wait
+    assert client.post(f"{path}/surface/refine", json={}).status_code == 422
+    fitted = touched_beads(client, path)
+    job = client.post(f"{path}/surface/touch", json={"count": 40, "noise_mm": 0.1, "seed": 1})
+    assert (job.status_code, job.json()["kind"]) == (202, "refinement")
+    assert wait(job.json()["id"], 120.0).state == "done"
+    surface = client.get(path).json()["surface"]
+    assert (surface["structure"], len(surface["points"]), surface["refinement"]) == ("bone", 40, None)
+    rows = "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in surface["points"])
+    files = {"file": ("bone.csv", f"# unit=mm\n# frame=patient\nx,y,z\n{rows}".encode(), "text/csv")}
+    read = client.post(f"{path}/surface", files=files, data={"structure": "bone"}).json()["surface"]
+    assert (read["points"], read["measured_from"]) == (surface["points"], "file")
+    assert client.post(f"{path}/surface", files=files, data={"structure": "liver"}).status_code == 404
+    stale = client.post(f"{path}/surface", files=files, headers={"If-Match": '"1"'})
+    assert stale.status_code == 412
+    client.post(f"{path}/undo")
+    job = client.post(f"{path}/surface/refine", json={"keep": 0.8}).json()
+    assert wait(job["id"], 120.0).state == "done"
+    refined = client.get(path).json()
+    assert (refined["made_from"], refined["fit"]["state"]) == ("surface", "refined")
+    assert (refined["surface"]["refinement"]["kept"], refined["fit"]["fle_mm"]) == (32, None)
+    assert [pair["residual_mm"] is not None for pair in refined["pairs"]] == [True] * 5
+    errors = client.get(f"{path}/errors", params={"plan_id": SAMPLE_PLAN}).json()
+    assert (errors["targets"], errors["path"]) == ([], None)
+    cleared = client.request("DELETE", f"{path}/surface").json()
+    assert (cleared["made_from"], cleared["surface"]) == ("pairs", None)
+    assert cleared["transform"] == fitted["transform"]
+    for wish in ({"count": 0}, {"noise_mm": -1.0}, {"keep": 0.5}):
+        assert client.post(f"{path}/surface/touch", json=wish).status_code == 422
+    assert client.post(f"{path}/surface/tracked", json={"seconds": 5.0}).status_code == 422
+
+
+def test_a_traced_path_comes_into_a_plan(client: Client, made: dict[str, Any]) -> None:
+    path = f"/api/registrations/{made['id']}"
+    plan = client.post(f"{CASE}/plans", json={"name": "Traced", "copy_of": SAMPLE_PLAN}).json()
+    traced = f"/api/plans/{plan['id']}/traced"
+    refused = client.post(f"{traced}/simulated", json={})
+    assert "no registration" in refused.json()["error"]["message"]
+    fitted = touched_beads(client, path)
+    done = client.post(f"{traced}/simulated", json={"noise_mm": 0.2, "seed": 1, "registration": made["id"]})
+    assert (done.status_code, done.json()["name"], done.json()["traced_from"]) == (201, "Traced path 1", "simulated")
+    assert done.headers["ETag"] == f'"{done.json()["plan"]["revision"]}"'
+    assert done.json()["plan"]["path_id"] == done.json()["path"]
+    client.request("PUT", f"/api/plans/{plan['id']}/registration", json={"registration": made["id"]})
+    transform = np.reshape(fitted["transform"], (4, 4))
+    line = np.linspace([0.0, -20.0, 0.0], [0.0, 40.0, 0.0], 100) @ transform[:3, :3].T + transform[:3, 3]
+    rows = "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in line.tolist())
+    files = {"file": ("wire.csv", f"# unit=mm\n# frame=tracker\nx,y,z\n{rows}".encode(), "text/csv")}
+    read = client.post(traced, files=files, data={"name": "Wire"}).json()
+    assert (read["name"], read["samples"], read["length_mm"]) == ("Wire", 100, pytest.approx(60.0, abs=1.0))
+    points = np.array([point["position"] for point in read["plan"]["points"]])
+    np.testing.assert_allclose(points[:, [0, 2]], 0.0, atol=1e-6)
+    again = client.post(traced, files=files, data={"name": "Wire"})
+    assert (again.status_code, "same name" in again.json()["error"]["message"]) == (422, True)
+    assert client.post(f"{traced}/tracked", json={"seconds": 5.0}).status_code == 422
+    assert client.post(f"{traced}/tracked", json={"seconds": 900.0}).status_code == 422
+    client.delete(f"/api/plans/{plan['id']}")

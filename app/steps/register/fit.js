@@ -7,6 +7,9 @@ import { field } from "./beads.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { ErrorsView, FitView, OrdersView, RegistrationSection } from "/static/js/types.js" */
 
+/** @type {Partial<Record<FitView["state"], string>>} of transforms that the points had no part in */
+const FRE_WORDS = { given: "How far the points are off", refined: "How far the points are off" };
+
 export class FitGroup {
   /** @param {Connection} connection */
   constructor(connection) {
@@ -37,7 +40,7 @@ export class FitGroup {
     this.cautions.replaceChildren(...fit.cautions.map((text) => h("p", { class: "words caution" }, text)));
     this.orderButton.hidden = fit.used < 3;
     this.orderButton.disabled = locked;
-    this.fitButton.hidden = madeFrom !== "given" || fit.used < 3;
+    this.fitButton.hidden = (madeFrom !== "given" && madeFrom !== "surface") || fit.used < 3;
     this.fitButton.disabled = locked;
     this.renderOrders(orders, locked);
   }
@@ -74,7 +77,7 @@ function figuresOf(fit) {
   if (fit.fre_mm === null) return [];
   /** @type {[string, string, string][]} */
   const rows = [
-    ["How well the points fit (FRE)", `${mm(fit.fre_mm, 2)} rms`, "Root mean square of the residuals. It is not the error at the target."],
+    [FRE_WORDS[fit.state] ?? "How well the points fit (FRE)", `${mm(fit.fre_mm, 2)} rms`, "Root mean square of the residuals. It is not the error at the target."],
     ["Mean residual", mm(fit.mean_residual_mm, 2), "Mean distance of the points under the fit"],
     ["Error of one measured point (FLE)", fleWords(fit), "Localisation error of one point, rms: what the error at the targets is computed from"],
   ];

@@ -12,7 +12,7 @@ def register_hint(content: RegistrationContent | None, report: FitReport | None,
         return "Begin a registration: it says how the CT lies on the patient."
     confirmed = {pair.bead for pair in content.pairs}
     waiting = [bead for bead in content.beads if not bead.rejected and bead.id not in confirmed]
-    if not content.pairs and not content.beads and content.made_from != "given":
+    if not content.pairs and not content.beads and content.made_from not in ("given", "surface"):
         return "Press ‘Find beads’, or add points at the crosshair."
     if waiting and not content.pairs:
         return "Look at each bead in the slices, and confirm those that lie on the skin."
@@ -22,6 +22,8 @@ def register_hint(content: RegistrationContent | None, report: FitReport | None,
         return report.wrong.words
     if not report.usable:
         return report.words
+    if report.state == "refined" and not used:
+        return "Look how far the points, which took no part, are off; then press ‘Use for this plan’."
     if not used:
         return "Read the error at the targets; then press ‘Use for this plan’."
     return "The plan uses this registration. Go on to Rehearse."

@@ -90,7 +90,7 @@ export default class RegisterPanel {
    * @param {PlanUseSection | null | undefined} use
    */
   renderUse(registration, use) {
-    const usable = (registration.fit.state === "fitted" || registration.fit.state === "given") && !registration.deleted;
+    const usable = ["fitted", "given", "refined"].includes(registration.fit.state) && !registration.deleted;
     this.useWords.textContent = use?.words ?? "Open a plan to use a registration for it.";
     this.useWords.classList.toggle("caution", Boolean(use) && use?.state !== "none" && use?.state !== "ready");
     this.useButton.hidden = !use || (use.here && use.state === "ready");

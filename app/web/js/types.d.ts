@@ -591,7 +591,7 @@ export interface PairEntry {
 
 /** How the registration stands. fre_mm, mean_residual_mm: how well the pairs fit, not how exact the tool is. */
 export interface FitView {
-  state: "waiting" | "degenerate" | "fitted" | "given";
+  state: "waiting" | "degenerate" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;
@@ -834,7 +834,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1056,8 +1056,8 @@ export interface ToolPublic {
 /**
  * A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
  *
- * made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', or 'given' of one
- * that was read from a file. fle_mm: as stated; null where it is estimated, see `fit`.
+ * made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', 'given' of one that
+ * was read from a file, or 'surface' of one that was refined on touched points. fle_mm: as stated; null where it is estimated, see `fit`.
  */
 export interface RegistrationPublic {
   id: string;
@@ -1072,6 +1072,7 @@ export interface RegistrationPublic {
   pairs: PairPublic[];
   beads: FoundBeadPublic[];
   search: BeadSearchPublic | null;
+  surface: SurfacePublic | null;
   fit: FitPublic;
   created: string;
   modified: string;
@@ -1125,13 +1126,38 @@ export interface BeadSearchPublic {
 }
 
 /**
+ * Points touched on a structure of the case, in the frame that the registration is to, mm.
+ *
+ * refinement: null while the registration was not refined on them.
+ */
+export interface SurfacePublic {
+  structure: string;
+  points: [number, number, number][];
+  measured_from: "file" | "simulated" | "tracker";
+  refinement: RefinementPublic | null;
+}
+
+/**
+ * What a refinement did, mm. residual_mm: of the points that were kept, which is never the accuracy.
+ *
+ * kept: how many they were; moved_mm: largest displacement of a touched point; stability: 0 to 1, how much the surface
+ * resists the motion that it resists least.
+ */
+export interface RefinementPublic {
+  residual_mm: number;
+  kept: number;
+  moved_mm: number;
+  stability: number;
+}
+
+/**
  * How the registration stands; lengths in mm.
  *
  * fre_mm: root mean square of the residuals of the used pairs, mean_residual_mm: their mean; both tell how well the
  * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
  */
 export interface FitPublic {
-  state: "waiting" | "degenerate" | "fitted" | "given";
+  state: "waiting" | "degenerate" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;

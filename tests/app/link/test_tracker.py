@@ -5,11 +5,12 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from app.link import LinkFault, LinkServer, Text, TrackerClient, Transform
+from app.link import LinkFault, LinkServer, Pose, Text, TrackerClient, Transform
 from app.link import tracker as module
 from app.link.crc64 import crc64
 from app.link.messages import pack
@@ -186,3 +187,30 @@ def test_a_server_of_another_protocol_is_told() -> None:
     finally:
         tracker.close()
         listener.close()
+
+
+def test_a_recording_is_refused_where_the_tool_was_out_of_sight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The poses of the last seconds; a tool that stood still while nobody saw it has missed nothing."""
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: 100.0))
+    sent = [(98.0, 0.0), *((98.1 + 0.05 * n, 2.0 * n) for n in range(38))]
+
+    def recorded(poses: list[tuple[float, float]], seconds: float) -> list[float]:
+        listener = TrackerClient("127.0.0.1", 1, "Tip")
+        for at, x in poses:
+            transform = np.eye(4)
+            transform[0, 3] = x
+            listener._poses.append(Pose(transform, at))
+        return [float(pose.position[0]) for pose in listener.recorded(seconds)]
+
+    assert recorded(sent, 2.0) == [x for _, x in sent]
+    assert recorded(sent, 1.0) == [x for at, x in sent if at >= 99.0]
+    with pytest.raises(LinkFault, match="began or ended"):
+        recorded(sent, 5.0)
+    with pytest.raises(LinkFault, match="began or ended"):
+        recorded(sent[:-15], 2.0)
+    with pytest.raises(LinkFault, match=r"out of sight for 0\.7 s and moved by 28 mm"):
+        recorded(sent[:10] + sent[23:], 2.0)
+    still = [(at, 0.0) for at, _ in sent]
+    assert recorded(still[:10] + still[23:], 2.0) == [0.0] * 26
+    with pytest.raises(LinkFault, match="are needed"):
+        recorded(sent[:3], 2.0)

@@ -1,0 +1,79 @@
+"""Registrations refined on a surface: touched points in, the refinement as a job, and forgetting them."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from starlette.concurrency import run_in_threadpool
+
+from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
+from app.api.jobs import JobPublic
+from app.api.registration_files import MAX_BYTES
+from app.api.registration_models import RegistrationPublic
+from app.api.surface_models import RefineWish, SurfaceTouchWish, SurfaceTrackedWish
+from app.api.uploads import form_of, receive_small
+from app.services.registration_files import read_touched
+
+router = APIRouter(tags=["registrations"], responses=ERRORS)
+
+_TABLE = form_of(
+    {"file": ".csv with the columns x, y, z, its unit and its frame"},
+    {"structure": "id of the structure; else that which the case is driven in"},
+    frame=False,
+)
+
+
+@router.post("/registrations/{registration_id}/surface", openapi_extra=_TABLE)
+async def read_surface(
+    registration_id: Identifier, request: Request, services: ServicesDep, condition: ConditionDep
+) -> RegistrationPublic:
+    """Points touched on a structure, of a table, replace those that were touched before."""
+    _, data, fields = await receive_small(request, MAX_BYTES, ("structure",))
+    expected = condition.expected()
+
+    def work() -> RegistrationPublic:
+        points = read_touched(data, services.registrations.get(registration_id).content.to)
+        done = services.refining.set_touched(
+            registration_id, points, "file", fields.get("structure"), expected_revision=expected
+        )
+        condition.tell(done.revision)
+        return RegistrationPublic.of(done)
+
+    return await run_in_threadpool(work)
+
+
+@router.post("/registrations/{registration_id}/surface/touch", status_code=202)
+def touch_surface(registration_id: Identifier, wish: SurfaceTouchWish, services: ServicesDep) -> JobPublic:
+    """Touch a structure with a simulated pointer, for practice, as a job; what it touched is one edit."""
+    return JobPublic.of(
+        services.refining.start_touch(registration_id, wish.structure, wish.count, wish.noise_mm, wish.seed)
+    )
+
+
+@router.post("/registrations/{registration_id}/surface/tracked")
+def take_tracked_surface(
+    registration_id: Identifier, wish: SurfaceTrackedWish, services: ServicesDep, condition: ConditionDep
+) -> RegistrationPublic:
+    """Take what the tracked pointer was stroked over in the last seconds, one place for every millimetre."""
+    expected = condition.expected(wish.revision)
+    done = services.refining.touch_tracked(registration_id, wish.seconds, wish.structure, expected_revision=expected)
+    condition.tell(done.revision)
+    return RegistrationPublic.of(done)
+
+
+@router.post("/registrations/{registration_id}/surface/refine", status_code=202)
+def refine(registration_id: Identifier, wish: RefineWish, services: ServicesDep) -> JobPublic:
+    """Move the touched points onto the structure as a job; the transform that is found is one edit."""
+    return JobPublic.of(services.refining.start(registration_id, wish.keep))
+
+
+@router.delete("/registrations/{registration_id}/surface")
+def forget_surface(
+    registration_id: Identifier,
+    services: ServicesDep,
+    condition: ConditionDep,
+    revision: Annotated[int | None, Query(ge=0)] = None,
+) -> RegistrationPublic:
+    """Forget the touched points; a refined transform goes back to the fit of the points, where they can be fitted."""
+    done = services.refining.clear(registration_id, expected_revision=condition.expected(revision))
+    condition.tell(done.revision)
+    return RegistrationPublic.of(done)

@@ -1,0 +1,68 @@
+"""Models of refinements on a surface in the API."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, Field
+
+from app.api.dependencies import Number, Wish
+from app.api.plan_models import Revision
+from app.services.refining import DEFAULT_COUNT, KEEP
+from app.services.registration_surface import MAX_TOUCHED, TouchedFrom
+from app.services.simulated_touch import DEFAULT_NOISE_MM
+from app.services.tracked_tip import LONGEST_S
+
+StructureId = Annotated[str | None, Field(min_length=1, max_length=64)]
+Seconds = Annotated[float, Field(gt=0.0, le=LONGEST_S, allow_inf_nan=False, strict=True)]
+
+
+class RefinementPublic(BaseModel):
+    """What a refinement did, mm. residual_mm: of the points that were kept, which is never the accuracy.
+
+    kept: how many they were; moved_mm: largest displacement of a touched point; stability: 0 to 1, how much the surface
+    resists the motion that it resists least.
+    """
+
+    residual_mm: float
+    kept: int
+    moved_mm: float
+    stability: float
+
+
+class SurfacePublic(BaseModel):
+    """Points touched on a structure of the case, in the frame that the registration is to, mm.
+
+    refinement: null while the registration was not refined on them.
+    """
+
+    structure: str
+    points: list[tuple[float, float, float]]
+    measured_from: TouchedFrom
+    refinement: RefinementPublic | None
+
+
+class SurfaceTouchWish(Wish):
+    """Places that the simulated pointer touches. structure: null for that which the case is driven in.
+
+    noise_mm: rms length of its error; seed: of places and errors, null for new ones.
+    """
+
+    structure: StructureId = None
+    count: Annotated[int, Field(ge=1, le=MAX_TOUCHED)] = DEFAULT_COUNT
+    noise_mm: Number = DEFAULT_NOISE_MM
+    seed: Annotated[int | None, Field(ge=0, lt=2**63)] = None
+
+
+class SurfaceTrackedWish(Wish):
+    """The last seconds, in which the tracked pointer was stroked over a structure."""
+
+    seconds: Seconds
+    structure: StructureId = None
+    revision: Revision = None
+
+
+class RefineWish(Wish):
+    """keep: share of the touched points that are fitted, 0.5 to 1; the others are taken for slips of the pointer."""
+
+    keep: Number = KEEP
