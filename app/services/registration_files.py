@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
 
 from app.services.exchange_parts import check_last_line, decode, fault_at, mm_per_unit, table_header
 from app.services.names import check_label
@@ -19,15 +23,20 @@ from vfix_engine.registration.transform_files import json_text, tfm_text, transf
 Format = Literal["tfm", "json"]
 MEDIA_TYPES: dict[Format, str] = {"tfm": "text/plain", "json": "application/json"}
 
+Floats = npt.NDArray[np.float64]
+
 _FRAMES: dict[str, RegisteredTo] = {"patient": "patient", "tracker": "patient", "base": "base", "robot": "base"}
 _KEYS = ("frame", "unit")
 
 
-def read_measured(data: bytes, to: RegisteredTo) -> tuple[MeasuredPoint, ...]:
+def read_measured(
+    data: bytes, to: RegisteredTo, tracker_to_base: npt.ArrayLike | None = None
+) -> tuple[MeasuredPoint, ...]:
     """Measured points of a table with the columns label, x, y, z, of which label may be missing.
 
     Comment lines above it say `# unit=mm` (or um, m) and `# frame=patient` (or tracker, base, robot).
-    to: what the registration is to; the file has to be of that frame.
+    to: what the registration is to; the file has to be of that frame. tracker_to_base: (4, 4) of the robot's
+    calibration; a table of the tracker's frame is taken to the robot's base by it, where the registration is to that.
     Raises FrameError where the unit is not said or the frame is another one, and InputError for anything else.
     """
     text = decode(data)
@@ -36,12 +45,17 @@ def read_measured(data: bytes, to: RegisteredTo) -> tuple[MeasuredPoint, ...]:
     header = table_header(lines, _KEYS, above=1)
     if "unit" not in header:
         raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
-    _check_frame(header.get("frame"), to)
+    named = header.get("frame")
+    matrix = None
+    if tracker_to_base is not None and to == "base" and named is not None and named.lower() == "tracker":
+        matrix = np.asarray(tracker_to_base, dtype=np.float64).reshape(4, 4)
+    else:
+        _check_frame(named, to)
     scale = mm_per_unit(header["unit"])
     points = []
-    for number, row in _rows(lines):
+    for number, row in table_rows(lines, ("x", "y", "z")):
         with fault_at(f"line {number} of the table"):
-            points.append(_point(row, scale))
+            points.append(_point(row, scale, matrix))
     if not points:
         raise InputError("the table holds no points.")
     if len(points) > MAX_PAIRS:
@@ -61,24 +75,27 @@ def _check_frame(named: str | None, to: RegisteredTo) -> None:
         raise FrameError(f"the points are in the frame {named!r:.20}, and this registration is to the {to}.")
 
 
-def _rows(lines: list[str]) -> list[tuple[int, dict[str, str | None]]]:
+def table_rows(lines: list[str], columns: tuple[str, ...]) -> list[tuple[int, dict[str | None, str | None]]]:
+    """The rows below the one that names the columns, each with the number of its line. Raises InputError."""
     kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     reader = csv.DictReader([line for _, line in kept], strict=True)
-    if reader.fieldnames is not None and not {"x", "y", "z"} <= set(reader.fieldnames):
-        raise InputError("the table's first row names its columns: label,x,y,z.")
+    if reader.fieldnames is not None and not set(columns) <= set(reader.fieldnames):
+        raise InputError(f"the table's first row names its columns: {','.join(columns)}.")
     try:
         return [(kept[reader.line_num - 1][0], row) for row in reader]
     except csv.Error as error:
         raise InputError(f"line {kept[reader.reader.line_num - 1][0]} of the table is damaged: {error}.") from None
 
 
-def _point(row: dict[str, str | None], scale: float) -> MeasuredPoint:
+def _point(row: Mapping[str | None, str | None], scale: float, matrix: Floats | None) -> MeasuredPoint:
     try:
         values = [float(row[axis] or "") * scale for axis in "xyz"]
     except ValueError:
         raise InputError("x, y and z must be numbers, with a point and not a comma.") from None
     if None in row:  # the rest of a row that is too long
         raise InputError("it has more values than there are columns.")
+    if matrix is not None:
+        values = (matrix[:3, :3] @ values + matrix[:3, 3]).tolist()
     return MeasuredPoint(check_label((row.get("label") or "").strip(), "label"), check_position(values))
 
 

@@ -16,6 +16,7 @@ from app.services.errors import NotFound
 from app.services.registering import Registering
 from app.steps.register.step import RegisterStep
 from vfix_engine.errors import InputError
+from vfix_engine.registration import SimulatedTracker
 
 
 class Pointer:
@@ -25,9 +26,14 @@ class Pointer:
     largest_mm = 0.2
     asked_s = 0.0
 
-    def collect(self, seconds: float) -> Collected:
+    def collect(self, seconds: float, point: Any = (0.0, 0.0, 0.0)) -> Collected:
         self.asked_s = seconds
-        return Collected(np.array([1.5, -2.5, 3.5]), 0.1, self.largest_mm, 60)
+        return Collected(np.array([1.5, -2.5, 3.5]) + point, 0.1, self.largest_mm, 60)
+
+    def poses(self, seconds: float) -> np.ndarray:
+        """Swung about its tip, with 0.1 mm of noise at each of its points."""
+        self.asked_s = seconds
+        return SimulatedTracker(3, sigma_mm=0.1).pivot([0.0, 0.0, 900.0], 80)
 
 
 @pytest.fixture

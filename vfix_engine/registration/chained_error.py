@@ -56,9 +56,10 @@ def target_covariances(
 
     The two are independent, so that their sum is that of the whole error. Arguments and errors as ``target_errors_mm``.
     """
-    targets = registration.to_fixed(checked_points("the targets", points))
+    given = checked_points("the targets", points)
+    targets, turn = registration.to_fixed(given), registration.transform[:3, :3]
     fle = registration.fle_mm if fle_mm is None else within("the localisation error fle_mm", fle_mm, 0.0)
-    of_fit = registration.tre_covariance(targets, fle, frame="fixed")
+    of_fit: Array = turn @ registration.tre_covariance(given, fle) @ turn.T
     if motion_covariance is None:
         return of_fit, np.zeros_like(of_fit)
     rows = motion_rows(targets)
