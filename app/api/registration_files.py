@@ -37,7 +37,9 @@ async def read_points(
 
     def work() -> RegistrationPublic:
         editor = services.registering.editor(registration_id)
-        points = read_measured(data, editor.document.content.to)
+        content = editor.document.content
+        robot = None if content.robot is None else content.robot.transform
+        points = read_measured(data, content.to, robot)
         done = editor.set_measured(points, expected_revision=expected)
         condition.tell(done.revision)
         return RegistrationPublic.of(done)

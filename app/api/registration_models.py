@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
+from app.api.calibration_models import PointerTipPublic, RobotToTrackerPublic
 from app.api.dependencies import Number, Wish
 from app.api.plan_models import Label, Name, Position, Revision
 from app.services.plan_model import NOTICE
@@ -17,6 +18,7 @@ from app.services.registration_errors import ErrorTable
 from app.services.registration_fit import FitReport, FitState, FleSource, report_of
 from app.services.registration_order import OrderAnswer
 from app.services.simulated_touch import DEFAULT_NOISE_MM
+from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.beads import THRESHOLD_HU
 
 Triple = tuple[float, float, float]
@@ -108,7 +110,7 @@ class RegistrationPublic(BaseModel):
     case_id: str
     case_hash: str
     schema_: Annotated[str, Field(alias="schema")]
-    to: Literal["patient", "base"]
+    to: RegisteredTo
     transform: list[float]
     made_from: MadeFrom
     fle_mm: Length
@@ -116,6 +118,8 @@ class RegistrationPublic(BaseModel):
     beads: list[FoundBeadPublic]
     search: BeadSearchPublic | None
     fit: FitPublic
+    pointer: PointerTipPublic | None
+    robot: RobotToTrackerPublic | None
     created: str
     modified: str
     revision: int
@@ -129,7 +133,7 @@ class RegistrationPublic(BaseModel):
     @classmethod
     def of(cls, document: StoredRegistration) -> RegistrationPublic:
         content, report = document.content, report_of(document.content)
-        own = ("pairs", "beads", "search", "fit", "schema_", "notice")
+        own = ("pairs", "beads", "search", "fit", "pointer", "robot", "schema_", "notice")
         values: dict[str, Any] = {
             name: getattr(document, name, None) for name in cls.model_fields if name not in own and name not in _CONTENT
         }
@@ -142,16 +146,18 @@ class RegistrationPublic(BaseModel):
         ]
         search = None if content.search is None else asdict(content.search)
         parts = {"pairs": pairs, "beads": beads, "search": search, "schema": document.schema}
-        return cls.model_validate({**values, **parts, "fit": FitPublic.of(report)})
+        tools = {"pointer": PointerTipPublic.of(content.pointer), "robot": RobotToTrackerPublic.of(content.robot)}
+        return cls.model_validate({**values, **parts, **tools, "fit": FitPublic.of(report)})
 
 
 _CONTENT = ("to", "transform", "made_from", "fle_mm")
 
 
 class RegistrationCreate(Wish):
-    """A new registration; empty, or a copy of another one of the case."""
+    """A new registration; empty, or a copy of another one of the case. to: of an empty one, else that of the copied."""
 
     name: Name
+    to: RegisteredTo | None = None
     copy_of: Annotated[str | None, Field(max_length=64)] = None
 
 
@@ -169,6 +175,7 @@ class RegistrationUpdate(Wish):
     locked: bool | None = None
     fle: FleWish | None = None
     made_from: Literal["pairs"] | None = None
+    to: RegisteredTo | None = None
     revision: Revision = None
 
 
