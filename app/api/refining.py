@@ -31,7 +31,7 @@ async def read_surface(
     expected = condition.expected()
 
     def work() -> RegistrationPublic:
-        points = read_touched(data, services.registrations.get(registration_id).content.to)
+        points = read_touched(data, services.registrations.get(registration_id).content)
         done = services.refining.set_touched(
             registration_id, points, "file", fields.get("structure"), expected_revision=expected
         )

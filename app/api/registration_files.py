@@ -37,7 +37,8 @@ async def read_points(
 
     def work() -> RegistrationPublic:
         editor = services.registering.editor(registration_id)
-        points = read_measured(data, editor.document.content.to)
+        content = editor.document.content
+        points = read_measured(data, content)
         done = editor.set_measured(points, expected_revision=expected)
         condition.tell(done.revision)
         return RegistrationPublic.of(done)

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
+from app.api.calibration_models import PointerTipPublic, RobotToTrackerPublic
 from app.api.dependencies import Number, Wish
 from app.api.plan_models import Label, Name, Position, Revision
 from app.api.surface_models import SurfacePublic
@@ -19,6 +20,7 @@ from app.services.registration_fit import FitReport, FitState, FleSource, report
 from app.services.registration_order import OrderAnswer
 from app.services.registration_surface import surface_to_json
 from app.services.simulated_touch import DEFAULT_NOISE_MM
+from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.beads import THRESHOLD_HU
 
 Triple = tuple[float, float, float]
@@ -111,7 +113,7 @@ class RegistrationPublic(BaseModel):
     case_id: str
     case_hash: str
     schema_: Annotated[str, Field(alias="schema")]
-    to: Literal["patient", "base"]
+    to: RegisteredTo
     transform: list[float]
     made_from: MadeFrom
     fle_mm: Length
@@ -120,6 +122,8 @@ class RegistrationPublic(BaseModel):
     search: BeadSearchPublic | None
     surface: SurfacePublic | None
     fit: FitPublic
+    pointer: PointerTipPublic | None
+    robot: RobotToTrackerPublic | None
     created: str
     modified: str
     revision: int
@@ -133,7 +137,7 @@ class RegistrationPublic(BaseModel):
     @classmethod
     def of(cls, document: StoredRegistration) -> RegistrationPublic:
         content, report = document.content, report_of(document.content)
-        own = ("pairs", "beads", "search", "surface", "fit", "schema_", "notice")
+        own = ("pairs", "beads", "search", "surface", "fit", "pointer", "robot", "schema_", "notice")
         values: dict[str, Any] = {
             name: getattr(document, name, None) for name in cls.model_fields if name not in own and name not in _CONTENT
         }
@@ -147,16 +151,18 @@ class RegistrationPublic(BaseModel):
         search = None if content.search is None else asdict(content.search)
         parts = {"pairs": pairs, "beads": beads, "search": search, "surface": surface_to_json(content.surface),
                  "schema": document.schema}  # fmt: skip
-        return cls.model_validate({**values, **parts, "fit": FitPublic.of(report)})
+        tools = {"pointer": PointerTipPublic.of(content.pointer), "robot": RobotToTrackerPublic.of(content.robot)}
+        return cls.model_validate({**values, **parts, **tools, "fit": FitPublic.of(report)})
 
 
 _CONTENT = ("to", "transform", "made_from", "fle_mm")
 
 
 class RegistrationCreate(Wish):
-    """A new registration; empty, or a copy of another one of the case."""
+    """A new registration; empty, or a copy of another one of the case. to: of an empty one, else that of the copied."""
 
     name: Name
+    to: RegisteredTo | None = None
     copy_of: Annotated[str | None, Field(max_length=64)] = None
 
 
@@ -174,6 +180,7 @@ class RegistrationUpdate(Wish):
     locked: bool | None = None
     fle: FleWish | None = None
     made_from: Literal["pairs"] | None = None
+    to: RegisteredTo | None = None
     revision: Revision = None
 
 

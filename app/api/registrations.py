@@ -25,6 +25,7 @@ from app.api.registration_models import (
     RegistrationUpdate,
     TouchWish,
 )
+from app.services.registration import RegistrationContent
 from app.services.registration_editor import StoredRegistration
 from vfix_engine.errors import InputError
 
@@ -52,7 +53,10 @@ def create_registration(
     if wish.copy_of is None:
         if expected is not None:
             raise InputError("a new registration has no revision that If-Match could ask for; leave it out.")
-        return _told(condition, services.registrations.create(case_id, wish.name))
+        content = RegistrationContent(to=wish.to or "patient")
+        return _told(condition, services.registrations.create(case_id, wish.name, content))
+    if wish.to is not None:
+        raise InputError("a copy is registered to what the copied one is; leave 'to' out.")
     if services.registrations.get(wish.copy_of).case_id != case_id:
         raise InputError("the registration to copy belongs to another case.")
     return _told(condition, services.registrations.duplicate(wish.copy_of, wish.name, expected_revision=expected))
@@ -70,7 +74,7 @@ def show_registration(
 def change_registration(
     registration_id: Identifier, change: RegistrationUpdate, services: ServicesDep, condition: ConditionDep
 ) -> RegistrationPublic:
-    """One per request: rename, lock or unlock, state the localisation error, fit the pairs, delete or restore."""
+    """One per request: rename, lock, state the localisation error, fit the pairs, choose to what, delete or restore."""
     wanted = change.model_dump(exclude={"revision"}, exclude_none=True)
     if len(wanted) != 1:
         raise InputError(f"change one thing of a registration at a time, not {len(wanted)}.")
@@ -85,6 +89,8 @@ def change_registration(
         done = editor.set_locked(change.locked, expected_revision=expected)
     elif change.fle is not None:
         done = editor.set_fle(change.fle.mm, expected_revision=expected)
+    elif change.to is not None:
+        done = services.registering.calibrating.register_to(registration_id, change.to, expected_revision=expected)
     else:
         done = editor.fit_pairs(expected_revision=expected)
     return _told(condition, done)

@@ -80,8 +80,7 @@ async def read_traced_path(
     name = check_name(fields["name"], "path's name") if "name" in fields else None
 
     def work() -> TracedPublic:
-        to = services.tracing.registration(plan_id, named).content.to
-        samples = read_traced(data, to)
+        samples = read_traced(data, services.tracing.registration(plan_id, named).content)
         done = services.tracing.add(plan_id, samples, "file", named, name, expected_revision=expected)
         return _told(condition, done)
 

@@ -7,11 +7,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+from app.commands import register_calibration
 from app.commands import register_refine as refining
 from app.services import Services, build_services
 from app.services.documents import Document
 from app.services.registration import RegistrationContent
-from app.services.registration_editor import StoredRegistration
+from app.services.registration_editor import MeasuredPoint, StoredRegistration
 from app.services.registration_files import export_text, name_of, read_measured, read_transform
 from app.services.resolve import find, read_bytes
 from app.settings import Settings
@@ -32,6 +33,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "trace": "bring a path that a pointer has traced into a plan",
         "export": "write the transform from the image to the patient to a file",
         "import": "make a registration of a transform in a file",
+        **register_calibration.ACTIONS,
     }
     every = {action: actions.add_parser(action, help=text) for action, text in words.items()}
     for each in every.values():
@@ -54,6 +56,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["export"].add_argument("file", metavar="FILE", type=Path, help="ends in .tfm or .json")
     every["import"].add_argument("file", metavar="FILE", type=Path, help=".tfm of ITK and 3D Slicer, or .json")
     every["import"].add_argument("--name", help="of the registration; else the file's")
+    register_calibration.add_arguments(every)
     return parser
 
 
@@ -76,7 +79,12 @@ def run(args: argparse.Namespace) -> int:
     if args.action == "trace":
         named = None if args.registration is None else _chosen(services, case_id, args.registration, make=False)
         return refining.trace(services, case_id, named, args)
-    registration_id = _chosen(services, case_id, args.registration, make=args.action == "beads")
+    is_new = args.action == "new"
+    registration_id = "" if is_new else _chosen(services, case_id, args.registration, make=args.action == "beads")
+    if args.action in register_calibration.ACTIONS:
+        done, lines = register_calibration.run(services, case_id, registration_id, args)
+        _say(args, {**summary(done), **register_calibration.tools_of(done)}, lines)
+        return 0
     if args.action == "beads":
         return _beads(services, registration_id, args)
     if args.action == "export":
@@ -93,7 +101,7 @@ def _chosen(services: Services, case_id: str, name: str | None, make: bool) -> s
     if titles:
         return titles[-1].id
     if not make:
-        raise InputError("this case has no registration yet; `vfix register beads` makes one.")
+        raise InputError("this case has no registration yet; `vfix register new` makes one.")
     return services.registrations.create(case_id, "Registration 1").id
 
 
@@ -135,7 +143,7 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
     if args.use and plan_id is None:
         raise InputError("say by --plan which plan uses the registration.")
     if args.csv is not None:
-        document = editor.set_measured(read_measured(read_bytes(args.csv), document.content.to))
+        document = editor.set_measured(_measured(args.csv, document.content))
     certain = True
     if args.match_order:
         order = registering.order(document.content)
@@ -164,6 +172,10 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
         said.append("The order of the points is not certain: choose it on the page. Nothing was exchanged.")
     _say(args, data, said)
     return 0 if report.usable and certain else 1
+
+
+def _measured(path: Path, content: RegistrationContent) -> tuple[MeasuredPoint, ...]:
+    return read_measured(read_bytes(path), content)
 
 
 def _fitted(services: Services, document: Document[RegistrationContent], certain: bool) -> dict[str, Any]:

@@ -33,7 +33,7 @@ def refine(services: Services, registration_id: str, args: argparse.Namespace) -
     structures = services.cases.get(document.case_id).structures
     structure = None if args.structure is None else find(structures, args.structure, "structure").id
     if args.csv is not None:
-        points = read_touched(read_bytes(args.csv), document.content.to)
+        points = read_touched(read_bytes(args.csv), document.content)
         services.refining.set_touched(registration_id, points, "file", structure)
     elif structure is not None and document.content.surface is not None:
         kept = document.content.surface
@@ -65,8 +65,8 @@ def refine(services: Services, registration_id: str, args: argparse.Namespace) -
 def trace(services: Services, case_id: str, registration_id: str | None, args: argparse.Namespace) -> int:
     """Add a traced path to a plan, through the named registration or the plan's own."""
     plan_id = find(services.plans.titles(case_id), args.plan, "plan").id
-    to = services.tracing.registration(plan_id, registration_id).content.to
-    traced = services.tracing.add(plan_id, read_traced(read_bytes(args.csv), to), "file", registration_id, args.name)
+    samples = read_traced(read_bytes(args.csv), services.tracing.registration(plan_id, registration_id).content)
+    traced = services.tracing.add(plan_id, samples, "file", registration_id, args.name)
     names = ("name", "points", "length_mm", "residual_mm", "largest_mm", "samples", "used", "registration", "words")
     data = {name: getattr(traced, name) for name in names}
     _say(args, {"plan": plan_id, "path": traced.path_id, **data, "notice": "Not for clinical use"}, [traced.words])

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from app.link.messages import HEADER_BYTES, LinkFault, Transform, parse_header, unpack
 
@@ -24,7 +24,7 @@ MAX_BODY_BYTES = 64 << 20  # of messages that are passed over, such as images of
 _READ_BYTES = 1 << 16  # of a body that is read at all
 _RETRY_S = 1.0
 _CONNECT_S = 2.0
-_KEPT = 20_000  # poses that `collect` looks back at
+_KEPT = 20_000  # poses that `poses` looks back at
 _FEWEST = 5  # poses of which a place is averaged
 _UNSEEN_MM = 5.0  # that a tool may move while it is out of sight in a recording
 _RIGID = 1e-4  # of RᵀR − I: float32, and a tracker's own rounding
@@ -121,8 +121,19 @@ class TrackerClient:
                 return f"connected; no pose of {self.name} yet"
         return f"no connection to {self.host}, port {self.port}{self._trouble and ': ' + self._trouble}"
 
-    def collect(self, seconds: float) -> Collected:
-        """Average the tool's place over the next seconds. Raises LinkFault where it is not tracked meanwhile."""
+    def collect(self, seconds: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> Collected:
+        """Average the place of a point (3,) of the tool's frame over the next seconds.
+
+        Raises LinkFault where the tool is not tracked meanwhile.
+        """
+        poses = self.poses(seconds)
+        places = poses[:, :3, :3] @ np.asarray(point, dtype=np.float64) + poses[:, :3, 3]
+        mean = places.mean(axis=0)
+        off = np.linalg.norm(places - mean, axis=1)
+        return Collected(mean, float(np.sqrt((off**2).mean())), float(off.max()), len(poses))
+
+    def poses(self, seconds: float) -> Array:
+        """The tool's poses (n, 4, 4) over the next seconds. Raises LinkFault where it is not tracked meanwhile."""
         begin = time.monotonic()
         end = begin + seconds
         with self._lock:
@@ -130,13 +141,10 @@ class TrackerClient:
                 self._lock.wait(min(left, STALE_S))
             found = [pose for pose in self._poses if pose.received_s >= begin]
         if self.state != "fresh" or _longest_gap_s(found, begin) > STALE_S:
-            raise LinkFault(f"{self.words}; hold the tool where the tracker sees it, and touch the point again.")
+            raise LinkFault(f"{self.words}; hold the tool where the tracker sees it, and try again.")
         if len(found) < _FEWEST:
             raise LinkFault(f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. Hold the tool longer.")
-        places = np.array([pose.position for pose in found])
-        mean = places.mean(axis=0)
-        off = np.linalg.norm(places - mean, axis=1)
-        return Collected(mean, float(np.sqrt((off**2).mean())), float(off.max()), len(found))
+        return np.array([pose.transform for pose in found])
 
     def recorded(self, seconds: float) -> list[Pose]:
         """The poses of the last seconds, oldest first.

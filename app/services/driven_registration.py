@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services.registration import RegistrationContent
-from app.services.registration_errors import within_95_mm
+from app.services.registration_calibration import motion_covariance
 from app.services.registration_fit import fitted, in_our_words
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration
+from vfix_engine.registration import target_errors_mm
 
 if TYPE_CHECKING:
     from app.services.plan_model import Plan
@@ -30,7 +31,8 @@ class DrivenRegistration:
 
     image: from the image to what the robot stands in. fit: to the fiducials that are in use; None for a transform that
     came from elsewhere or was refined on a surface, of which no error is known. fle_mm: rms length of the localisation
-    error of one fiducial as stated; None where it is estimated from the fit. content: the document's, of the same
+    error of one fiducial as stated; None where it is estimated from the fit. between: covariance (6, 6) of what lies
+    between the points and the frame, see `motion_covariance`; None for nothing. content: the document's, of the same
     reading.
     """
 
@@ -39,20 +41,24 @@ class DrivenRegistration:
     image: ImageRegistration
     fit: Registration | None = None
     fle_mm: float | None = None
+    between: Floats | None = None
     content: RegistrationContent = field(default_factory=RegistrationContent)
 
     @property
     def key(self) -> list[object]:
         """JSON values, equal for registrations by which a plan is driven and judged alike."""
         points = [] if self.fit is None else self.fit.moving.tolist() + self.fit.weights.tolist()
-        return [self.image.to, self.image.transform.ravel().tolist(), points, self.fle_mm]
+        between = [] if self.between is None else [self.between.ravel().tolist()]
+        return [self.image.to, self.image.transform.ravel().tolist(), points, self.fle_mm, *between]
 
     def off_mm(self, places: npt.ArrayLike) -> Floats | None:
         """What each of these places (n, 3) of the image may be off by (n,), 95 of 100 times at most; LPS mm.
 
         None where no fiducials say so.
         """
-        return None if self.fit is None else within_95_mm(self.fit, self.fle_mm, places)
+        if self.fit is None:
+            return None
+        return target_errors_mm(self.fit, places, self.fle_mm, motion_covariance=self.between)[1]
 
 
 @dataclass(frozen=True)
@@ -84,7 +90,8 @@ def driven_registration(used: PlanRegistration) -> DrivenRegistration | None:
             raise PlanError(
                 f"The registration ‘{used.document.name}’ is not that of its points; change one to fit anew."
             )
-    return DrivenRegistration(used.document.id, used.document.name, image, fit, content.fle_mm, content)
+    between = None if fit is None else motion_covariance(content)
+    return DrivenRegistration(used.document.id, used.document.name, image, fit, content.fle_mm, between, content)
 
 
 def no_registration(plan: Plan) -> DrivenRegistration | None:

@@ -16,10 +16,11 @@ from app.services.plan_points import Position, check_position
 from app.services.reachable_surface import reachable_places
 from app.services.registering import Registering
 from app.services.registration import RegistrationContent
+from app.services.registration_calibration import simulated_transform
 from app.services.registration_editor import StoredRegistration
 from app.services.registration_fit import FEWEST, fitted, refitted
 from app.services.registration_surface import MAX_TOUCHED, Refinement, TouchedFrom, TouchedSurface
-from app.services.simulated_touch import DEFAULT_NOISE_MM, check_simulated, simulated_touches
+from app.services.simulated_touch import DEFAULT_NOISE_MM, check_simulated, checked_noise, simulated_touches
 from app.services.tracked_tip import recorded_tips
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.given import whole
@@ -98,13 +99,14 @@ class Refining:
         structure = self._structure(document, structure_id)
         count = whole("the count of points", count, 1, MAX_TOUCHED)
         check_simulated(document.content)
-        simulated_touches(registration_id, np.zeros((1, 3)), noise_mm)  # a noise that cannot be is refused at once
+        checked_noise(noise_mm)
+        matrix = simulated_transform(document.content, document.case_id)
 
         def work(progress: Progress) -> str:
             progress("Touching the surface", 0.1)
             own = [None, None] if seed is None else [[seed, 0], [seed, 1]]  # of the places, and of the errors
             places = self._reached(document, structure, count, own[0])
-            points = simulated_touches(registration_id, places, noise_mm, own[1])
+            points = simulated_touches(document.case_id, places, noise_mm, own[1], tracker_to_base=matrix)
             progress("Keeping the points", 0.9)
             kept = [(x, y, z) for x, y, z in points.tolist()]
             return self.set_touched(

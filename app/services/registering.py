@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from app.services.cache import Cache
+from app.services.calibrating import NO_TRACKER, Calibrating
 from app.services.case_model import Bead as KnownBead
 from app.services.cases import CaseService
 from app.services.documents import Document, Documents
@@ -18,7 +19,8 @@ from app.services.plan_points import check_position, number
 from app.services.plans import PlanService
 from app.services.registration import RegistrationContent
 from app.services.registration_beads import MAX_BEADS, BeadSearchRecord, FoundBead
-from app.services.registration_editor import RegistrationEditor, StoredRegistration, found_pair
+from app.services.registration_calibration import tracked_through
+from app.services.registration_editor import RegistrationEditor, StoredRegistration, found_pair, with_place
 from app.services.registration_errors import ErrorTable, error_table
 from app.services.registration_fit import FitReport, report_of
 from app.services.registration_order import OrderAnswer, order_of
@@ -81,6 +83,7 @@ class Registering:
         self.documents = documents
         self._cases, self._plans, self._jobs = cases, plans, jobs
         self._tracker = tracker
+        self.calibrating = Calibrating(documents, tracker)
         self._reports: Cache[RegistrationContent, FitReport] = Cache(32)
 
     def editor(self, registration_id: str) -> RegistrationEditor:
@@ -112,20 +115,30 @@ class Registering:
     ) -> tuple[StoredRegistration, float]:
         """Measure a pair with the tracked pointer over the next seconds; returns the spread of the poses in mm too.
 
-        Raises NotFound, and InputError where the planner listens to no tracker, the pointer is not tracked or moved.
+        The place is that of the pointer's tip where that was calibrated, taken to the robot's base by the robot's
+        calibration where the registration is to that.
+        Raises NotFound, and InputError where the planner listens to no tracker, the pointer is not tracked or moved, or
+        a calibration is missing or simulated.
         """
         if self._tracker is None:
-            raise InputError("the planner listens to no tracker; start it with `vfix serve --tracker HOST:PORT/NAME`.")
-        found_pair(self.documents.get(registration_id).content, pair_id)
-        held = self._tracker.collect(min(max(number(seconds, "the time"), 0.1), LONGEST_S))
+            raise InputError(NO_TRACKER)
+        content = self.documents.get(registration_id).content
+        found_pair(content, pair_id)
+        tip, matrix = tracked_through(content)
+        held = self._tracker.collect(min(max(number(seconds, "the time"), 0.1), LONGEST_S), tip)
         if held.largest_mm > MOVED_MM:
             raise InputError(
                 f"the pointer moved by {held.largest_mm:.1f} mm while it was measured; hold it still, and touch again."
             )
-        x, y, z = held.position.tolist()
+        x, y, z = (matrix[:3, :3] @ held.position + matrix[:3, 3]).tolist()
         editor = self.editor(registration_id)
-        document = editor.measured_at(pair_id, (x, y, z), "tracker", expected_revision=expected_revision)
-        return document, held.spread_mm
+
+        def measured(before: RegistrationContent) -> RegistrationContent:
+            if (before.to, before.pointer, before.robot) != (content.to, content.pointer, content.robot):
+                raise InputError("the calibration was changed while the point was measured; touch it again.")
+            return with_place(before, pair_id, (x, y, z), "tracker")
+
+        return editor.changed(measured, expected_revision=expected_revision), held.spread_mm
 
     # -- beads
 

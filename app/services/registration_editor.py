@@ -19,6 +19,7 @@ from app.services.registration import (
     check_pair,
 )
 from app.services.registration_beads import BeadSearchRecord, FoundBead, marked
+from app.services.registration_calibration import simulated_transform
 from app.services.registration_fit import refitted
 from app.services.registration_surface import unrefined
 from app.services.simulated_touch import simulated_touch
@@ -121,31 +122,13 @@ class RegistrationEditor:
         """
 
         def change(content: RegistrationContent) -> RegistrationContent:
-            touched = {pair_id: self._touched(content, pair_id, noise_mm, seed) for pair_id in pair_ids}
+            touched = {pair_id: _touched(content, case_id, pair_id, noise_mm, seed) for pair_id in pair_ids}
             return replace(content, pairs=tuple(touched.get(pair.id, pair) for pair in content.pairs))
 
         if not pair_ids:
             raise InputError("there is no point to touch yet: confirm beads, or add points at the crosshair.")
+        case_id = self.document.case_id
         return self._edit(change, expected_revision)
-
-    def _touched(self, content: RegistrationContent, pair_id: str, noise_mm: float, seed: int | None) -> FiducialPair:
-        pair = found_pair(content, pair_id)
-        if pair.in_image is None:
-            raise InputError("this point has no place in the image yet; the simulated pointer cannot touch it.")
-        own = None if seed is None else [seed, content.pairs.index(pair)]
-        measured = simulated_touch(self.id, pair.in_image, noise_mm, own)
-        return replace(pair, measured=check_position(measured), measured_from="simulated")
-
-    def measured_at(
-        self, pair_id: str, position: Position, measured_from: MeasuredFrom, *, expected_revision: int | None = None
-    ) -> StoredRegistration:
-        """Say where a pair was measured, and by what."""
-        place = check_position(position)
-
-        def changed(pair: FiducialPair) -> FiducialPair:
-            return check_pair(replace(pair, measured=place, measured_from=measured_from))
-
-        return self._change_pair(pair_id, changed, expected_revision)
 
     def set_measured(
         self,
@@ -249,6 +232,12 @@ class RegistrationEditor:
             lambda content: replace(content, made_from="none", surface=unrefined(content.surface)), expected_revision
         )
 
+    def changed(
+        self, change: Callable[[RegistrationContent], RegistrationContent], *, expected_revision: int | None = None
+    ) -> StoredRegistration:
+        """Make another content of the present one, as one edit."""
+        return self._edit(change, expected_revision)
+
     def become(self, content: RegistrationContent, *, expected_revision: int | None = None) -> StoredRegistration:
         """Take over another content as one edit."""
         return self._edit(lambda _: content, expected_revision)
@@ -280,12 +269,33 @@ class RegistrationEditor:
         return self._document.edit(lambda content: refitted(change(content)), expected_revision=expected_revision)
 
 
+def _touched(
+    content: RegistrationContent, case_id: str, pair_id: str, noise_mm: float, seed: int | None
+) -> FiducialPair:
+    pair = found_pair(content, pair_id)
+    if pair.in_image is None:
+        raise InputError("this point has no place in the image yet; the simulated pointer cannot touch it.")
+    own = None if seed is None else [seed, content.pairs.index(pair)]
+    matrix = simulated_transform(content, case_id)
+    measured = simulated_touch(case_id, pair.in_image, noise_mm, own, tracker_to_base=matrix)
+    return replace(pair, measured=check_position(measured), measured_from="simulated")
+
+
 def found_pair(content: RegistrationContent, pair_id: str) -> FiducialPair:
     """The pair of that id. Raises NotFound."""
     for pair in content.pairs:
         if pair.id == pair_id:
             return pair
     raise NotFound(f"there is no pair {pair_id!r:.80} in this registration.")
+
+
+def with_place(
+    content: RegistrationContent, pair_id: str, position: Position, measured_from: MeasuredFrom
+) -> RegistrationContent:
+    """The content with a pair that was measured there, and by that. Raises NotFound and InputError."""
+    before, place = found_pair(content, pair_id), check_position(position)
+    after = check_pair(replace(before, measured=place, measured_from=measured_from))
+    return replace(content, pairs=tuple(after if pair is before else pair for pair in content.pairs))
 
 
 def judged(content: RegistrationContent, bead_id: str, confirmed: bool | None, pair_id: str) -> RegistrationContent:

@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from app.services.plan_model import Plan, Position
 from app.services.registration import RegistrationContent
+from app.services.registration_calibration import motion_covariance
 from app.services.registration_fit import FleSource, fitted, report_of
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.registration import Registration, estimated_factor
+from vfix_engine.registration import target_errors_mm
 
 STEP_MM = 1.0  # between places along the path
 
@@ -66,24 +67,14 @@ def expected_errors(content: RegistrationContent, points: npt.ArrayLike) -> tupl
     """The rms error and the radius of 95 % (n,), mm, at places (n, 3) of the image; None where nothing can be said.
 
     By the layout of the fitted pairs and the error of one fiducial, as stated or estimated from the fit; the radius is
-    larger where it is estimated, since the estimate of a few pairs is rough.
+    larger where it is estimated, since the estimate of a few pairs is rough. The errors of the pointer's tip and of the
+    robot's calibration are in it, where the points went through them.
     """
     if content.made_from != "pairs":
         return None
-    fit = fitted(content.used_pairs)
-    fle = fit.fle_mm if content.fle_mm is None else content.fle_mm
     places = np.asarray(points, dtype=np.float64).reshape(-1, 3)
-    return np.asarray(fit.tre_mm(places, fle), float), within_95_mm(fit, content.fle_mm, places)
-
-
-def within_95_mm(fit: Registration, fle_mm: float | None, points: npt.ArrayLike) -> Floats:
-    """The radius (n,), mm, within which the error at places (n, 3) of the image is in 95 of 100 cases.
-
-    fle_mm: the error of one fiducial as stated; None where it is estimated from the fit.
-    """
-    if fle_mm is not None:
-        return np.asarray(fit.tre_95_mm(points, fle_mm), float)
-    return estimated_factor(fit.count) * np.asarray(fit.tre_95_mm(points, fit.fle_mm), float)
+    between = motion_covariance(content)
+    return target_errors_mm(fitted(content.used_pairs), places, content.fle_mm, motion_covariance=between)
 
 
 def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
@@ -94,7 +85,10 @@ def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
         return ErrorTable(report.fle_mm, report.fle_source, (), None, why or "Open a plan to see the error in it.")
     targets = _at_targets(content, plan)
     path = _along(content, plan)
-    return ErrorTable(report.fle_mm, report.fle_source, targets, path, _words(report.fre_mm, targets, path))
+    words = _words(report.fre_mm, targets, path)
+    if content.to == "base" and content.robot is not None:
+        words += " The error of the robot's calibration is in it."
+    return ErrorTable(report.fle_mm, report.fle_source, targets, path, words)
 
 
 def _why_not(content: RegistrationContent, fle_mm: float | None) -> str:

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
 
 from app.services.exchange_parts import check_last_line, decode, fault_at, mm_per_unit, table_header
 from app.services.names import check_label
@@ -20,46 +24,53 @@ Format = Literal["tfm", "json"]
 MEDIA_TYPES: dict[Format, str] = {"tfm": "text/plain", "json": "application/json"}
 
 MAX_TRACED = 20_000  # samples of a path
+Floats = npt.NDArray[np.float64]
 
 _FRAMES: dict[str, RegisteredTo] = {"patient": "patient", "tracker": "patient", "base": "base", "robot": "base"}
 _KEYS = ("frame", "unit")
 
 
-def read_measured(data: bytes, to: RegisteredTo) -> tuple[MeasuredPoint, ...]:
+def read_measured(data: bytes, content: RegistrationContent) -> tuple[MeasuredPoint, ...]:
     """Measured points of a table with the columns label, x, y, z, of which label may be missing.
 
     Comment lines above it say `# unit=mm` (or um, m) and `# frame=patient` (or tracker, base, robot).
-    to: what the registration is to; the file has to be of that frame.
+    content: the registration that they are for; the file has to be of the frame that it is to. A table of the tracker's
+    frame is taken to the robot's base by the robot's calibration where there is one.
     Raises FrameError where the unit is not said or the frame is another one, and InputError for anything else.
     """
-    return _points_of(data, to, MAX_PAIRS, "a registration has {most} pairs at most.")
+    return _points_of(data, content, MAX_PAIRS, "a registration has {most} pairs at most.")
 
 
-def read_touched(data: bytes, to: RegisteredTo) -> tuple[Position, ...]:
+def read_touched(data: bytes, content: RegistrationContent) -> tuple[Position, ...]:
     """Points that were touched on a surface, of a table as that of `read_measured`; labels are passed over."""
-    points = _points_of(data, to, MAX_TOUCHED, "a surface is touched at {most} points at most.")
+    points = _points_of(data, content, MAX_TOUCHED, "a surface is touched at {most} points at most.")
     return tuple(point.position for point in points)
 
 
-def read_traced(data: bytes, to: RegisteredTo) -> tuple[Position, ...]:
+def read_traced(data: bytes, content: RegistrationContent) -> tuple[Position, ...]:
     """Samples of a pointer's tip in their order, of a table as that of `read_measured`; labels are passed over."""
-    points = _points_of(data, to, MAX_TRACED, "a path is traced by {most} samples at most.")
+    points = _points_of(data, content, MAX_TRACED, "a path is traced by {most} samples at most.")
     return tuple(point.position for point in points)
 
 
-def _points_of(data: bytes, to: RegisteredTo, most: int, too_many: str) -> tuple[MeasuredPoint, ...]:
+def _points_of(data: bytes, content: RegistrationContent, most: int, too_many: str) -> tuple[MeasuredPoint, ...]:
     text = decode(data)
     check_last_line(text)
     lines = text.splitlines()
     header = table_header(lines, _KEYS, above=1)
     if "unit" not in header:
         raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
-    _check_frame(header.get("frame"), to)
+    named = header.get("frame")
+    matrix = None
+    if content.robot is not None and content.to == "base" and named is not None and named.lower() == "tracker":
+        matrix = np.array(content.robot.transform).reshape(4, 4)
+    else:
+        _check_frame(named, content.to)
     scale = mm_per_unit(header["unit"])
     points = []
-    for number, row in _rows(lines):
+    for number, row in table_rows(lines, ("x", "y", "z")):
         with fault_at(f"line {number} of the table"):
-            points.append(_point(row, scale))
+            points.append(_point(row, scale, matrix))
     if not points:
         raise InputError("the table holds no points.")
     if len(points) > most:
@@ -79,24 +90,27 @@ def _check_frame(named: str | None, to: RegisteredTo) -> None:
         raise FrameError(f"the points are in the frame {named!r:.20}, and this registration is to the {to}.")
 
 
-def _rows(lines: list[str]) -> list[tuple[int, dict[str, str | None]]]:
+def table_rows(lines: list[str], columns: tuple[str, ...]) -> list[tuple[int, dict[str | None, str | None]]]:
+    """The rows below the one that names the columns, each with the number of its line. Raises InputError."""
     kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     reader = csv.DictReader([line for _, line in kept], strict=True)
-    if reader.fieldnames is not None and not {"x", "y", "z"} <= set(reader.fieldnames):
-        raise InputError("the table's first row names its columns: label,x,y,z.")
+    if reader.fieldnames is not None and not set(columns) <= set(reader.fieldnames):
+        raise InputError(f"the table's first row names its columns: {','.join(columns)}.")
     try:
         return [(kept[reader.line_num - 1][0], row) for row in reader]
     except csv.Error as error:
         raise InputError(f"line {kept[reader.reader.line_num - 1][0]} of the table is damaged: {error}.") from None
 
 
-def _point(row: dict[str, str | None], scale: float) -> MeasuredPoint:
+def _point(row: Mapping[str | None, str | None], scale: float, matrix: Floats | None) -> MeasuredPoint:
     try:
         values = [float(row[axis] or "") * scale for axis in "xyz"]
     except ValueError:
         raise InputError("x, y and z must be numbers, with a point and not a comma.") from None
     if None in row:  # the rest of a row that is too long
         raise InputError("it has more values than there are columns.")
+    if matrix is not None:
+        values = (matrix[:3, :3] @ values + matrix[:3, 3]).tolist()
     return MeasuredPoint(check_label((row.get("label") or "").strip(), "label"), check_position(values))
 
 

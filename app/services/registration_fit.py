@@ -44,7 +44,8 @@ class FitReport:
     used: pairs of the fit. fre_mm: root mean square of their residuals; mean_residual_mm: their mean; None while there
     is no transform or no pair. residuals_mm: of every complete pair by its id, of those that are left out too.
     fle_mm: rms length of the localisation error of one fiducial, stated or estimated from the FRE; None for neither.
-    simulated: points of the fit were measured by a simulated pointer. cautions: sentences.
+    simulated: points of the fit were measured by a simulated pointer, or went through a simulated robot's calibration.
+    cautions: sentences.
     """
 
     state: FitState
@@ -118,9 +119,14 @@ def report_of(content: RegistrationContent) -> FitReport:
         wrong=_wrong(pairs) if state == "fitted" else None,
         fle_mm=fle,
         fle_source=source,
-        simulated="simulated" in _sources(content),
+        simulated="simulated" in _sources(content) or _simulated_robot(content),
         cautions=_cautions(content, state, own),
     )
+
+
+def _simulated_robot(content: RegistrationContent) -> bool:
+    robot = content.robot
+    return content.to == "base" and robot is not None and robot.measured_from == "simulated"
 
 
 def _state(content: RegistrationContent) -> tuple[FitState, str, Registration | None]:
@@ -203,6 +209,8 @@ def _cautions(content: RegistrationContent, state: FitState, residuals: Sequence
         )
     elif "simulated" in sources:
         found.append("The points were measured by a simulated pointer: nothing here is of a real patient.")
+    elif _simulated_robot(content):
+        found.append("The robot's calibration is simulated: nothing here is of a real robot.")
     wrong = state == "fitted" and float(np.sqrt(np.mean(np.square(residuals)))) > NO_FIT_MM
     if wrong:
         found.append(

@@ -14,6 +14,7 @@ from app.services.plan_model import Plan
 from app.services.plan_points import Position, check_position
 from app.services.plans import PlanService
 from app.services.registering import Registering
+from app.services.registration_calibration import simulated_transform
 from app.services.registration_editor import StoredRegistration
 from app.services.simulated_touch import DEFAULT_NOISE_MM, check_simulated, simulated_touches
 from app.services.tracked_tip import recorded_tips
@@ -138,7 +139,8 @@ class Tracing:
         path = SplinePath(np.array(places))
         along = np.linspace(0.0, path.length, max(int(path.length / _SAMPLE_MM), 1) + 1)
         along = np.pad(along, _AT_REST, mode="edge")
-        samples = simulated_touches(document.id, path.position(along), noise_mm, seed)
+        matrix = simulated_transform(document.content, document.case_id)
+        samples = simulated_touches(document.case_id, path.position(along), noise_mm, seed, tracker_to_base=matrix)
         return self.add(plan_id, samples, "simulated", document.id, expected_revision=expected_revision)
 
     def tracked(

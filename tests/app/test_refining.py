@@ -213,13 +213,13 @@ def test_points_that_contradict_a_refinement_are_told(phantom_services: Services
 
 def test_a_table_of_touched_points() -> None:
     rows = "".join(f"{x},0.5,2\n" for x in range(150))
-    points = read_touched(f"# unit=um\n# frame=tracker\nx,y,z\n{rows}".encode(), "patient")
+    points = read_touched(f"# unit=um\n# frame=tracker\nx,y,z\n{rows}".encode(), RegistrationContent())
     assert (len(points), points[149]) == (150, (0.149, 0.0005, 0.002))
     with pytest.raises(FrameError, match="LPS"):
-        read_touched(b"# unit=mm\n# frame=LPS\nx,y,z\n1,2,3\n", "patient")
+        read_touched(b"# unit=mm\n# frame=LPS\nx,y,z\n1,2,3\n", RegistrationContent())
     many = "1,2,3\n" * 2_001
     with pytest.raises(InputError, match="2,000 points at most"):
-        read_touched(f"# unit=mm\n# frame=patient\nx,y,z\n{many}".encode(), "patient")
+        read_touched(f"# unit=mm\n# frame=patient\nx,y,z\n{many}".encode(), RegistrationContent())
 
 
 def test_bone_is_stroked_over_with_the_tracked_pointer(phantom_services: Services, editor: RegistrationEditor) -> None:

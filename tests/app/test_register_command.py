@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from registration_poses_cases import paired_poses, swung
+from registration_poses_cases import table as pose_table
 from scipy.spatial.transform import Rotation
 
 from app.cli import main
+from app.commands import register_calibration
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
@@ -126,3 +129,75 @@ def points(path: Path, places: np.ndarray) -> Path:
     rows = "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in places.tolist())
     path.write_text(f"# unit=mm\n# frame=tracker\nx,y,z\n{rows}", encoding="utf-8")
     return path
+
+
+def test_pointer_and_robot_are_calibrated_and_a_registration_goes_to_the_base(
+    said: Any, phantom_services: Services, tmp_path: Path
+) -> None:
+    _, made = said("new", HEAD_PHANTOM, "--name", "Calibrated")
+    on = ("--registration", made["registration"])
+    (tmp_path / "p.csv").write_bytes(pose_table(swung(), "pointer_to_tracker"))
+    status, pointer = said("pivot", HEAD_PHANTOM, *on, "--csv", str(tmp_path / "p.csv"))
+    assert (status, pointer["pointer"]["measured_from"], pointer["pointer"]["cautions"]) == (0, "file", [])
+    robot, tracker = paired_poses()
+    (tmp_path / "r.csv").write_bytes(pose_table(robot, "flange_to_base"))
+    (tmp_path / "t.csv").write_bytes(pose_table(tracker, "marker_to_tracker"))
+    tables = ("--robot-csv", str(tmp_path / "r.csv"), "--tracker-csv", str(tmp_path / "t.csv"))
+    assert said("robot", HEAD_PHANTOM, *on, *tables[:2])[0] == 2
+    assert said("robot", HEAD_PHANTOM, *on, *tables, "--clear")[0] == 2
+    status, calibrated = said("robot", HEAD_PHANTOM, *on, *tables)
+    assert status == 0
+    assert 0.0 < calibrated["robot"]["translation_residual_mm"] < 0.5
+    assert said("base", HEAD_PHANTOM, *on)[0] == 2  # nothing was measured
+    said("beads", HEAD_PHANTOM, *on, "--confirm")
+    assert (
+        said("fit", HEAD_PHANTOM, *on, "--csv", str(table(tmp_path / "m.csv", [0, 1, 2, 3, 4])), "--match-order")[0]
+        == 0
+    )
+    status, based = said("base", HEAD_PHANTOM, *on, "--name", "Beside the robot")
+    assert (status, based["to"], based["name"], based["made_from"]) == (0, "base", "Beside the robot", "pairs")
+    there = np.reshape(calibrated["robot"]["transform"], (4, 4))
+    expected = np.eye(4)
+    expected[:3, :3], expected[:3, 3] = TURN, SHIFT
+    np.testing.assert_allclose(np.reshape(based["transform"], (4, 4)), there @ expected, atol=0.2)
+    _, simulated = said("pivot", HEAD_PHANTOM, *on, "--simulated", "0.2", "--seed", "4")
+    assert simulated["pointer"]["measured_from"] == "simulated"
+    assert said("pivot", HEAD_PHANTOM, *on, "--clear")[1]["pointer"] is None
+    assert said("robot", HEAD_PHANTOM, *on, "--simulated", "0.2")[1]["robot"]["poses"] == 30
+    for one in (made["registration"], based["registration"]):
+        phantom_services.registrations.delete(one)
+
+
+def test_a_tracking_server_calibrates_the_pointer(
+    said: Any, phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The client that the command makes listens to the server that it is told of; nobody there is told."""
+    heard: list[Any] = []
+
+    class Client:
+        state, words = "fresh", "Stylus is tracked"
+
+        def __init__(self, *address: Any) -> None:
+            heard.append(address)
+
+        def start(self) -> None: ...
+
+        def close(self) -> None:
+            heard.append("closed")
+
+        def poses(self, seconds: float) -> np.ndarray:
+            heard.append(seconds)
+            return swung()
+
+    monkeypatch.setattr(register_calibration, "TrackerClient", Client)
+    _, made = said("new", HEAD_PHANTOM, "--to", "base")
+    on = ("--registration", made["registration"])
+    status, found = said("pivot", HEAD_PHANTOM, *on, "--tracker", "tracker.local:18944/Stylus", "--seconds", "4")
+    assert (status, found["to"], found["pointer"]["measured_from"]) == (0, "base", "tracker")
+    assert heard == [("tracker.local", 18944, "Stylus"), 4.0, "closed"]
+    monkeypatch.setattr(Client, "state", "connecting")
+    monkeypatch.setattr(register_calibration, "_CONNECT_S", 0.0)
+    assert said("pivot", HEAD_PHANTOM, *on, "--tracker", "tracker.local:18944/Stylus")[0] == 2
+    assert heard[-1] == "closed"
+    assert said("pivot", HEAD_PHANTOM, *on, "--tracker", "nowhere")[0] == 2
+    phantom_services.registrations.delete(made["registration"])

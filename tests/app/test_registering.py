@@ -239,12 +239,12 @@ def test_measured_points_of_a_table_go_by_label_or_in_order(editor: Registration
     by_label = [MeasuredPoint(NAMES[i], points[i]) for i in (3, 1, 0)]
     rows = [f"{point.label},{','.join(map(repr, point.position))}" for point in by_label]
     table = "\n".join(["# frame=patient", "# unit=mm", "label,x,y,z", *rows, ""])
-    assert read_measured(table.encode(), "patient") == tuple(by_label)
+    assert read_measured(table.encode(), RegistrationContent()) == tuple(by_label)
     content = editor.set_measured(by_label).content
     assert [pair.measured for pair in content.pairs] == [points[0], points[1], None, points[3], None]
     assert {pair.measured_from for pair in content.pairs if pair.measured} == {"file"}
     in_metres = "# unit=m\n# frame=tracker\nx,y,z\n0.001,0.002,-0.003\n"
-    assert read_measured(in_metres.encode(), "patient") == (MeasuredPoint("", (1.0, 2.0, -3.0)),)
+    assert read_measured(in_metres.encode(), RegistrationContent()) == (MeasuredPoint("", (1.0, 2.0, -3.0)),)
 
 
 @pytest.mark.parametrize(
@@ -265,7 +265,7 @@ def test_measured_points_of_a_table_go_by_label_or_in_order(editor: Registration
 )
 def test_a_table_that_leaves_something_open_is_refused(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        read_measured(text.encode(), "patient")
+        read_measured(text.encode(), RegistrationContent())
 
 
 def test_the_simulated_pointer_has_the_noise_that_is_stated() -> None:
@@ -485,9 +485,9 @@ def test_a_registration_of_another_head_is_not_used(phantom_services: Services, 
 
 def test_the_frame_of_a_table_is_that_of_the_registration() -> None:
     table = "# unit=mm\n# frame=robot\nlabel,x,y,z\na,1,2,3\n"
-    assert read_measured(table.encode(), "base") == (MeasuredPoint("a", (1.0, 2.0, 3.0)),)
+    assert read_measured(table.encode(), RegistrationContent(to="base")) == (MeasuredPoint("a", (1.0, 2.0, 3.0)),)
     with pytest.raises(FrameError):
-        read_measured(table.encode(), "patient")
+        read_measured(table.encode(), RegistrationContent())
 
 
 def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None:

@@ -6,6 +6,7 @@ those measured at the patient and the moving points those of the image: the tran
 """
 
 from .beads import Bead, BeadSearch, NoBead, find_beads, smallest_bead_mm
+from .chained_error import target_errors_mm
 from .correspondence import Candidate, Match, match_points
 from .expected_error import estimated_factor, expected_fre_mm, fle_from_fre_mm
 from .hand_eye import HandEye, register_robot_to_tracker
@@ -41,6 +42,7 @@ __all__ = [
     "register_points",
     "register_robot_to_tracker",
     "smallest_bead_mm",
+    "target_errors_mm",
     "traced_path",
     "write_transform",
 ]

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 FEWEST_POSES = 5
 LEVER_MM = 50.0  # a rotation by 1 rad counts as much as a displacement by that
 
+_MOST_LEVERAGE = 0.99  # of a pose that alone tells a direction: its residual says nothing of its error
 _CLOSEST = 2e-3  # the second singular value of the rotations is smaller than the first by that share at least
 
 
@@ -78,10 +79,12 @@ def register_robot_to_tracker(robot_poses: ArrayLike, tracker_poses: ArrayLike) 
         )
     x, y = _closed_form(a, b)
     for _ in range(30):
-        step, covariance = _step(a, b, x, y)
+        rows, residuals, back = _equations(a, b, x, y)
+        step = -back @ np.einsum("nri,nr->i", rows, residuals)
         x, y = x @ _motion(step[:6]), _motion(step[6:]) @ y
         if np.abs(step).max() < 1e-12:
             break
+    covariance = _covariance(rows, residuals, back)
     ways, others = a @ x, y @ b
     turned = np.swapaxes(ways[:, :3, :3], 1, 2) @ others[:, :3, :3]
     sines = np.linalg.norm(_axial(turned), axis=1)
@@ -118,12 +121,11 @@ def _rotation(columns: Array) -> Array:
     return rotation
 
 
-def _step(a: Array, b: Array, x: Array, y: Array) -> tuple[Array, Array]:
-    """Gauss-Newton step (12,) of X and Y, (t, ω) each, and the covariance (6, 6) of that of Y.
+def _equations(a: Array, b: Array, x: Array, y: Array) -> tuple[Array, Array, Array]:
+    """Rows (n, 18, 12) and residuals (n, 18) of a Gauss-Newton step of X and Y, (t, ω) each, and (Σ rowsᵀ rows)⁻¹.
 
     X moves in its own frame, X exp(δ), and Y in the base's, exp(δ) Y. Six points about the marker, two on each axis,
-    tell the distance of the two ways. The covariance is estimated from the residuals of the poses, which need not be
-    alike.
+    tell the distance of the two ways.
     """
     points = np.vstack([np.eye(3), -np.eye(3)]) * (LEVER_MM * np.sqrt(1.5))  # six: mean square radius for each axis
     ways = np.einsum("nij,pj->npi", (a @ x)[:, :3, :3], points) + (a @ x)[:, None, :3, 3]
@@ -134,13 +136,23 @@ def _step(a: Array, b: Array, x: Array, y: Array) -> tuple[Array, Array]:
     residuals = (ways - others).reshape(len(a), -1)
     scale = np.repeat([1.0, 1.0 / LEVER_MM], 3)
     scale = np.concatenate([scale, scale])
-    back = np.linalg.pinv(np.einsum("nri,nrj->ij", rows * scale, rows * scale), hermitian=True, rcond=1e-14)
-    back = scale[:, None] * back * scale
-    gradients = np.einsum("nri,nr->ni", rows, residuals)
-    count = len(a)
-    spread = gradients.T @ gradients * (count / max(count - 2.0, 1.0))
-    covariance = back @ spread @ back
-    return -back @ gradients.sum(axis=0), covariance[6:, 6:]
+    stacked = (rows * scale).reshape(-1, 12)
+    back = np.linalg.pinv(stacked.T @ stacked, hermitian=True, rcond=1e-14)
+    return rows, residuals, scale[:, None] * back * scale
+
+
+def _covariance(rows: Array, residuals: Array, back: Array) -> Array:
+    """Covariance (6, 6) of Y, from the residuals of the poses, which need not be alike.
+
+    The residuals of a pose are smaller than its errors, since the fit follows them, much so where poses are few: they
+    are taken as (I − H)^−½ r, with H the pose's block of the hat matrix (Bell & McCaffrey 2002).
+    """
+    hat = rows @ back @ np.swapaxes(rows, 1, 2)
+    shares, directions = np.linalg.eigh(hat)
+    along = np.einsum("nij,ni->nj", directions, residuals) / np.sqrt(1.0 - np.minimum(shares, _MOST_LEVERAGE))
+    gradients = np.einsum("nri,nrj,nj->ni", rows, directions, along)
+    covariance: Array = back @ (gradients.T @ gradients) @ back
+    return covariance[6:, 6:]
 
 
 def _motion(step: Array) -> Array:

@@ -1057,7 +1057,8 @@ export interface ToolPublic {
  * A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
  *
  * made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', 'given' of one that
- * was read from a file, or 'surface' of one that was refined on touched points. fle_mm: as stated; null where it is estimated, see `fit`.
+ * was read from a file, or 'surface' of one that was refined on touched points. fle_mm: as stated; null where it is
+ * estimated, see `fit`.
  */
 export interface RegistrationPublic {
   id: string;
@@ -1074,6 +1075,8 @@ export interface RegistrationPublic {
   search: BeadSearchPublic | null;
   surface: SurfacePublic | null;
   fit: FitPublic;
+  pointer: PointerTipPublic | null;
+  robot: RobotToTrackerPublic | null;
   created: string;
   modified: string;
   revision: number;
@@ -1175,6 +1178,37 @@ export interface WrongPairPublic {
   label: string;
   certainty: "outlier" | "suspect";
   words: string;
+}
+
+/**
+ * The tip of a tracked pointer, mm in the frame whose pose the tracker tells, and how it was found.
+ *
+ * residual_mm: rms distance of the tip from where it stood; tip_error_mm: expected rms error of it; swing_deg: half
+ * angle of the cone that the pointer was swung in. cautions: sentences.
+ */
+export interface PointerTipPublic {
+  tip: [number, number, number];
+  residual_mm: number;
+  tip_error_mm: number;
+  swing_deg: number;
+  poses: number;
+  measured_from: "file" | "simulated" | "tracker";
+  cautions: string[];
+}
+
+/**
+ * Where the tracker stands beside the robot. transform: from the tracker to the base, 16 numbers row by row, mm.
+ *
+ * covariance: 36 numbers, row by row, of its error (t, ω) in mm and rad. cautions: sentences.
+ */
+export interface RobotToTrackerPublic {
+  transform: number[];
+  rotation_residual_deg: number;
+  translation_residual_mm: number;
+  covariance: number[];
+  poses: number;
+  measured_from: "file" | "simulated" | "tracker";
+  cautions: string[];
 }
 
 /** Places on the canvas in parts of its size, None for a place behind the camera; None without a camera. */

@@ -14,6 +14,8 @@ from app.link import LinkFault, LinkServer, Pose, Text, TrackerClient, Transform
 from app.link import tracker as module
 from app.link.crc64 import crc64
 from app.link.messages import pack
+from vfix_engine.registration import SimulatedTracker, calibrate_pivot
+from vfix_engine.registration.tracker import TIP_MM
 
 NAME = "StylusTipToReference"
 
@@ -31,6 +33,7 @@ class FakeTracker:
         self.port = self.server.start()
         self.place = (0.0, 0.0, 0.0)
         self.noise_mm = 0.0
+        self.swung: np.ndarray | None = None  # poses that are sent in turn, instead of one place
         self._random = np.random.default_rng(1)
         self._sends = threading.Event()
         self._ended = threading.Event()
@@ -44,7 +47,11 @@ class FakeTracker:
         while not self._ended.wait(0.01):
             if self._sends.is_set():
                 x, y, z = np.array(self.place) + self.noise_mm * self._random.standard_normal(3)
-                self.server.tell([Transform("Other", np.eye(4)), pose(x, y, z)])
+                told = pose(x, y, z)
+                if self.swung is not None:
+                    told = Transform(NAME, self.swung[0])
+                    self.swung = np.roll(self.swung, -1, axis=0)
+                self.server.tell([Transform("Other", np.eye(4)), told])
 
     def close(self) -> None:
         self._ended.set()
@@ -107,6 +114,22 @@ def test_a_lost_server_is_found_again(fake: FakeTracker, tracker: TrackerClient)
         wait_for_state(tracker, "fresh")
     finally:
         again.close()
+
+
+def test_a_pointer_that_is_swung_tells_where_its_tip_is(fake: FakeTracker, tracker: TrackerClient) -> None:
+    """The poses of a second calibrate the pointer; places are then averaged at the tip, which stood still."""
+    where = np.array([10.0, -20.0, 900.0])
+    fake.swung = SimulatedTracker(1, sigma_mm=0.0).pivot(where, 50)
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    poses = tracker.poses(1.0)
+    assert poses.shape == (len(poses), 4, 4)
+    found = calibrate_pivot(poses)
+    np.testing.assert_allclose(found.tip_mm, TIP_MM, atol=1e-3)  # float32 on the way
+    held = tracker.collect(0.5, found.tip_mm)
+    np.testing.assert_allclose(held.position, where, atol=1e-3)
+    assert held.largest_mm < 1e-2
+    assert tracker.collect(0.5).largest_mm > 10.0  # the body, in whose frame the tip is, was swung
 
 
 def test_a_place_is_averaged_with_its_spread(fake: FakeTracker, tracker: TrackerClient) -> None:
