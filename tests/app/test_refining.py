@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,7 +20,7 @@ from app.services.errors import DocumentLocked, NotFound
 from app.services.jobs import Job
 from app.services.refining import Refining
 from app.services.registration import RegistrationContent
-from app.services.registration_editor import RegistrationEditor
+from app.services.registration_editor import RegistrationEditor, with_place
 from app.services.registration_errors import error_table, expected_errors
 from app.services.registration_files import export_text, read_touched
 from app.services.registration_fit import report_of
@@ -40,10 +41,10 @@ def editor(phantom_services: Services) -> Iterator[RegistrationEditor]:
     editor = phantom_services.registering.editor(made.id)
     for bead in BEADS:
         editor.added_pair(bead)
-    pose = simulated_pose(made.id)
+    pose = simulated_pose(HEAD_PHANTOM)
     for pair, off in zip(editor.document.content.pairs, np.random.default_rng(0).normal(0.0, 1.5, (5, 3)), strict=True):
         x, y, z = (pose[:3, :3] @ (np.array(pair.in_image) + off) + pose[:3, 3]).tolist()
-        editor.measured_at(pair.id, (x, y, z), "simulated")
+        editor.changed(partial(with_place, pair_id=pair.id, position=(x, y, z), measured_from="simulated"))
     yield editor
     if phantom_services.registrations.get(made.id).locked:
         editor.set_locked(False)
@@ -64,7 +65,7 @@ def done(services: Services, job: Job) -> Job:
 
 def true_error_mm(services: Services, document: Document[RegistrationContent]) -> float:
     """The largest at the targets of the sample plan."""
-    truth, found = simulated_pose(document.id), document.content.registration.transform
+    truth, found = simulated_pose(HEAD_PHANTOM), document.content.registration.transform
     targets = np.array([target.position for target in services.plans.get(SAMPLE_PLAN).targets])
     off = targets @ (found - truth)[:3, :3].T + (found - truth)[:3, 3]
     return float(np.linalg.norm(off, axis=1).max())
@@ -170,7 +171,7 @@ def test_a_transform_that_came_from_elsewhere_is_refined_too(
 
 
 def test_points_that_cannot_be_refined_on_say_why(phantom_services: Services, editor: RegistrationEditor) -> None:
-    services, pose = phantom_services, simulated_pose(editor.id)
+    services, pose = phantom_services, simulated_pose(HEAD_PHANTOM)
     flat = np.column_stack([np.random.default_rng(1).uniform(-3.0, 3.0, (30, 2)), np.zeros(30)])
     far = flat + np.array([0.0, 0.0, 500.0])
     services.refining.set_touched(

@@ -137,7 +137,7 @@ def test_the_tip_of_a_tracked_pointer_is_traced(
     phantom_services: Services, editor: RegistrationEditor, plan: Plan
 ) -> None:
     """By its calibration, where the registration has one; before a robot, by where the tracker stands beside it."""
-    services, old, pose = phantom_services, path_of(plan), simulated_pose(editor.id)
+    services, old, pose = phantom_services, path_of(plan), simulated_pose(HEAD_PHANTOM)
     places = old.position(np.linspace(0.0, old.length, 300)) @ pose[:3, :3].T + pose[:3, 3]
     tip = np.array([5.0, -3.0, 160.0])
     tracker = Recorder(places, tip)
@@ -153,7 +153,7 @@ def test_the_tip_of_a_tracked_pointer_is_traced(
     to_base[:3, 3] = [0.0, 700.0, -50.0]
     based = RegistrationContent("base", tuple((to_base @ pose).ravel().tolist()), made_from="given", pointer=pointer)
     other = services.registrations.create(HEAD_PHANTOM, "To the base", based)
-    with pytest.raises(InputError, match="calibrate the robot"):
+    with pytest.raises(InputError, match="calibrate robot and tracker"):
         tracing.tracked(plan.id, 12.0, other.id)
     robot = RobotToTracker(tuple(to_base.ravel().tolist()), 0.1, 0.1, tuple(np.eye(6).ravel().tolist()), 20, "tracker")
     services.registering.editor(other.id).become(replace(based, robot=robot))
