@@ -25,6 +25,7 @@ from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
 from app.api.plan_models import OwnRobotPublic, PlanPublic  # noqa: E402
 from app.api.registration_models import RegistrationPublic  # noqa: E402
 from app.api.suggestions import SuggestionPublic, ToolTablePublic  # noqa: E402
+from app.api.tracing import TracedPublic  # noqa: E402
 from app.messages import sections  # noqa: E402
 from app.messages.hello import Hello  # noqa: E402
 from app.session import commands  # noqa: E402
@@ -43,6 +44,7 @@ REST_MODELS = (
     SuggestionPublic,
     ToolTablePublic,
     RegistrationPublic,
+    TracedPublic,
 )
 MESSAGES = (Hello, sections.HelloMessage, sections.NoteMessage, sections.ReplyMessage)
 PLAIN = {

@@ -96,8 +96,8 @@ def _why_not(content: RegistrationContent, fle_mm: float | None) -> str:
         return "Nothing is known of the error of a transform that was read from a file."
     if content.made_from == "surface":
         return (
-            "No error is known of a transform that was refined on a surface: the residual there does not tell it. How "
-            "far the points above are off under it does, as far as they are near."
+            "No error is known of a transform that was refined on a surface: its residual does not tell it. What the "
+            "points above, which took no part, are off by is all that is known, and only near them."
         )
     if content.made_from == "none":
         return "The error is known once the points are fitted."

@@ -50,7 +50,7 @@ def check_simulated(content: RegistrationContent) -> None:
 
     Raises InputError where some was not, or the transform came from elsewhere: the pointer would touch another head.
     """
-    sources = {pair.measured_from for pair in content.pairs if pair.measured is not None}
+    sources = {pair.measured_from for pair in content.pairs if pair.enabled and pair.measured is not None}
     if content.surface is not None and content.made_from == "surface":
         sources.add(content.surface.measured_from)
     if sources - {"simulated"} or content.made_from == "given":

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 from workstation import Rest, Workstation
 
 pytestmark = pytest.mark.browser
@@ -94,6 +96,40 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     page.keyboard.press("Control+Shift+z")
     station.wait_for("the redo", lambda: registration(station)["fit"]["used"] == 4)
     station.picture("register")
+
+    # Refined on bone, and back; what is typed of a point that is left out is of no pointer.
+    page.get_by_text("Refine on a surface").click()
+    expect(page.locator("#refine-surface")).to_be_disabled()
+    page.click("#touch-surface")
+    expect(page.locator("#surface-state")).to_contain_text("60 points touched on Bone, by the simulated pointer")
+    page.click("#refine-surface")
+    expect(page.locator("#surface-figures dd")).to_have_count(4)
+    expect(page.locator("#surface-warning")).to_contain_text("not the accuracy")
+    expect(page.locator("#fit-state")).to_contain_text("took no part")
+    expect(page.locator("#error-words")).to_contain_text("No error is known")
+    refined = got(rest, f"/api/registrations/{key}")
+    assert (refined["made_from"], refined["surface"]["refinement"]["kept"]) == ("surface", 45)
+    assert got(rest, f"/api/plans/{plan_id}/registration")["state"] == "ready"
+    station.picture("register-refined")
+    page.click("#fit-pairs")
+    expect(page.locator("#surface-figures dd")).to_have_count(0)
+    page.locator("#pairs .row-main").nth(0).click()
+    expect(page.locator("#pair-label")).to_have_value(shown["pairs"][0]["label"])
+    page.fill("#pair-weight", "0.25")
+    page.press("#pair-weight", "Enter")
+    expect(page.locator("#pairs .row").first).to_contain_text("weight 0.25")
+    page.click("#forget-surface")
+    expect(page.locator("#forget-surface")).to_be_hidden()
+    assert got(rest, f"/api/registrations/{key}")["surface"] is None
+
+    # A path that is traced is one of the plan's, and Plan shows it.
+    page.get_by_text("Trace a path").click()
+    page.click("#trace-simulated")
+    expect(page.locator("#trace-words")).to_contain_text("‘Traced path 1’ was added and is the chosen path now")
+    traced = got(rest, f"/api/plans/{plan_id}")
+    assert [path["name"] for path in traced["paths"]] == ["Path 1", "Traced path 1"]
+    page.click("[data-step=plan]")
+    expect(page.locator("table.points").first).to_contain_text(f"P{len(traced['points'])}")
     assert station.errors == []
 
 
@@ -112,7 +148,11 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     station.wait_for("the points", lambda: registration(station)["fit"]["state"] == "fitted")
     assert registration(station)["fit"]["fre_mm"] > 5.0
     page.click("#match-order")
-    station.wait_for("an order", lambda: page.locator("#orders button.order").count() == 1)
+    expect(page.locator("#orders button.order")).to_have_count(1)
+    # In the table the point at the first pair is that of the fifth bead.
+    expect(page.locator("#orders tbody tr")).to_have_count(5)
+    expect(page.locator("#orders tbody tr").nth(4)).to_have_text(re.compile(r"^F5\s*F1"))
+    expect(page.locator(".order-head")).to_contain_text("FRE 0.00 mm")
     page.locator("#orders button.order").click()
     station.wait_for("a good fit", lambda: registration(station)["fit"]["fre_mm"] < 0.01)
     stored = got(rest, f"/api/registrations/{key}")

@@ -1,16 +1,17 @@
 // The Register step's words: what is known of a point, bars, typed numbers, orders.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { barScale, barShare, fleWords, orderWords, pairWords, rowWords, threeNumbers } from "../../app/steps/register/words.js";
+import { barScale, barShare, fleWords, orderWords, pairWords, refinementRows, rowWords, threeNumbers, touchedWords } from "../../app/steps/register/words.js";
 
 /** @param {object} fields */
-const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", residual_mm: 0.3, ...fields });
+const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", weight: 1, residual_mm: 0.3, ...fields });
 
 test("a point says what is missing, how it was measured, and that it is left out", () => {
   assert.equal(pairWords(pair({ measured: null })), "not measured yet");
   assert.equal(pairWords(pair({ in_image: null })), "measured, not in the image yet");
   assert.equal(pairWords(pair({ measured_from: "simulated" })), "simulated touch");
   assert.equal(pairWords(pair({ enabled: false })), "typed, left out");
+  assert.equal(pairWords(pair({ weight: 0.25 })), "typed, weight 0.25");
 });
 
 test("a bar is full at the largest residual, and small residuals do not look large", () => {
@@ -36,8 +37,21 @@ test("an error says where it is expected, and what it was computed from", () => 
   assert.equal(fleWords(/** @type {any} */ ({ fle_mm: null, fle_source: "none", used: 0 })), "not known yet");
 });
 
-test("an order tells only what it changes", () => {
-  const orders = /** @type {any} */ ({ pairs: ["A", "B", "C"], candidates: [{ labels: ["B", "A", "C"] }, { labels: ["A", "B", "C"] }] });
-  assert.equal(orderWords(orders, 0), "A ← B, B ← A");
-  assert.equal(orderWords(orders, 1), "As they are now");
+test("an order tells how many points it changes", () => {
+  const moves = (/** @type {boolean[]} */ ...stays) => /** @type {any} */ ({ moves: stays.map((one) => ({ stays: one })) });
+  assert.equal(orderWords(moves(false, false, true)), "2 points get another measured place, 1 stays");
+  assert.equal(orderWords(moves(false, false)), "2 points get another measured place");
+  assert.equal(orderWords(moves(true, true, true)), "As they are now");
+});
+
+test("a refinement tells first what judges it, and its residual last", () => {
+  const touched = /** @type {any} */ ({ count: 60, measured_from: "simulated", structure: "bone", refinement: null });
+  assert.equal(touchedWords(null, "Bone", true), "Nothing is touched yet.");
+  assert.equal(touchedWords(touched, "Bone", false), "60 points touched on Bone, by the simulated pointer. Fit the points above first.");
+  assert.match(touchedWords(touched, "Bone", true), /not refined on them yet/);
+  assert.deepEqual(refinementRows(touched, /** @type {any} */ ({ fre_mm: 0.5 })), []);
+  touched.refinement = { residual_mm: 0.071, kept: 45, moved_mm: 0.91, stability: 0.233 };
+  const rows = refinementRows(touched, /** @type {any} */ ({ fre_mm: 1.073 }));
+  assert.deepEqual(rows.map(([, words]) => words), ["1.07 mm rms", "0.91 mm", "0.23 of 1", "0.07 mm rms, 45 of 60"]);
+  assert.equal(refinementRows(touched, /** @type {any} */ ({ fre_mm: null }))[0][1], "none to judge by");
 });

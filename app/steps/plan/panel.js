@@ -7,7 +7,7 @@ import { DryRun } from "/static/js/dry-run.js";
 import { ClearanceGroup } from "./clearance.js";
 import { ConeGroup } from "./cones.js";
 import { EmptyPlan } from "./empty-plan.js";
-import { folding } from "./folding.js";
+import { folding } from "/static/js/folding.js";
 import { InstrumentsGroup } from "./instruments.js";
 import { ShaftGroup, SuggestGroup, ToolTableGroup } from "./suggest.js";
 import { PathsGroup } from "./paths.js";

@@ -4,7 +4,7 @@ import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "
 import { count } from "/static/js/format.js";
 import { placeOf, placeWords } from "/static/js/slices/place-words.js";
 import { field, numberInput, showNumber } from "./fields.js";
-import { unfold } from "./folding.js";
+import { unfold } from "/static/js/folding.js";
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */

@@ -5,7 +5,7 @@ import { fleWords, orderWords, rowWords } from "./words.js";
 import { field } from "./beads.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { ErrorsView, FitView, OrdersView, RegistrationSection } from "/static/js/types.js" */
+/** @import { ErrorsView, FitView, OrderView, OrdersView, RegistrationSection } from "/static/js/types.js" */
 
 /** @type {Partial<Record<FitView["state"], string>>} of transforms that the points had no part in */
 const FRE_WORDS = { given: "How far the points are off", refined: "How far the points are off" };
@@ -64,12 +64,31 @@ export class FitGroup {
   renderOrders(orders, locked) {
     this.orders.hidden = !orders;
     if (!orders) return;
-    const take = (/** @type {number} */ candidate) => h("button", { type: "button", class: "order", disabled: locked, "data-candidate": String(candidate), onclick: () => this.connection.send("order.take", { candidate }) },
-      h("span", {}, orderWords(orders, candidate)), h("span", { class: "row-sub" }, `FRE ${mm(orders.candidates[candidate].fre_mm, 2)}`));
+    const take = (/** @type {number} */ candidate) => orderCard(orders.candidates[candidate], candidate, orders.ambiguous ? orders.candidates.length : 1, locked, () => this.connection.send("order.take", { candidate }));
     const offered = orders.ambiguous ? [...orders.candidates.keys()].map(take) : orders.unchanged ? [] : [take(0)];
     const forget = h("button", { type: "button", class: "plain", onclick: () => this.connection.send("order.forget") }, offered.length ? "Keep the order" : "Close");
     this.orders.replaceChildren(h("p", { class: orders.ambiguous ? "words caution" : "words" }, orders.words), ...offered, forget);
   }
+}
+
+/**
+ * One order: which point gets which measured place, how well all of them fit then, and the button that takes it.
+ * @param {OrderView} order
+ * @param {number} index
+ * @param {number} count of the orders to choose from
+ * @param {boolean} locked
+ * @param {() => void} take
+ */
+function orderCard(order, index, count, locked, take) {
+  const name = count > 1 ? `Order ${index + 1} of ${count}` : "Another order";
+  const moved = order.moves.filter(({ stays }) => !stays);
+  const rows = moved.map(({ label, measured_at: at, measured }) => h("tr", {}, h("td", {}, label), h("td", {}, at), h("td", { class: "number" }, measured.map((value) => value.toFixed(0)).join(" "))));
+  const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Point"), h("th", { scope: "col", title: "The point at which this measured place stands now" }, "gets the place of"), h("th", { scope: "col" }, "measured, mm")));
+  const same = !moved.length;
+  return h("div", { class: "order-card", "data-candidate": String(index) },
+    h("p", { class: "order-head" }, h("span", {}, name), h("span", { class: "number", title: "How well the points fit in this order; not the error at the target" }, `FRE ${mm(order.fre_mm, 2)}`)),
+    h("p", { class: "words" }, `${orderWords(order)}.`), same ? null : h("table", { class: "points", "aria-label": name }, head, h("tbody", {}, rows)),
+    h("button", { type: "button", class: "order wide", disabled: locked, onclick: take }, same ? "Keep this order" : "Take this order"));
 }
 
 /** @param {FitView} fit */

@@ -27,6 +27,7 @@ class OpenRegistration:
         self._services = services
         self._editor = services.registering.editor(registration_id)
         self.document = self._editor.document
+        self._anatomy = services.cases.get(self.document.case_id).anatomy.name
         self.selected: str | None = None
         self._orders: tuple[int, OrderAnswer] | None = None  # with the revision that it is of
         self._errors: tuple[Any, ErrorTable] | None = None
@@ -142,7 +143,9 @@ class OpenRegistration:
     def view(self, plan: Plan | None, has_volume: bool) -> RegistrationSection:
         """The page's section."""
         report = self._services.registering.report(self.document.content)
-        return registration_view(self.document, report, self._table(plan), self.orders(), self.selected, has_volume)
+        return registration_view(
+            self.document, report, self._table(plan), self.orders(), self.selected, has_volume, self._anatomy
+        )
 
     def marks(self) -> list[FiducialMark]:
         """What the slices and the scene show of it."""

@@ -6,6 +6,8 @@ import { download, upload } from "/static/js/rest.js";
 import { BeadsGroup } from "./beads.js";
 import { ErrorsGroup, FitGroup } from "./fit.js";
 import { PointsGroup } from "./points.js";
+import { SurfaceGroup } from "./surface.js";
+import { TraceGroup } from "./trace.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Row } from "/static/js/dom.js" */
@@ -31,13 +33,16 @@ export default class RegisterPanel {
     this.points = new PointsGroup(connection);
     this.fit = new FitGroup(connection);
     this.errors = new ErrorsGroup(connection);
+    this.surface = new SurfaceGroup(connection);
+    this.trace = new TraceGroup(connection);
     this.useWords = h("p", { class: "words", id: "plan-use-words" });
     this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
     this.dropButton = h("button", { type: "button", class: "wide", id: "drop-registration", onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
     this.exports = EXPORTS.map(([format, label, words]) => h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
     this.chooser = h("input", { type: "file", hidden: true, accept: ".tfm,.txt,.json", id: "transform-file", onchange: () => this.import() });
     this.parts = h("div", {}, this.beads.element, this.points.element, this.fit.element, this.errors.element,
-      group("5  Use", null, this.useWords, this.useButton, this.dropButton, h("div", { class: "list" }, this.exports)));
+      group("5  Use", null, this.useWords, this.useButton, this.dropButton, h("div", { class: "list" }, this.exports)),
+      this.surface.element, this.trace.element);
     this.list = h("ul", { class: "list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
     this.element = h("div", { class: "register" },
@@ -69,6 +74,8 @@ export default class RegisterPanel {
     if (!registration) return;
     for (const part of [this.beads, this.fit, this.errors]) part.update(registration);
     this.points.update(registration, state.pointer);
+    this.surface.update(registration, state.structures?.items ?? [], state.pointer);
+    this.trace.update(registration, state);
     this.changedUse([state.plan_use, registration.fit.state, registration.made_from, registration.deleted], () => this.renderUse(registration, state.plan_use));
   }
 

@@ -135,11 +135,13 @@ class PairFields {
     this.label = h("input", { type: "text", id: "pair-label", maxLength: 120, onchange: () => this.send({ label: this.label.value }) });
     this.image = h("input", { type: "text", id: "pair-image", placeholder: "L 72.7 P 77.1 S 20.4", onchange: () => this.typedImage() });
     this.measured = ["x", "y", "z"].map((axis) => h("input", { type: "text", inputMode: "decimal", "aria-label": `Measured, ${axis}`, placeholder: axis, onchange: () => this.typedMeasured() }));
+    this.weight = h("input", { type: "number", id: "pair-weight", min: 0.01, max: 1000, step: "any", onchange: () => this.typedWeight() });
     this.touchButton = h("button", { type: "button", id: "touch-selected", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Touch (simulated)");
     this.measureButton = h("button", { type: "button", class: "primary wide", id: "measure-selected", onclick: () => { if (this.pair) measure(this.pair.id); } }, "Measure");
     this.deleteButton = h("button", { type: "button", id: "delete-pair", onclick: () => { if (this.pair) connection.send("pair.delete", { pair_id: this.pair.id }); } }, "Delete");
     this.element = h("div", { class: "fields pair-fields", hidden: true }, field("Name", this.label), field("In the image, mm", this.image),
       h("div", { class: "field" }, h("span", { class: "field-label" }, "Measured at the patient, mm"), h("div", { class: "three" }, this.measured)),
+      h("div", { class: "field inline", title: "How much the fit trusts this point beside the others; 1 is as much" }, h("label", { class: "field-label", for: "pair-weight" }, "Weight in the fit"), this.weight),
       this.measureButton, h("div", { class: "buttons even" }, this.touchButton, this.deleteButton));
   }
 
@@ -157,10 +159,11 @@ class PairFields {
     const { in_image: image, measured } = pair;
     const free = (/** @type {HTMLInputElement} */ input) => other || document.activeElement !== input;
     if (free(this.label)) this.label.value = pair.label;
+    if (free(this.weight)) this.weight.value = String(pair.weight);
     if (free(this.image)) this.image.value = image ? placeWords(image, 2).replace(" mm", "") : "";
     const typing = !other && !measured && this.measured.includes(/** @type {HTMLInputElement} */ (document.activeElement));
     if (!typing) this.measured.forEach((input, index) => { input.value = measured ? String(Math.round(measured[index] * 1000) / 1000) : ""; });
-    for (const control of [this.label, this.image, ...this.measured, this.deleteButton]) control.disabled = locked;
+    for (const control of [this.label, this.image, this.weight, ...this.measured, this.deleteButton]) control.disabled = locked;
     this.touchButton.disabled = locked || !image;
     this.measureButton.hidden = !pointer;
     this.measureButton.disabled = locked || measuring || pointer?.state !== "fresh";
@@ -173,6 +176,12 @@ class PairFields {
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     }
+  }
+
+  typedWeight() {
+    const weight = Number(this.weight.value);
+    if (weight > 0) this.send({ weight });
+    else note("A weight is above 0; leave a point out of the fit by its switch.", { error: true });
   }
 
   typedMeasured() {

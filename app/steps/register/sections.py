@@ -8,6 +8,7 @@ from app.messages.sections import Position
 from app.services.registering import UseState
 from app.services.registration import MadeFrom, MeasuredFrom
 from app.services.registration_fit import FitState, FleSource
+from app.services.registration_surface import TouchedFrom
 
 BeadState = Literal["found", "confirmed", "rejected"]
 
@@ -101,25 +102,54 @@ class ErrorsView(TypedDict):
     words: str
 
 
-class OrderView(TypedDict):
-    """An order that fits: labels, in the order of the pairs, of those whose measured points they get."""
+class OrderMove(TypedDict):
+    """A pair and the measured point that an order gives it. measured_at: label of the pair that it stands at now."""
 
-    labels: list[str]
+    label: str
+    measured_at: str
+    measured: Position
+    stays: bool
+
+
+class OrderView(TypedDict):
+    """An order that fits: what each pair of the image gets, and how well the points fit then."""
+
+    moves: list[OrderMove]
     fre_mm: float
 
 
 class OrdersView(TypedDict):
-    """What was found of the order of the measured points. pairs: labels in their order."""
+    """What was found of the order of the measured points, the order that fits best first."""
 
-    pairs: list[str]
     candidates: list[OrderView]
     ambiguous: bool
     unchanged: bool
     words: str
 
 
+class RefinementView(TypedDict):
+    """What a refinement did, mm. residual_mm: of the `kept` points; it is never the accuracy. stability: 0 to 1."""
+
+    residual_mm: float
+    kept: int
+    moved_mm: float
+    stability: float
+
+
+class TouchedView(TypedDict):
+    """What was touched on a structure, by its id; refinement: None while the registration was not refined on it."""
+
+    structure: str
+    count: int
+    measured_from: TouchedFrom
+    refinement: RefinementView | None
+
+
 class RegistrationSection(TypedDict):
-    """The open registration; fle_stated_mm: the localisation error that was stated, None where it is estimated."""
+    """The open registration; fle_stated_mm: the localisation error that was stated, None where it is estimated.
+
+    anatomy: name of the structure that the case is driven in. touched: None where no surface was touched.
+    """
 
     id: str
     name: str
@@ -137,6 +167,8 @@ class RegistrationSection(TypedDict):
     fle_stated_mm: float | None
     errors: ErrorsView
     orders: OrdersView | None
+    anatomy: str
+    touched: TouchedView | None
 
 
 class PlanUseSection(TypedDict):

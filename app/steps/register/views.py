@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 from app.messages.sections import Position
 from app.services.registration import FiducialPair, RegistrationContent
 from app.services.registration_beads import FoundBead
@@ -9,6 +11,7 @@ from app.services.registration_editor import StoredRegistration
 from app.services.registration_errors import ErrorTable, ExpectedError
 from app.services.registration_fit import FitReport
 from app.services.registration_order import OrderAnswer
+from app.services.registration_surface import TouchedSurface
 from app.steps.register.sections import (
     BeadEntry,
     BeadState,
@@ -16,9 +19,11 @@ from app.steps.register.sections import (
     ErrorsView,
     FiducialMark,
     FitView,
+    OrderMove,
     OrdersView,
     PairEntry,
     RegistrationSection,
+    TouchedView,
 )
 
 
@@ -29,8 +34,9 @@ def registration_view(
     orders: OrderAnswer | None,
     selected: str | None,
     has_volume: bool,
+    anatomy: str,
 ) -> RegistrationSection:
-    """The section of the open registration."""
+    """The section of the open registration. anatomy: name of the structure that its case is driven in."""
     content, search = document.content, document.content.search
     return {
         "id": document.id,
@@ -56,6 +62,8 @@ def registration_view(
         "fle_stated_mm": content.fle_mm,
         "errors": _errors(table),
         "orders": None if orders is None else _orders(orders, content),
+        "anatomy": anatomy,
+        "touched": _touched(content.surface),
     }
 
 
@@ -161,15 +169,39 @@ def _row(label: str, error: ExpectedError, s_mm: float | None) -> ErrorRow:
 
 
 def _orders(answer: OrderAnswer, content: RegistrationContent) -> OrdersView:
-    pairs = [pair for pair in content.pairs if answer.candidates and pair.id in answer.candidates[0].measured_of]
-    labels = {pair.id: pair.label for pair in pairs}
     return {
-        "pairs": [pair.label for pair in pairs],
         "candidates": [
-            {"labels": [labels[one.measured_of[pair.id]] for pair in pairs], "fre_mm": one.fre_mm}
-            for one in answer.candidates
+            {"moves": _moves(one.measured_of, content.pairs), "fre_mm": one.fre_mm} for one in answer.candidates
         ],
         "ambiguous": answer.ambiguous,
         "unchanged": answer.unchanged,
         "words": answer.words,
+    }
+
+
+def _moves(measured_of: Mapping[str, str], pairs: Sequence[FiducialPair]) -> list[OrderMove]:
+    known = {pair.id: pair for pair in pairs}
+    return [
+        {"label": pair.label, "measured_at": source.label, "measured": _place(source.measured), "stays": source is pair}
+        for pair in pairs
+        if pair.id in measured_of and (source := known[measured_of[pair.id]]).measured is not None
+    ]
+
+
+def _touched(surface: TouchedSurface | None) -> TouchedView | None:
+    if surface is None:
+        return None
+    done = surface.refinement
+    return {
+        "structure": surface.structure,
+        "count": len(surface.points),
+        "measured_from": surface.measured_from,
+        "refinement": None
+        if done is None
+        else {
+            "residual_mm": done.residual_mm,
+            "kept": done.kept,
+            "moved_mm": done.moved_mm,
+            "stability": done.stability,
+        },
     }

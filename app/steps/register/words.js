@@ -1,6 +1,6 @@
 // What the panel of the Register step says of points, errors and orders; nothing here touches the page.
 
-/** @import { ErrorRow, FitView, OrdersView, PairEntry } from "/static/js/types.js" */
+/** @import { ErrorRow, FitView, OrderView, PairEntry, TouchedView } from "/static/js/types.js" */
 
 const LEAST_SCALE_MM = 1; // a full bar: residuals below it do not look large
 /** @type {Record<PairEntry["measured_from"], string>} */
@@ -13,7 +13,8 @@ const SOURCES = { typed: "typed", file: "from a table", simulated: "simulated to
 export function pairWords(pair) {
   if (!pair.in_image) return "measured, not in the image yet";
   if (!pair.measured) return "not measured yet";
-  return pair.enabled ? SOURCES[pair.measured_from] : `${SOURCES[pair.measured_from]}, left out`;
+  const weight = pair.weight === 1 ? "" : `, weight ${pair.weight}`;
+  return pair.enabled ? `${SOURCES[pair.measured_from]}${weight}` : `${SOURCES[pair.measured_from]}, left out`;
 }
 
 /**
@@ -65,13 +66,45 @@ export function fleWords(fit) {
 }
 
 /**
- * An order in words: the points of the image, and whose measured point each gets; those that stay are left out.
- * @param {OrdersView} orders
- * @param {number} index of the candidate
+ * What an order changes, in a sentence.
+ * @param {OrderView} order
  */
-export function orderWords(orders, index) {
-  const { labels } = orders.candidates[index];
-  const moved = orders.pairs.map((label, at) => [label, labels[at]]).filter(([label, other]) => label !== other);
-  if (!moved.length) return "As they are now";
-  return moved.map(([label, other]) => `${label} ← ${other}`).join(", ");
+export function orderWords({ moves }) {
+  const moved = moves.filter(({ stays }) => !stays).length;
+  if (!moved) return "As they are now";
+  const stay = moves.length - moved;
+  return `${moved === 1 ? "One point gets" : `${moved} points get`} another measured place${stay ? `, ${stay} ${stay === 1 ? "stays" : "stay"}` : ""}`;
+}
+
+/** @type {Record<TouchedView["measured_from"], string>} */
+const TOUCHED_FROM = { file: "from a table", simulated: "by the simulated pointer", tracker: "by the tracked pointer" };
+
+/**
+ * What was touched on a surface, and what can be done with it.
+ * @param {TouchedView | null} touched
+ * @param {string} structure its name
+ * @param {boolean} usable whether there is a transform to begin with
+ */
+export function touchedWords(touched, structure, usable) {
+  if (!touched) return usable ? "Nothing is touched yet." : "Fit the points above first; then touch the surface.";
+  const what = `${touched.count} points touched on ${structure}, ${TOUCHED_FROM[touched.measured_from]}.`;
+  if (!usable) return `${what} Fit the points above first.`;
+  return touched.refinement ? what : `${what} The registration is not refined on them yet.`;
+}
+
+/**
+ * What a refinement did: terms, figures and their titles; first what judges it.
+ * @param {TouchedView} touched
+ * @param {FitView} fit
+ * @returns {[string, string, string][]}
+ */
+export function refinementRows({ refinement, count }, fit) {
+  if (!refinement) return [];
+  const judged = fit.fre_mm === null ? "none to judge by" : `${fit.fre_mm.toFixed(2)} mm rms`;
+  return [
+    ["Points, which took no part", judged, "How far the points above are off under the refined transform, rms"],
+    ["Moved by up to", `${refinement.moved_mm.toFixed(2)} mm`, "Largest displacement of a touched point"],
+    ["Held by it", `${refinement.stability.toFixed(2)} of 1`, "How much the surface resists the motion that it resists least; near 0 on a plane or a ball"],
+    ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "It is not the accuracy"],
+  ];
 }

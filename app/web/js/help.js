@@ -30,6 +30,10 @@ export const SHORTCUTS = [
     ["F2", "Rename what is selected"],
     ["Del", "Delete what is selected"],
   ]],
+  ["Register", [
+    ["Click", "In the scene: bring the slices to the clicked place"],
+    ["Ctrl Z, Ctrl Shift Z", "Undo, redo of the registration"],
+  ]],
   ["Rehearse", [
     ["↑ ↓ or W S", "Hold: drive forward or back along the path"],
     ["A D", "Hold: twist the tool, in Free and Inspect"],

@@ -539,7 +539,11 @@ export interface RegistrationEntry {
   deleted: boolean;
 }
 
-/** The open registration; fle_stated_mm: the localisation error that was stated, None where it is estimated. */
+/**
+ * The open registration; fle_stated_mm: the localisation error that was stated, None where it is estimated.
+ *
+ * anatomy: name of the structure that the case is driven in. touched: None where no surface was touched.
+ */
 export interface RegistrationSection {
   id: string;
   name: string;
@@ -557,6 +561,8 @@ export interface RegistrationSection {
   fle_stated_mm: number | null;
   errors: ErrorsView;
   orders: OrdersView | null;
+  anatomy: string;
+  touched: TouchedView | null;
 }
 
 /** A bead that was found in the CT; name: as the case has it, else ''. */
@@ -626,19 +632,42 @@ export interface ErrorRow {
   s_mm: number | null;
 }
 
-/** What was found of the order of the measured points. pairs: labels in their order. */
+/** What was found of the order of the measured points, the order that fits best first. */
 export interface OrdersView {
-  pairs: string[];
   candidates: OrderView[];
   ambiguous: boolean;
   unchanged: boolean;
   words: string;
 }
 
-/** An order that fits: labels, in the order of the pairs, of those whose measured points they get. */
+/** An order that fits: what each pair of the image gets, and how well the points fit then. */
 export interface OrderView {
-  labels: string[];
+  moves: OrderMove[];
   fre_mm: number;
+}
+
+/** A pair and the measured point that an order gives it. measured_at: label of the pair that it stands at now. */
+export interface OrderMove {
+  label: string;
+  measured_at: string;
+  measured: [number, number, number];
+  stays: boolean;
+}
+
+/** What was touched on a structure, by its id; refinement: None while the registration was not refined on it. */
+export interface TouchedView {
+  structure: string;
+  count: number;
+  measured_from: "file" | "simulated" | "tracker";
+  refinement: RefinementView | null;
+}
+
+/** What a refinement did, mm. residual_mm: of the `kept` points; it is never the accuracy. stability: 0 to 1. */
+export interface RefinementView {
+  residual_mm: number;
+  kept: number;
+  moved_mm: number;
+  stability: number;
 }
 
 /** The registration that the open plan uses. here: it is the one that is open in this step. */
@@ -1209,6 +1238,27 @@ export interface RobotToTrackerPublic {
   poses: number;
   measured_from: "file" | "simulated" | "tracker";
   cautions: string[];
+}
+
+/**
+ * A traced path that was added to a plan and chosen; lengths in mm.
+ *
+ * residual_mm, largest_mm: rms and largest distance of the samples from it; the registration's error comes on top.
+ * used: places of the samples that were fitted.
+ */
+export interface TracedPublic {
+  path: string;
+  name: string;
+  points: number;
+  length_mm: number;
+  residual_mm: number;
+  largest_mm: number;
+  samples: number;
+  used: number;
+  traced_from: "file" | "simulated" | "tracker";
+  registration: string;
+  words: string;
+  plan: PlanPublic;
 }
 
 /** Places on the canvas in parts of its size, None for a place behind the camera; None without a camera. */
