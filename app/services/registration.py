@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from app.services.documents import DocumentKind
+from app.services.documents import DocumentKind, Ref
 from app.services.names import check_label
 from app.services.plan_model import Position, check_position, number
 from app.services.plan_points import check_id
@@ -247,6 +247,10 @@ def _with_calibrations(data: dict[str, Any]) -> dict[str, Any]:
     return {**data, "surface": None, "pointer": None, "robot": None}
 
 
+def _refs(content: RegistrationContent) -> tuple[Ref, ...]:
+    return () if content.surface is None else (Ref("structure", content.surface.structure),)
+
+
 REGISTRATION = DocumentKind(
     name="registration",
     noun="registration",
@@ -255,6 +259,7 @@ REGISTRATION = DocumentKind(
     read=registration_from_json,
     write=registration_to_json,
     check=check_registration,
+    refs=_refs,
     upgrades={
         BEFORE_SOURCES: (BEFORE_CALIBRATIONS, _with_sources),
         BEFORE_CALIBRATIONS: (SCHEMA, _with_calibrations),

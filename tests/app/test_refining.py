@@ -13,7 +13,7 @@ import pytest
 from app.link import Pose
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
-from app.services.documents import Document
+from app.services.documents import Document, Ref
 from app.services.driven_registration import driven_registration
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import DocumentLocked, NotFound
@@ -82,6 +82,7 @@ def test_touched_bone_makes_a_bad_registration_better(phantom_services: Services
         "simulated",
     )
     assert (content.made_from, content.transform) == ("pairs", before.content.transform)
+    assert editor.document.refs == (Ref("structure", "bone"),)  # a structure that is touched is not deleted
     job = done(services, services.refining.start(editor.id))
     assert (job.state, job.result) == ("done", editor.id)
     refined = editor.document

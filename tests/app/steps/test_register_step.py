@@ -125,7 +125,10 @@ def test_the_order_is_asked_for_and_forgotten_when_the_points_change(opened: Ope
         opened.do("pair.change", pair_id=pair["id"], measured=other["measured"])
     orders = opened.do("order.find")["registration"]["orders"]
     assert (orders["ambiguous"], orders["unchanged"]) == (False, False)
-    assert orders["candidates"][0]["labels"] == ["F2", "F1", "F3", "F4", "F5"]
+    moves = orders["candidates"][0]["moves"]
+    assert [move["measured_at"] for move in moves] == ["F2", "F1", "F3", "F4", "F5"]
+    assert [move["stays"] for move in moves] == [False, False, True, True, True]
+    np.testing.assert_allclose(moves[0]["measured"], pairs[0]["measured"], atol=1e-3)  # which was exchanged before
     taken = opened.do("order.take", candidate=0)["registration"]
     assert (taken["orders"], taken["fit"]["fre_mm"] < 1.0) == (None, True)
     assert opened.do("order.find")["registration"]["orders"]["unchanged"]
@@ -192,3 +195,17 @@ def test_the_hint_leads_through_the_step() -> None:
     content = refitted(RegistrationContent(pairs=tuple(pairs)))
     assert "Touch each point" in register_hint(content, report_of(content), used=False)
     assert "Begin" in register_hint(None, None, used=False)
+
+
+def test_what_was_touched_is_shown_with_what_judges_it(opened: Opened) -> None:
+    registration = five(opened)["registration"]
+    assert (registration["anatomy"], registration["touched"]) == ("Bone", None)
+    job = opened.services.refining.start_touch(registration["id"], count=40, seed=1)
+    assert opened.services.jobs.wait(job.id, 120.0).state == "done"
+    touched = opened.do("registration.look")["registration"]["touched"]
+    assert touched == {"structure": "bone", "count": 40, "measured_from": "simulated", "refinement": None}
+    opened.services.refining.refine(registration["id"])
+    refined = opened.do("registration.look")["registration"]
+    assert (refined["made_from"], refined["fit"]["state"], refined["errors"]["rows"]) == ("surface", "refined", [])
+    assert refined["touched"]["refinement"]["kept"] == 30
+    assert refined["fit"]["fre_mm"] > 0.0
