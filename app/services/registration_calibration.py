@@ -176,7 +176,8 @@ def simulated_transform(content: RegistrationContent, case_id: str) -> Floats | 
 
 def with_pointer(content: RegistrationContent, pointer: PointerTip | None) -> RegistrationContent:
     """The content with a pointer's tip, or without one. Raises InputError where points were measured by another tip."""
-    if any(pair.measured_from == "tracker" for pair in content.pairs):
+    touched = content.surface is not None and content.surface.measured_from == "tracker"
+    if touched or any(pair.measured_from == "tracker" for pair in content.pairs):
         raise InputError(
             "points of this registration were measured with the pointer as it was; forget what was measured first."
         )
@@ -197,29 +198,29 @@ def registered_to(content: RegistrationContent, to: RegisteredTo) -> Registratio
     """The content, registered to another frame. Raises InputError where it has measured points or a transform."""
     if to == content.to:
         return content
-    if _is_measured(content):
-        raise InputError(
-            "what a registration is to is chosen before anything is measured; forget what was measured, or make a new "
-            "registration. Points of the tracker are taken to the robot's base by ‘Make one to the robot's base’."
-        )
+    if why := why_it_stays(content):
+        raise InputError(why)
     return replace(content, to=to)
+
+
+def why_it_stays(content: RegistrationContent) -> str:
+    """Why what a registration is to cannot be changed, in a sentence; '' where it can."""
+    if not _is_measured(content):
+        return ""
+    return (
+        "what a registration is to is chosen before anything is measured; forget what was measured, or make a new "
+        "registration."
+    )
 
 
 def taken_to_base(content: RegistrationContent) -> RegistrationContent:
     """A registration to the robot's base: points and transform of one to the patient, taken through its calibration.
 
-    Raises InputError where it is to the base already, has no calibration or nothing that was measured, or where one of
-    the two was simulated and the other was not.
+    Raises InputError where it cannot be made, see `why_not_to_base`.
     """
-    if content.to == "base":
-        raise InputError("this registration is to the robot's base already.")
-    if content.robot is None:
-        raise InputError(
-            "nobody has said where the tracker stands beside the robot; calibrate robot and tracker first."
-        )
-    if not _is_measured(content):
-        raise InputError("nothing was measured yet that could be taken to the robot's base.")
-    _check_alike(content, content.robot)
+    if why := why_not_to_base(content):
+        raise InputError(why)
+    assert content.robot is not None
     matrix = np.array(content.robot.transform).reshape(4, 4)
 
     def moved(place: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -238,17 +239,26 @@ def taken_to_base(content: RegistrationContent) -> RegistrationContent:
     return refitted(replace(content, to="base", transform=transform, pairs=pairs, surface=surface))
 
 
-def _is_measured(content: RegistrationContent) -> bool:
-    measured = any(pair.measured is not None for pair in content.pairs)
-    return measured or content.surface is not None or content.made_from == "given"
-
-
-def _check_alike(content: RegistrationContent, robot: RobotToTracker) -> None:
+def why_not_to_base(content: RegistrationContent) -> str:
+    """Why no registration to the robot's base can be made of this one, in a sentence; '' where one can."""
+    robot = content.robot
+    if content.to == "base":
+        return "this registration is to the robot's base already."
+    if robot is None:
+        return "nobody has said where the tracker stands beside the robot; calibrate robot and tracker first."
+    if not _is_measured(content):
+        return "nothing was measured yet that could be taken to the robot's base."
     sources: set[str] = {pair.measured_from for pair in content.pairs if pair.measured is not None}
     if content.surface is not None:
         sources.add(content.surface.measured_from)
     simulated = robot.measured_from == "simulated"
     if simulated and "tracker" in sources:
-        raise InputError("the robot's calibration is simulated and the points are not; calibrate with real poses.")
+        return "the robot's calibration is simulated and the points are not; calibrate with real poses."
     if not simulated and "simulated" in sources:
-        raise InputError("the points are simulated and the robot's calibration is not; simulate both, or neither.")
+        return "the points are simulated and the robot's calibration is not; simulate both, or neither."
+    return ""
+
+
+def _is_measured(content: RegistrationContent) -> bool:
+    measured = any(pair.measured is not None for pair in content.pairs)
+    return measured or content.surface is not None or content.made_from == "given"

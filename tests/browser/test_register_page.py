@@ -14,6 +14,9 @@ from workstation import Rest, Workstation
 
 pytestmark = pytest.mark.browser
 
+# Of a robot's flange, as x, y, z, w of unit quaternions, about several axes.
+TURNS = ("0,0,0,1", "0.28,0,0,0.96", "0,0.28,0,0.96", "0,0,0.28,0.96", "-0.28,0,0,0.96", "0,-0.28,0,0.96")
+
 Open = Callable[..., Workstation]
 
 
@@ -166,4 +169,66 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     came = got(rest, f"/api/registrations/{registration(station)['id']}")
     np.testing.assert_allclose(came["transform"], stored["transform"], atol=1e-9)
     station.wait_for("its words", lambda: "Nothing is known" in page.locator("#error-words").inner_text())
+    assert station.errors == []
+
+
+def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
+    open_page: Open, rest: Rest, tmp_path: Path
+) -> None:
+    """Simulated, from tables, forgotten; then the touched points go to the robot's base, of a plan."""
+    station = open_page().ready()
+    page, plan_id = station.page, rest.copy_of_sample("From the base")
+    station.open_plan(plan_id)
+    key = begun(station)
+    expect(page.locator("#calibration-brief")).to_have_text("to the patient")
+    expect(page.locator("#simulate-tip")).to_be_hidden()  # folded
+    page.locator("#calibration-brief").click()
+    page.click("#simulate-tip")
+    expect(page.locator("#tip-figures")).to_contain_text("60 poses, simulated")
+    expect(page.locator("#swing-pointer")).to_be_hidden()  # the planner listens to no tracker
+    page.click("#clear-tip")
+    expect(page.locator("#tip-words")).to_contain_text("Not calibrated")
+    page.evaluate("document.activeElement?.blur()")
+    page.keyboard.press("Control+z")
+    expect(page.locator("#tip-figures")).to_contain_text("60 poses, simulated")
+
+    flange = "".join(f"{400 + 30 * k},{20 * (-1) ** k},{300 - 10 * k},{q}\n" for k, q in enumerate(TURNS))
+    for name, rows in (("flange_to_base", flange), ("marker_to_tracker", flange)):
+        head = f"# unit=mm\n# pose={name}\nx,y,z,qx,qy,qz,qw\n"
+        (tmp_path / f"{name}.csv").write_text(head + rows, encoding="utf-8")
+    page.set_input_files("#robot-files", [tmp_path / "flange_to_base.csv"])
+    expect(page.get_by_role("alert")).to_contain_text("both tables")
+    page.set_input_files("#robot-files", [tmp_path / "marker_to_tracker.csv", tmp_path / "flange_to_base.csv"])
+    expect(page.locator("#tracker-figures")).to_contain_text("6 poses, from a table")
+    np.testing.assert_allclose(
+        np.reshape(got(rest, f"/api/registrations/{key}")["robot"]["transform"], (4, 4)), np.eye(4), atol=1e-6
+    )
+    page.click("#simulate-tracker")
+    expect(page.locator("#tracker-figures")).to_contain_text("30 poses, simulated")
+    expect(page.locator("#to-base")).to_be_disabled()
+    expect(page.locator("#to-base-words")).to_contain_text("Nothing was measured yet")
+
+    page.click("#find-beads")
+    page.click("#confirm-beads")
+    page.click("#touch-all")
+    station.wait_for("the fit", lambda: registration(station)["fit"]["state"] == "fitted")
+    expect(page.locator("#registered-to")).to_be_disabled()
+    page.click("#to-base")
+    station.wait_for("the new one", lambda: registration(station)["id"] != key)
+    assert (registration(station)["calibration"]["to"], registration(station)["fit"]["state"]) == ("base", "fitted")
+    expect(page.locator("#registration-words")).to_contain_text("to the robot's base")
+    expect(page.locator("#error-words")).to_contain_text("The error of the robot's calibration is in it.")
+    page.click("#use-registration")
+    station.wait_for("the use", lambda: station.state("plan_use")["here"])
+    used = got(rest, f"/api/plans/{plan_id}/registration")
+    assert (used["registration"], used["state"]) == (registration(station)["id"], "ready")
+    station.picture("register-base")
+
+    page.click("#new-registration")
+    page.keyboard.press("Enter")
+    station.wait_for("an empty one", lambda: not registration(station)["pairs"])
+    page.select_option("#registered-to", "base")
+    station.wait_for("its frame", lambda: registration(station)["calibration"]["to"] == "base")
+    expect(page.locator("#registered-to-words")).to_contain_text("The robot itself touches the points")
+    assert got(rest, f"/api/registrations/{registration(station)['id']}")["to"] == "base"
     assert station.errors == []

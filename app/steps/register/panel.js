@@ -4,6 +4,7 @@ import { when } from "/static/js/format.js";
 import { askName, clearErrors, note, noteDone } from "/static/js/dialogs.js";
 import { download, upload } from "/static/js/rest.js";
 import { BeadsGroup } from "./beads.js";
+import { CalibrationGroup } from "./calibration.js";
 import { ErrorsGroup, FitGroup } from "./fit.js";
 import { PointsGroup } from "./points.js";
 import { SurfaceGroup } from "./surface.js";
@@ -35,6 +36,7 @@ export default class RegisterPanel {
     this.errors = new ErrorsGroup(connection);
     this.surface = new SurfaceGroup(connection);
     this.trace = new TraceGroup(connection);
+    this.calibration = new CalibrationGroup(connection);
     this.useWords = h("p", { class: "words", id: "plan-use-words" });
     this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
     this.dropButton = h("button", { type: "button", class: "wide", id: "drop-registration", onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
@@ -42,7 +44,7 @@ export default class RegisterPanel {
     this.chooser = h("input", { type: "file", hidden: true, accept: ".tfm,.txt,.json", id: "transform-file", onchange: () => this.import() });
     this.parts = h("div", {}, this.beads.element, this.points.element, this.fit.element, this.errors.element,
       group("5  Use", null, this.useWords, this.useButton, this.dropButton, h("div", { class: "list" }, this.exports)),
-      this.surface.element, this.trace.element);
+      this.surface.element, this.trace.element, this.calibration.element);
     this.list = h("ul", { class: "list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
     this.element = h("div", { class: "register" },
@@ -69,13 +71,14 @@ export default class RegisterPanel {
   update(state) {
     const { registration } = state;
     this.parts.hidden = !registration;
-    this.changedHead([registration?.id, registration?.name, registration?.locked, registration?.deleted, registration?.can_undo, registration?.can_redo], () => this.renderHead(registration));
+    this.changedHead([registration?.id, registration?.name, registration?.locked, registration?.deleted, registration?.can_undo, registration?.can_redo, registration?.calibration.to], () => this.renderHead(registration));
     this.changedList([state.registrations, registration?.id, this.showDeleted.checked], () => this.renderList(state));
     if (!registration) return;
     for (const part of [this.beads, this.fit, this.errors]) part.update(registration);
     this.points.update(registration, state.pointer);
     this.surface.update(registration, state.structures?.items ?? [], state.pointer);
     this.trace.update(registration, state);
+    this.calibration.update(registration, state.pointer);
     this.changedUse([state.plan_use, registration.fit.state, registration.made_from, registration.deleted], () => this.renderUse(registration, state.plan_use));
   }
 
@@ -89,7 +92,7 @@ export default class RegisterPanel {
     this.beginButton.hidden = Boolean(registration);
     if (!registration) this.head.textContent = WHAT;
     else if (registration.deleted) this.head.textContent = `‘${registration.name}’ was deleted elsewhere. Restore it from the list below, or open another one.`;
-    else this.head.textContent = `‘${registration.name}’${registration.locked ? " is locked: nothing in it can be changed." : ""}`;
+    else this.head.textContent = `‘${registration.name}’${registration.calibration.to === "base" ? ", to the robot's base" : ""}${registration.locked ? " is locked: nothing in it can be changed." : ""}`;
   }
 
   /**

@@ -9,6 +9,7 @@ from app.services.registering import UseState
 from app.services.registration import MadeFrom, MeasuredFrom
 from app.services.registration_fit import FitState, FleSource
 from app.services.registration_surface import TouchedFrom
+from app.steps.register.calibration_view import CalibrationView
 
 BeadState = Literal["found", "confirmed", "rejected"]
 
@@ -169,6 +170,7 @@ class RegistrationSection(TypedDict):
     orders: OrdersView | None
     anatomy: str
     touched: TouchedView | None
+    calibration: CalibrationView
 
 
 class PlanUseSection(TypedDict):

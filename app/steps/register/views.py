@@ -12,6 +12,7 @@ from app.services.registration_errors import ErrorTable, ExpectedError
 from app.services.registration_fit import FitReport
 from app.services.registration_order import OrderAnswer
 from app.services.registration_surface import TouchedSurface
+from app.steps.register.calibration_view import calibration_view
 from app.steps.register.sections import (
     BeadEntry,
     BeadState,
@@ -64,6 +65,7 @@ def registration_view(
         "orders": None if orders is None else _orders(orders, content),
         "anatomy": anatomy,
         "touched": _touched(content.surface),
+        "calibration": calibration_view(content),
     }
 
 

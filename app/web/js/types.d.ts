@@ -563,6 +563,7 @@ export interface RegistrationSection {
   orders: OrdersView | null;
   anatomy: string;
   touched: TouchedView | null;
+  calibration: CalibrationView;
 }
 
 /** A bead that was found in the CT; name: as the case has it, else ''. */
@@ -668,6 +669,34 @@ export interface RefinementView {
   kept: number;
   moved_mm: number;
   stability: number;
+}
+
+/** Of the open registration. stays: why `to` cannot be changed; no_base: why none to the base can be made; or ''. */
+export interface CalibrationView {
+  to: "patient" | "base";
+  stays: string;
+  pointer: PointerTipView | null;
+  robot: RobotView | null;
+  no_base: string;
+}
+
+/** The calibrated tip of the pointer; mm and degrees. */
+export interface PointerTipView {
+  residual_mm: number;
+  tip_error_mm: number;
+  swing_deg: number;
+  poses: number;
+  measured_from: "file" | "simulated" | "tracker";
+  cautions: string[];
+}
+
+/** The tracker beside the robot, as it was calibrated. */
+export interface RobotView {
+  translation_residual_mm: number;
+  rotation_residual_deg: number;
+  poses: number;
+  measured_from: "file" | "simulated" | "tracker";
+  cautions: string[];
 }
 
 /** The registration that the open plan uses. here: it is the one that is open in this step. */
