@@ -597,7 +597,7 @@ export interface PairEntry {
 
 /** How the registration stands. fre_mm, mean_residual_mm: how well the pairs fit, not how exact the tool is. */
 export interface FitView {
-  state: "waiting" | "degenerate" | "fitted" | "given" | "refined";
+  state: "waiting" | "degenerate" | "misfit" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;
@@ -674,7 +674,7 @@ export interface RefinementView {
 export interface PlanUseSection {
   plan: string;
   registration: string | null;
-  state: "none" | "ready" | "unfinished" | "deleted" | "missing" | "other_case" | "unreadable";
+  state: "none" | "ready" | "unfinished" | "misfit" | "deleted" | "missing" | "other_case" | "unreadable";
   words: string;
   here: boolean;
   locked: boolean;
@@ -1189,7 +1189,7 @@ export interface RefinementPublic {
  * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
  */
 export interface FitPublic {
-  state: "waiting" | "degenerate" | "fitted" | "given" | "refined";
+  state: "waiting" | "degenerate" | "misfit" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;
