@@ -458,12 +458,13 @@ export interface ScaleView {
 }
 
 /**
- * The verdict on the path: level from bone and reach, tissue_level from soft tissue.
+ * The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
  *
  * show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
  */
 export interface VerdictView {
   level: "fits" | "tight" | "blocked" | "unknown";
+  short: string;
   tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
   show_mm: number;
