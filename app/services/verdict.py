@@ -81,7 +81,7 @@ class Profile:
 
 
 class Doubt(NamedTuple):
-    """Where the registration leaves least: its error, the clearance and the margin in mm, what is near, s_mm of the tip."""
+    """Where the registration leaves least: its error, clearance and margin in mm, what is near, and s_mm of the tip."""
 
     off_mm: float
     clearance_mm: float
