@@ -12,7 +12,7 @@ from app.api.dependencies import Number, Wish
 from app.api.plan_models import Label, Name, Position, Revision
 from app.api.surface_models import SurfacePublic
 from app.services.plan_model import NOTICE
-from app.services.registering import LONGEST_S, MEASURE_S, PlanRegistration
+from app.services.registering import LONGEST_S, MEASURE_S, PlanRegistration, UseState
 from app.services.registration import MadeFrom, MeasuredFrom
 from app.services.registration_editor import StoredRegistration
 from app.services.registration_errors import ErrorTable
@@ -324,13 +324,17 @@ class PlanRegistrationWish(Wish):
 
 
 class PlanRegistrationPublic(BaseModel):
-    """The registration that a plan refers to: 'ready', or why it cannot be used, with words; null without any."""
+    """The registration that a plan refers to: 'ready', or why it cannot be used, with words; null without any.
+
+    doubts: of one that is ready, what to know before it is gone by, such as a point that does not fit the others.
+    """
 
     plan_id: str
     registration: str | None
     name: str | None
-    state: Literal["none", "ready", "unfinished", "deleted", "missing", "other_case", "unreadable"]
+    state: UseState
     words: str
+    doubts: tuple[str, ...]
     errors: ErrorTablePublic | None
 
     @classmethod
@@ -338,5 +342,6 @@ class PlanRegistrationPublic(BaseModel):
         name = None if used.document is None else used.document.name
         table = None if errors is None else ErrorTablePublic.of(errors)
         return cls(
-            plan_id=plan_id, registration=used.id, name=name, state=used.state, words=used.words, errors=table
+            plan_id=plan_id, registration=used.id, name=name, state=used.state, words=used.words, doubts=used.doubts,
+            errors=table,
         )  # fmt: skip

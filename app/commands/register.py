@@ -63,7 +63,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Execute the action and print the result. Raises VfixError, which becomes exit status 2.
 
-    1: the points could not be fitted, or their order is not certain.
+    1: the points could not be fitted or do not fit, or their order is not certain.
     """
     services = build_services(Settings.from_environment())
     case_id = find(services.cases.list(), args.case, "case").id
@@ -153,10 +153,11 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
     if args.fle is not None:
         document = editor.set_fle(args.fle)
     report = registering.report(document.content)
-    if args.use and plan_id is not None and report.usable and certain:
+    used = args.use and plan_id is not None and report.usable and certain
+    if used and plan_id is not None:
         registering.use(plan_id, registration_id)
     plan = None if plan_id is None else services.plans.get(plan_id)
-    data = {**summary(document), **_fitted(services, document, certain), "plan": plan_id}
+    data = {**summary(document), **_fitted(services, document, certain), "plan": plan_id, "used": used}
     table = registering.errors(document.content, plan)
     data["errors"] = {
         "words": table.words,
@@ -170,6 +171,8 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
         said.append(report.wrong.words)
     if not certain:
         said.append("The order of the points is not certain: choose it on the page. Nothing was exchanged.")
+    if args.use and not used:
+        said.append("The plan does not use it.")
     _say(args, data, said)
     return 0 if report.usable and certain else 1
 

@@ -191,6 +191,8 @@ def prepare_engine() -> None:
 def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegistration | None, tuple[str, ...]]:
     """The plan and the registration that it goes by; without that of a file, and a note, where it is not here.
 
+    The notes say what is doubtful of it, too.
+
     A placing that a file holds is in the patient's frame, which is not known then: the robot is placed anew.
     Raises PlanError where a stored plan refers to one that cannot be used.
     """
@@ -200,7 +202,9 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
         words = "The plan refers to a registration, which its file does not have: driven in the image's frame."
         return replace(plan, robot=without_placing(plan.robot)), None, (words,)
     registered = services.planning.registration(plan)
-    return plan, None if registered is None else registered.image, ()
+    if registered is None:
+        return plan, None, ()
+    return plan, registered.image, services.registering.registration_of(plan).doubts
 
 
 def build_scene(

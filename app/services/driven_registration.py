@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from app.services.registration import RegistrationContent
 from app.services.registration_calibration import motion_covariance
-from app.services.registration_fit import fitted, in_our_words
+from app.services.registration_fit import counted_fle, fitted, in_our_words
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import target_errors_mm
@@ -31,9 +31,9 @@ class DrivenRegistration:
 
     image: from the image to what the robot stands in. fit: to the fiducials that are in use; None for a transform that
     came from elsewhere or was refined on a surface, of which no error is known. fle_mm: rms length of the localisation
-    error of one fiducial as stated; None where it is estimated from the fit. between: covariance (6, 6) of what lies
-    between the points and the frame, see `motion_covariance`; None for nothing. content: the document's, of the same
-    reading.
+    error of one fiducial as stated; None where it is estimated from the fit, see `counted_fle`. between: covariance
+    (6, 6) of what lies between the points and the frame, see `motion_covariance`; None for nothing. content: the
+    document's, of the same reading.
     """
 
     id: str
@@ -90,8 +90,9 @@ def driven_registration(used: PlanRegistration) -> DrivenRegistration | None:
             raise PlanError(
                 f"The registration ‘{used.document.name}’ is not that of its points; change one to fit anew."
             )
+    fle_mm = content.fle_mm if fit is None else counted_fle(content, fit)
     between = None if fit is None else motion_covariance(content)
-    return DrivenRegistration(used.document.id, used.document.name, image, fit, content.fle_mm, between, content)
+    return DrivenRegistration(used.document.id, used.document.name, image, fit, fle_mm, between, content)
 
 
 def no_registration(plan: Plan) -> DrivenRegistration | None:

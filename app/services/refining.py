@@ -18,7 +18,7 @@ from app.services.registering import Registering
 from app.services.registration import RegistrationContent
 from app.services.registration_calibration import simulated_transform
 from app.services.registration_editor import StoredRegistration
-from app.services.registration_fit import FEWEST, fitted, refitted
+from app.services.registration_fit import FEWEST, fitted, refitted, report_of
 from app.services.registration_surface import MAX_TOUCHED, Refinement, TouchedFrom, TouchedSurface
 from app.services.simulated_touch import DEFAULT_NOISE_MM, check_simulated, checked_noise, simulated_touches
 from app.services.tracked_tip import recorded_tips
@@ -144,7 +144,7 @@ class Refining:
         """
         document = self._editable(registration_id)
         _touched(document.content)
-        _begin(document.content)
+        begin_of(document.content)
 
         def work(progress: Progress) -> str:
             progress("Preparing the surface", 0.05)
@@ -167,7 +167,7 @@ class Refining:
         document = self._editable(registration_id)
         content, surface = document.content, _touched(document.content)
         tree = self._cases.tree(self._cases.get(document.case_id), surface.structure)
-        found = refine_on_surface(tree, surface.points, _begin(content), keep=keep)
+        found = refine_on_surface(tree, surface.points, begin_of(content), keep=keep)
         done = Refinement(found.residual_mm, int(found.kept.sum()), found.moved_mm, found.stability)
         transform = tuple(float(value) for value in found.transform.ravel())
         kept = replace(surface, refinement=done)
@@ -219,8 +219,10 @@ def _touched(content: RegistrationContent) -> TouchedSurface:
     return content.surface
 
 
-def _begin(content: RegistrationContent) -> Floats:
-    """What a refinement starts from (4, 4). Raises InputError where there is nothing."""
+def begin_of(content: RegistrationContent) -> Floats:
+    """What a refinement starts from (4, 4). Raises InputError where there is nothing, or what does not fit."""
+    if content.made_from == "pairs" and report_of(content).state == "misfit":
+        raise InputError("a refinement starts from a registration that is nearly right, and these points do not fit.")
     if content.made_from in ("pairs", "surface") and len(content.used_pairs) >= FEWEST:
         with contextlib.suppress(VfixError):  # of points that cannot be fitted the refined transform is left
             return np.asarray(fitted(content.used_pairs).transform)

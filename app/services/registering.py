@@ -38,7 +38,7 @@ MOVED_MM = 2.0  # a pointer that rests on a point is nearer to the mean of its p
 _NO_CT = "this case was made of a surface; beads are found in a CT. Type the places in the image instead."
 _KNOWN_MM = 1.0  # how near a bead of the case is to the one that was found
 
-UseState = Literal["none", "ready", "unfinished", "deleted", "missing", "other_case", "unreadable"]
+UseState = Literal["none", "ready", "unfinished", "misfit", "deleted", "missing", "other_case", "unreadable"]
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,14 @@ class PlanRegistration:
     """The registration that a plan refers to.
 
     state: 'none' where it refers to none, 'ready' where it can be used, else why it cannot. words: the same in a
-    sentence. document: where it can be read.
+    sentence. document: where it can be read. doubts: of one that is ready, what to know before it is gone by.
     """
 
     state: UseState
     words: str
     id: str | None = None
     document: StoredRegistration | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def registration(self) -> ImageRegistration | None:
@@ -223,14 +224,19 @@ class Registering:
         except InputError as error:
             return PlanRegistration("unreadable", f"{words['unreadable']} {_sentence(str(error))}", plan.registration)
         state: UseState = "ready"
+        report = self.report(document.content)
         if document.case_id != plan.case_id:
             state = "other_case"
         elif document.deleted_at is not None:
             state = "deleted"
         elif document.content.made_from == "none":
             state = "unfinished"
+        elif report.state == "misfit":
+            state = "misfit"
         told = words.get(state, "This plan uses the registration ‘{name}’.").replace("{name}", document.name)
-        return PlanRegistration(state, told, plan.registration, document)
+        if state == "misfit":
+            told = f"{told} {report.words}"
+        return PlanRegistration(state, told, plan.registration, document, report.doubts if state == "ready" else ())
 
 
 def _wish(diameter_mm: float | None, threshold_hu: float) -> tuple[float | None, float]:
@@ -258,10 +264,12 @@ _UNUSABLE: dict[UseState, str] = {
     "other_case": "The registration ‘{name}’ of this plan belongs to another head. Choose one of this head, or none.",
     "deleted": "The registration ‘{name}’ of this plan was deleted. Restore it, or choose another one.",
     "unfinished": "The registration ‘{name}’ of this plan has no transform yet: its points are not fitted.",
+    "misfit": "The registration ‘{name}’ of this plan does not fit, and nothing is driven by it.",
 }
 _REFUSED: dict[UseState, str] = {
     "other_case": "the registration ‘{name}’ belongs to another head; a plan uses one of its own.",
     "deleted": "the registration ‘{name}’ is deleted; restore it first.",
     "unfinished": "the registration ‘{name}’ has no transform yet; measure its points first.",
+    "misfit": "the points of the registration ‘{name}’ do not fit; match their order or measure them again first.",
     "unreadable": "the registration cannot be read.",
 }

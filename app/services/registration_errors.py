@@ -10,7 +10,7 @@ import numpy.typing as npt
 from app.services.plan_model import Plan, Position
 from app.services.registration import RegistrationContent
 from app.services.registration_calibration import motion_covariance
-from app.services.registration_fit import FleSource, fitted, report_of
+from app.services.registration_fit import FitReport, FleSource, counted_fle, fitted, report_of
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.registration import target_errors_mm
@@ -72,15 +72,14 @@ def expected_errors(content: RegistrationContent, points: npt.ArrayLike) -> tupl
     """
     if content.made_from != "pairs":
         return None
-    places = np.asarray(points, dtype=np.float64).reshape(-1, 3)
-    between = motion_covariance(content)
-    return target_errors_mm(fitted(content.used_pairs), places, content.fle_mm, motion_covariance=between)
+    fit, places = fitted(content.used_pairs), np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    return target_errors_mm(fit, places, counted_fle(content, fit), motion_covariance=motion_covariance(content))
 
 
 def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
     """The expected errors at a plan's targets and along its chosen path; without a plan there are no places."""
     report = report_of(content)
-    why = _why_not(content, report.fle_mm)
+    why = _why_not(content, report)
     if why or plan is None:
         return ErrorTable(report.fle_mm, report.fle_source, (), None, why or "Open a plan to see the error in it.")
     targets = _at_targets(content, plan)
@@ -91,7 +90,9 @@ def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
     return ErrorTable(report.fle_mm, report.fle_source, targets, path, words)
 
 
-def _why_not(content: RegistrationContent, fle_mm: float | None) -> str:
+def _why_not(content: RegistrationContent, report: FitReport) -> str:
+    if report.state == "misfit":
+        return "No error is told: the points do not fit, and what would be computed from them means nothing."
     if content.made_from == "given":
         return "Nothing is known of the error of a transform that was read from a file."
     if content.made_from == "surface":
@@ -101,7 +102,7 @@ def _why_not(content: RegistrationContent, fle_mm: float | None) -> str:
         )
     if content.made_from == "none":
         return "The error is known once the points are fitted."
-    if fle_mm is None:
+    if report.fle_mm is None:
         return "These points alone do not tell how exactly each was measured: say the localisation error in mm."
     return ""
 

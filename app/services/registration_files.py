@@ -15,6 +15,7 @@ from app.services.names import check_label
 from app.services.plan_points import Position, check_position
 from app.services.registration import MAX_PAIRS, RegistrationContent
 from app.services.registration_editor import MeasuredPoint, StoredRegistration
+from app.services.registration_fit import report_of
 from app.services.registration_surface import MAX_TOUCHED
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import RegisteredTo
@@ -117,10 +118,12 @@ def _point(row: Mapping[str | None, str | None], scale: float, matrix: Floats | 
 def export_text(document: StoredRegistration, form: Format) -> str:
     """The transform from the image (moving) to the patient (fixed), as ITK's text format or JSON.
 
-    Raises InputError where there is no transform yet.
+    Raises InputError where there is no transform yet, or its points do not fit.
     """
-    if document.content.made_from == "none":
-        raise InputError(f"the registration {document.name!r:.80} has no transform yet; measure its points first.")
+    report = report_of(document.content)
+    if not report.usable:
+        why = report.words if report.state == "misfit" else "It has no transform yet; measure its points first."
+        raise InputError(f"the registration {document.name!r:.80} is not exported. {why}")
     transform = document.content.registration.transform
     return tfm_text(transform) if form == "tfm" else json_text(transform)
 

@@ -18,7 +18,7 @@ OUTLIER_FROM = 4  # pairs, of which one can be told to be wrong
 NO_FIT_MM = 5.0  # beyond that FRE the points are not each other's, whatever the pointer
 SLID_MM, SLID_TIMES = 2.0, 3.0  # a refinement under which the points are off by more, and so often by their own fit
 
-FitState = Literal["waiting", "degenerate", "fitted", "given", "refined"]
+FitState = Literal["waiting", "degenerate", "misfit", "fitted", "given", "refined"]
 Certainty = Literal["outlier", "suspect"]
 FleSource = Literal["stated", "estimated", "none"]
 Floats = npt.NDArray[np.float64]
@@ -38,12 +38,13 @@ class WrongPair:
 class FitReport:
     """How a registration stands; lengths in mm.
 
-    state: 'waiting' for more pairs; 'degenerate' where the pairs' layout leaves a motion open; 'fitted'; 'given' where
-    the transform came from elsewhere, 'refined' where it was refined on a surface: the pairs only judge these two.
-    words: the same in sentences.
+    state: 'waiting' for more pairs; 'degenerate' where the pairs' layout leaves a motion open; 'misfit' where the fit
+    means nothing, since the points are not each other's; 'fitted'; 'given' where the transform came from elsewhere,
+    'refined' where it was refined on a surface: the pairs only judge these two. words: the same in sentences.
     used: pairs of the fit. fre_mm: root mean square of their residuals; mean_residual_mm: their mean; None while there
     is no transform or no pair. residuals_mm: of every complete pair by its id, of those that are left out too.
-    fle_mm: rms length of the localisation error of one fiducial, stated or estimated from the FRE; None for neither.
+    fle_mm: rms length of the localisation error of one fiducial, stated or estimated from the FRE, also where the fit
+    contradicts what was stated; None for neither.
     simulated: points of the fit were measured by a simulated pointer, or went through a simulated robot's calibration.
     cautions: sentences.
     """
@@ -64,6 +65,12 @@ class FitReport:
     def usable(self) -> bool:
         """Whether there is a transform that a plan may use."""
         return self.state in ("fitted", "given", "refined")
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What whoever uses the registration has to know: the cautions, and the point that does not fit the others."""
+        wrong = self.wrong
+        return self.cautions if wrong is None or wrong.certainty != "outlier" else (*self.cautions, wrong.words)
 
 
 def image_and_measured(pairs: Sequence[FiducialPair]) -> tuple[Floats, Floats]:
@@ -104,11 +111,11 @@ def report_of(content: RegistrationContent) -> FitReport:
     """How a registration stands."""
     pairs = content.used_pairs
     state, words, fit = _state(content)
-    usable = state in ("fitted", "given", "refined")
+    known = state in ("misfit", "fitted", "given", "refined")
     complete = tuple(pair for pair in content.pairs if pair.complete)
-    residuals = dict(zip([p.id for p in complete], content.residuals_mm(complete), strict=True)) if usable else {}
-    own = [residuals[pair.id] for pair in pairs] if usable else []
-    fle, source = _fle(content, fit)
+    residuals = dict(zip([p.id for p in complete], content.residuals_mm(complete), strict=True)) if known else {}
+    own = [residuals[pair.id] for pair in pairs] if known else []
+    fle, source = _fle(content, state, fit)
     return FitReport(
         state=state,
         words=words,
@@ -116,11 +123,11 @@ def report_of(content: RegistrationContent) -> FitReport:
         fre_mm=float(np.sqrt(np.mean(np.square(own)))) if own else None,
         mean_residual_mm=float(np.mean(own)) if own else None,
         residuals_mm=residuals,
-        wrong=_wrong(pairs) if state == "fitted" else None,
+        wrong=_wrong(pairs) if state in ("misfit", "fitted") else None,
         fle_mm=fle,
         fle_source=source,
         simulated="simulated" in _sources(content) or _simulated_robot(content),
-        cautions=_cautions(content, state, own),
+        cautions=_cautions(content, state, own, fit),
     )
 
 
@@ -145,7 +152,30 @@ def _state(content: RegistrationContent) -> tuple[FitState, str, Registration | 
         fit = fitted(pairs)
     except VfixError as error:
         return "degenerate", f"These points cannot be fitted: {in_our_words(error).rstrip('.')}.", None
+    if why := _misfit(pairs, fit):
+        return "misfit", why, None
     return "fitted", f"{_count(len(pairs))} points are fitted.", fit
+
+
+def _mixed(pairs: Sequence[FiducialPair]) -> bool:
+    """Whether the pairs were measured in frames that have nothing to do with each other."""
+    return len({pair.measured_from == "simulated" for pair in pairs}) > 1
+
+
+def _misfit(pairs: Sequence[FiducialPair], fit: Registration) -> str:
+    """Why a fit means nothing, whatever its figures; '' where it may mean something."""
+    if _mixed(pairs):
+        return (
+            "Some points were measured by the simulated pointer and some were not: they lie in different frames, and "
+            "their fit means nothing. Measure all of them in one way."
+        )
+    if fit.fre_mm > NO_FIT_MM:
+        return (
+            f"These points do not fit: they are {fit.fre_mm:.1f} mm apart, rms, under the best fit, and no plan uses "
+            "it. They may have been measured in another order than they are listed in, or one or more of them "
+            "wrongly: let the order be matched, or measure them again."
+        )
+    return ""
 
 
 def _refined_words(content: RegistrationContent) -> str:
@@ -168,11 +198,22 @@ def _count(number: int) -> str:
     return names[number] if number < len(names) else str(number)
 
 
-def _fle(content: RegistrationContent, fit: Registration | None) -> tuple[float | None, FleSource]:
-    if content.fle_mm is not None:
-        return content.fle_mm, "stated"
-    estimated = None if fit is None else fit.fle_mm
-    return (None, "none") if estimated is None else (float(estimated), "estimated")
+def counted_fle(content: RegistrationContent, fit: Registration) -> float | None:
+    """The stated localisation error of one fiducial, mm, where it counts; None where that of the fit is taken instead.
+
+    It does not count where none is stated, and where the fit leaves more than it explains. Whoever computes an error
+    from a registration asks here.
+    """
+    stated = content.fle_mm
+    return stated if stated is not None and fit.explained_by(stated) else None
+
+
+def _fle(content: RegistrationContent, state: FitState, fit: Registration | None) -> tuple[float | None, FleSource]:
+    if fit is None:
+        stated = None if state == "misfit" else content.fle_mm
+        return stated, "none" if stated is None else "stated"
+    counted = counted_fle(content, fit)
+    return (float(fit.fle_mm), "estimated") if counted is None else (counted, "stated")
 
 
 def _wrong(pairs: Sequence[FiducialPair]) -> WrongPair | None:
@@ -200,26 +241,28 @@ def _wrong(pairs: Sequence[FiducialPair]) -> WrongPair | None:
     return WrongPair(pair.id, name, found.certainty, words)
 
 
-def _cautions(content: RegistrationContent, state: FitState, residuals: Sequence[float]) -> tuple[str, ...]:
+def _cautions(
+    content: RegistrationContent, state: FitState, residuals: Sequence[float], fit: Registration | None
+) -> tuple[str, ...]:
     pairs, found, sources = content.used_pairs, list[str](), _sources(content)
     if "simulated" in sources and len(sources) > 1:
-        found.append(
-            "Some points were measured by the simulated pointer and some were not: they lie in different frames, and "
-            "together they mean nothing. Measure all of them in one way."
-        )
+        if state != "misfit":  # which says so
+            found.append(
+                "Some points were measured by the simulated pointer and some were not: they lie in different frames, "
+                "and together they mean nothing. Measure all of them in one way."
+            )
     elif "simulated" in sources:
         found.append("The points were measured by a simulated pointer: nothing here is of a real patient.")
     elif _simulated_robot(content):
         found.append("The robot's calibration is simulated: nothing here is of a real robot.")
-    wrong = state == "fitted" and float(np.sqrt(np.mean(np.square(residuals)))) > NO_FIT_MM
-    if wrong:
+    if fit is not None and content.fle_mm is not None and counted_fle(content, fit) is None:
         found.append(
-            "These points do not fit. They may have been measured in another order than they are listed in, or more "
-            "than one of them wrongly: let the order be matched, or measure them again."
+            f"The points are farther off than the stated {content.fle_mm:g} mm explains; the error is computed from "
+            f"{fit.fle_mm:.2f} mm, estimated from the fit."
         )
     if state == "refined":
         found += _slid(pairs, residuals)
-    if state == "fitted" and not wrong and len(pairs) == FEWEST:
+    if state == "fitted" and len(pairs) == FEWEST:
         found.append("Three points fit almost always: a wrong one among them is not noticed. Measure a fourth.")
     return tuple(found)
 

@@ -25,6 +25,9 @@ from vfix_engine.simulation.dry_run import STATION_MM, DryRun
 
 Floats = npt.NDArray[np.float64]
 Level = Literal["fits", "tight", "blocked", "unknown"]
+Reason = Literal[
+    "clear", "spent", "margin", "surface", "registration", "registration_unknown", "scan_ends", "held"
+]  # fmt: skip
 TissueLevel = Literal["none", "pressed", "deep", "unknown"]
 
 TIGHT_MM = 0.2  # above the margin: a clearance below that is tight
@@ -34,6 +37,17 @@ _SHORT_MM = 0.5  # a shorter length is not told in figures
 _WORTH_DEPTH_MM = 0.05  # a smaller depth in a soft structure is not told in words
 _WORTH_SAYING_MM = 0.005  # of a margin, in hundredths of a mm
 _NONE_SPARED = ZoneSet()
+
+IN_SHORT: dict[Reason, str] = {
+    "clear": "Fits",
+    "spent": "Fits, but the registration may use up the margin",
+    "margin": f"Tight: within {TIGHT_MM:g} mm of the margin",
+    "surface": "Fits the surface only: bone may be nearer",
+    "registration": "Tight: the registration may be off by more than the clearance",
+    "registration_unknown": "Not known: nothing tells how far the registration may be off",
+    "scan_ends": "Not known: the scan ends beside the tool",
+    "held": "Blocked",
+}  # what the bar says: the head of the verdict, with the reason that decided its level
 
 
 class Part(NamedTuple):
@@ -67,25 +81,33 @@ class Profile:
 
 
 class Doubt(NamedTuple):
-    """Where clearance is below what the registration may be off by: both in mm, what is near, and s_mm of the tip."""
+    """Where the registration leaves least: its error, clearance and margin in mm, what is near, and s_mm of the tip."""
 
     off_mm: float
     clearance_mm: float
+    margin_mm: float
     nearest: str
     s_mm: float
+
+    @property
+    def left_mm(self) -> float:
+        """Of the clearance, where the registration is off by that much; negative where it may touch."""
+        return self.clearance_mm - self.off_mm
 
 
 @dataclass(frozen=True)
 class Verdict:
     """What a dry run says of a path; lengths in mm.
 
-    level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %),
+    level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %)
+    or than the scan tells where bone is,
     'unknown' that the scan ends beside the tool, or that nothing is known of the registration's error.
     nearest, part: names of the structure and of the part of the tool at the least clearance, and s_mm of the tip there.
     tissue_mm: largest length of the tool whose surface is in soft tissue, nostril_mm the share of it within 20 mm of
     the entry; tissue_depth_mm: the greatest depth, and tissue_s_mm of the tip there. None without a CT.
     parts: the verdict in words. soft: the soft structures to spare that the tool touches, the deepest touched first.
     doubt: where the registration leaves it open whether the tool is clear, at the worst such place; None elsewhere.
+    reason: what decided the level; 'spent' fits, though the registration's error leaves less than the margin.
     """
 
     level: Level
@@ -101,6 +123,12 @@ class Verdict:
     parts: tuple[Part, ...]
     soft: tuple[SoftDepth, ...] = ()
     doubt: Doubt | None = None
+    reason: Reason = "clear"
+
+    @property
+    def short(self) -> str:
+        """The verdict in a few words, with its reason."""
+        return IN_SHORT[self.reason]
 
     @property
     def words(self) -> str:
@@ -154,45 +182,63 @@ def verdict_of(
     margin_mm: kept from bone. complete: the scan holds all of the tissue beside the tool.
     """
     least, s_mm, part, nearest, kept_mm = _nearest(run, profile, tool, tree, case, margin_mm)
-    level: Level = "fits"
-    doubt = _doubt(profile, case.structure_names()[case.anatomy.id])
+    off = case.uncertainty.off_mm if nearest in case.structure_names().values() else -np.inf
+    worst = _worst(profile, case.structure_names()[case.anatomy.id], margin_mm)
     near = least < kept_mm + TIGHT_MM
-    if not run.completed:
-        level = "blocked"
-    elif near or doubt is not None:
-        level = "tight"
-    elif profile.off_unknown or (case.has_volume and not complete):
-        level = "unknown"
+    reason = _reason(run, profile, worst, least <= off, near, complete or not case.has_volume)
+    level = _LEVELS[reason]
     found = profile.tissue
     longest, deepest = (0, 0) if found is None else (int(found.length.argmax()), int(found.depth.argmax()))
     length = None if found is None else float(found.length[longest])
     depth = None if found is None else float(found.depth[deepest])
     at_nostril = None if found is None else float(found.near_length[longest])
     deepest_s = None if found is None else float(profile.s[deepest])
-    off = case.uncertainty.off_mm if nearest in case.structure_names().values() else -np.inf
     margin = _margin_words(kept_mm, margin_mm, case) if near else ""
     parts = (
         *_bone_parts(run, level, least, nearest, part, s_mm, off, margin),
-        *_doubt_parts(doubt, profile.off_unknown),
+        *_doubt_parts(worst, profile.off_unknown),
         *_soft_parts(profile.soft),
         *_tissue_parts(length, at_nostril, depth, deepest_s, complete),
     )
     return Verdict(
         level, tissue_level(length, depth, complete), least, nearest, part, s_mm, length, at_nostril, depth, deepest_s,
-        parts, profile.soft, doubt,
+        parts, profile.soft, worst if worst is not None and worst.left_mm < 0.0 else None, reason,
     )  # fmt: skip
 
 
-def _doubt(profile: Profile, bone: str) -> Doubt | None:
-    """The place where the registration's error exceeds a clearance most; None where it exceeds none."""
+_LEVELS: dict[Reason, Level] = {
+    "clear": "fits", "spent": "fits", "margin": "tight", "surface": "tight", "registration": "tight",
+    "registration_unknown": "unknown", "scan_ends": "unknown", "held": "blocked",
+}  # fmt: skip
+
+
+def _reason(run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool) -> Reason:
+    """What decides the level, the gravest first."""
+    found: tuple[tuple[bool, Reason], ...] = (
+        (not run.completed, "held"),
+        (surface, "surface"),
+        (worst is not None and worst.left_mm < 0.0, "registration"),
+        (near, "margin"),
+        (profile.off_unknown, "registration_unknown"),
+        (not complete, "scan_ends"),
+        (worst is not None and worst.left_mm < worst.margin_mm, "spent"),
+    )
+    return next((reason for applies, reason in found if applies), "clear")
+
+
+def _worst(profile: Profile, bone: str, margin_mm: float) -> Doubt | None:
+    """Where the registration's error leaves least of a clearance; None where it is not known or there is none.
+
+    A place where it exceeds the clearance goes before one where it leaves less than the margin.
+    """
     if profile.off_mm is None:
         return None
-    clearance = np.vstack([profile.clearance, profile.zone_clearance])
-    index, at = np.unravel_index(int((clearance - profile.off_mm).argmin()), clearance.shape)
-    off_mm, least = float(profile.off_mm[at]), float(clearance[index, at])
-    if least >= off_mm:
-        return None
-    return Doubt(off_mm, least, (bone, *(zone.name for zone in profile.zones))[index], float(profile.s[at]))
+    left = np.vstack([profile.clearance, profile.zone_clearance]) - profile.off_mm
+    margins = np.array([margin_mm, *(zone.margin_mm for zone in profile.zones)])
+    over = left if (left < 0.0).any() else left - margins[:, None]
+    index, at = np.unravel_index(int(over.argmin()), over.shape)
+    off_mm, name = float(profile.off_mm[at]), (bone, *(zone.name for zone in profile.zones))[index]
+    return Doubt(off_mm, float(left[index, at]) + off_mm, float(margins[index]), name, float(profile.s[at]))
 
 
 def _nearest(
@@ -243,18 +289,25 @@ def _bone_parts(
         return (Part("Fits the surface only: "), *at, Part(doubt))
     if level == "tight":
         return (Part("Tight: "), *at, Part(f"), with {margin}." if margin else ")."))
-    return (Part("Fits: "), *at, Part(")."))
+    return (Part("Not known whether it fits: " if level == "unknown" else "Fits: "), *at, Part(")."))
 
 
-def _doubt_parts(doubt: Doubt | None, unknown: bool) -> tuple[Part, ...]:
+def _doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[Part, ...]:
     if unknown:
         return (Part(" How far the registration may be off is not known."),)
-    if doubt is None:
+    if worst is None or worst.left_mm >= worst.margin_mm:
         return ()
+    at = Part(f"at {worst.s_mm:.0f} mm", worst.s_mm)
+    if worst.left_mm < 0.0:
+        return (
+            Part(f" The registration may be off by {worst.off_mm:.2f} mm (95 %) "),
+            at,
+            Part(f", more than the {max(worst.clearance_mm, 0.0):.2f} mm to {worst.nearest}."),
+        )
     return (
-        Part(f" The registration may be off by {doubt.off_mm:.2f} mm (95 %) "),
-        Part(f"at {doubt.s_mm:.0f} mm", doubt.s_mm),
-        Part(f", more than the {max(doubt.clearance_mm, 0.0):.2f} mm to {doubt.nearest}."),
+        Part(f" With what the registration may be off by (95 %), {worst.left_mm:.2f} mm to {worst.nearest} are left "),
+        at,
+        Part(f", less than the margin of {worst.margin_mm:.2f} mm."),
     )
 
 

@@ -51,9 +51,17 @@ def test_from_the_ct_to_a_plan(said: Any, phantom_services: Services, tmp_path: 
     status, found = said("beads", HEAD_PHANTOM, *on, "--confirm")
     assert (status, len(found["beads"]), found["pairs"]) == (0, 5, 5)
     status, mixed = said("fit", HEAD_PHANTOM, *on, "--csv", str(table(tmp_path / "m.csv", [3, 1, 0, 4, 2], "m")))
-    assert (status, mixed["state"], mixed["wrong"]) == (0, "fitted", None)
+    assert (status, mixed["state"], mixed["wrong"]) == (1, "misfit", None)
     assert mixed["fre_mm"] > 20.0
-    assert "another order" in mixed["cautions"][0]
+    status, stated = said("fit", HEAD_PHANTOM, *on, "--fle", "0.1", "--plan", plan.id, "--use")
+    assert (status, stated["state"], stated["used"]) == (1, "misfit", False)
+    assert "No error is told" in stated["errors"]["words"]
+    assert (stated["errors"]["targets"], stated["errors"]["path"]) == ([], None)
+    assert phantom_services.plans.get(plan.id).registration is None
+    for ending in ("tfm", "json"):
+        refused = said("export", HEAD_PHANTOM, *on, str(tmp_path / f"wrong.{ending}"))
+        assert refused[0] == 2
+        assert "do not fit" in refused[1]["error"]["message"]
     status, fitted = said("fit", HEAD_PHANTOM, *on, "--match-order", "--fle", "0.4", "--plan", plan.id, "--use")
     assert (status, fitted["order_certain"], fitted["cautions"], fitted["fle_source"]) == (0, True, [], "stated")
     assert fitted["fre_mm"] < 0.1

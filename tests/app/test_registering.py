@@ -295,7 +295,9 @@ def test_simulated_touches_say_that_they_are(editor: RegistrationEditor) -> None
     assert editor.touch(ids, 0.3).content.pairs != content.pairs
     typed = editor.change_pair(ids[0], {"measured": [1.0, 2.0, 3.0]}).content
     assert typed.pairs[0].measured_from == "typed"
-    assert any("different frames" in text for text in report_of(typed).cautions)
+    mixed = report_of(typed)
+    assert (mixed.state, mixed.usable) == ("misfit", False)
+    assert "different frames" in mixed.words
     alone, document = editor.added_pair(None, [1.0, 2.0, 3.0])
     assert document.content.pairs[-1].id == alone
     with pytest.raises(InputError, match="no place in the image"):

@@ -75,6 +75,34 @@ def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Service
 
 
 @pytest.mark.parametrize(
+    ("off_mm", "level", "reason", "words"),
+    [
+        (0.05, "fits", "clear", "Fits: bone"),
+        (0.9, "fits", "spent", "less than the margin of 0.50 mm"),
+        (1.9, "tight", "registration", "more than the"),
+        (None, "unknown", "registration_unknown", "Not known whether it fits: bone"),
+    ],
+)
+def test_a_registration_is_weighed_against_clearance_and_margin(
+    phantom_services: Services, off_mm: float | None, level: str, reason: str, words: str
+) -> None:
+    """The head that the bar shows and the sentence of the panel are of one verdict."""
+    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    evaluation = phantom_services.planning.evaluate(plan)
+    case, tool = phantom_services.cases.get(plan.case_id), Tool.load("bent_30")
+    off = None if off_mm is None else np.full_like(evaluation.profile.clearance, off_mm)
+    profile = dataclasses.replace(evaluation.profile, off_mm=off, off_unknown=off is None)
+    found = verdict_of(evaluation.run, profile, tool, phantom_services.cases.tree(case), case, 0.5, True)
+    assert (found.level, found.reason) == (level, reason)
+    assert words in found.words
+    assert found.words.split(":")[0].split()[0] == found.short.split(":")[0].split()[0].rstrip(",")
+    assert (found.doubt is not None) == (reason == "registration")
+    if reason == "spent":
+        left = found.least_clearance_mm - 0.9
+        assert f"{left:.2f} mm to bone are left at {found.s_mm:.0f} mm" in found.words
+
+
+@pytest.mark.parametrize(
     ("length", "depth", "complete", "level"),
     [
         (None, None, False, "unknown"),

@@ -66,12 +66,42 @@ def pose_covariance(points: Array, weights: Array) -> tuple[Array, Array]:
 
 def residual_share(points: Array, weights: Array) -> float:
     """Expected mean square residual of the points divided by FLE²: 1 − 2/n where the weights are equal."""
+    squares = _residual_squares(points, weights)
+    return float(squares.trace() / len(squares))
+
+
+def largest_squares(points: Array, weights: Array, fle_mm: float, share: float = 0.999) -> float:
+    """The sum of squared residuals, mm², below which it is with that probability where a point's error is ``fle_mm``.
+
+    Where the weights are equal the sum is σ² χ² with 3n − 6 degrees of freedom and σ² = FLE²/3. For others it is a
+    weighted sum of χ² with one degree each, and the scaled χ² of the same mean and variance is taken (Satterthwaite
+    1946).
+
+    Args:
+        points: (n, 3) mm, not on a line.
+        weights: (n,), of the fit.
+
+    Raises:
+        InputError: the error is not positive, or ``share`` is not between 0.5 and 1.
+    """
+    from scipy.special import chdtri  # imported here: slow to load
+
+    share = within("the share of fits", share, 0.5, 1.0 - 1e-9)
+    squares = _residual_squares(points, weights)
+    mean, half_variance = float(squares.trace()), float((squares**2).sum())
+    freedom = mean**2 / half_variance
+    return sigma_per_axis(fle_mm) ** 2 * (half_variance / mean) * float(chdtri(freedom, 1.0 - share))
+
+
+def _residual_squares(points: Array, weights: Array) -> Array:
+    """Matrix (3n, 3n) S of eᵀ S e, the sum of squared residuals for errors e of the points."""
     weights = weights / weights.max()
     rows = motion_rows(points - weights @ points / weights.sum())
     back = np.linalg.inv(np.einsum("n,nij,nik->jk", weights, rows, rows))
     stacked = rows.reshape(-1, 6)
-    hat = stacked @ back @ (stacked * np.repeat(weights, 3)[:, None]).T
-    return float(((np.eye(len(hat)) - hat) ** 2).sum() / len(hat))
+    left = np.eye(len(stacked)) - stacked @ back @ (stacked * np.repeat(weights, 3)[:, None]).T
+    squares: Array = left.T @ left
+    return squares
 
 
 def motion_rows(offsets: Array) -> Array:

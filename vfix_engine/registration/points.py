@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..given import FARTHEST_MM, real_array, rigid_transform, within
-from .expected_error import ball_radius, motion_rows, pose_covariance, residual_share
+from .expected_error import ball_radius, largest_squares, motion_rows, pose_covariance, residual_share
 from .rigid_fit import residual_lengths, rigid_fits
 
 Array = NDArray[np.float64]
@@ -85,6 +85,23 @@ class Registration:
         """
         used = self.weights > 0.0
         return self.fre_mm / float(np.sqrt(residual_share(self.moving[used], self.weights[used])))
+
+    def explained_by(self, fle_mm: float, share: float = 0.999) -> bool:
+        """Whether residuals as large as these are to be expected of pairs with that localisation error.
+
+        False where fewer than 1 − ``share`` of such fits would leave as much: then the error is larger than was said,
+        or the pairs are not each other's. With three pairs 3 degrees of freedom are left, so it can be told of these
+        too.
+
+        Args:
+            fle_mm: rms length of one pair's localisation error.
+
+        Raises:
+            InputError: the error is not positive, or ``share`` is not between 0.5 and 1.
+        """
+        used = self.weights > 0.0
+        most = largest_squares(self.moving[used], self.weights[used], fle_mm, share)
+        return float((self.residuals_mm[used] ** 2).sum()) <= most
 
     def to_fixed(self, points: ArrayLike) -> Array:
         """Points of the moving frame, (m, 3) or (3,), in the fixed frame."""

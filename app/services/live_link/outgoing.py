@@ -12,6 +12,7 @@ from app.services.documents import Document
 from app.services.live_link.frames import registration_to_ras, to_ras
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.registration import RegistrationContent
+from app.services.registration_fit import report_of
 
 PATH, TARGETS, REGISTRATION, TOOL, PLAN = "Path", "Targets", "Registration", "ToolTip", "Plan"
 _PATH_COLOUR, _TARGET_COLOUR = (109, 179, 242, 255), (229, 143, 208, 255)
@@ -33,9 +34,9 @@ def plan_messages(plan: Plan) -> list[Message]:
 
 
 def registration_message(plan: Plan, registrations: Sequence[Document[RegistrationContent]]) -> Transform:
-    """The registration that the plan goes by; the identity where there is none, or it is not made yet."""
+    """The registration that the plan goes by; the identity where there is none, or it is not made or does not fit."""
     used = [one for one in registrations if one.id == plan.registration and not one.unreadable]
-    if not used or used[0].content.made_from == "none":
+    if not used or not report_of(used[0].content).usable:
         return no_registration()
     return Transform(REGISTRATION, registration_to_ras(used[0].content.registration.transform))
 

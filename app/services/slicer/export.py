@@ -15,6 +15,7 @@ from app.services.documents import Documents
 from app.services.plan_model import NOTICE, Plan
 from app.services.planning import Planning
 from app.services.registration import RegistrationContent
+from app.services.registration_fit import report_of
 from app.services.slicer.marks import marks_of
 from app.services.slicer.scene import SceneNode, scene_text
 from app.services.slicer.volume_file import write_nrrd
@@ -114,7 +115,7 @@ class SlicerExport:
         names = _FileNames("registration", ".tfm")
         found: Parts = []
         for one in self._registrations.list(case.id):
-            if not one.unreadable and one.content.made_from != "none":
+            if not one.unreadable and report_of(one.content).usable:
                 words = f"{NOTICE}. From the image to {_TO[one.content.to]}."
                 node = SceneNode("Transform", one.name, names.of(one.name), description=words)
                 found.append((node, _writer(tfm_text(one.content.registration.transform))))

@@ -35,6 +35,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
     after: list[VerdictPart] = [{"words": removed, "s_mm": None}] if evaluation.removed_mm3 else []
     return {
         "level": verdict.level,
+        "short": verdict.short,
         "tissue_level": verdict.tissue_level,
         "parts": before + [{"words": part.words, "s_mm": part.s_mm} for part in verdict.parts] + after,
         "show_mm": float(show or 0.0),

@@ -182,10 +182,10 @@ def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[
     except Exception:
         _LOG.exception("the dry run of a plan failed")
         return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
-    words, doubtful = evaluation.verdict.words, evaluation.min_clearance_mm <= uncertainty.off_mm
+    words = evaluation.verdict.words
     if evaluation.removed_mm3:
         words = f"{words} {evaluation.removed_mm3:.0f} mm³ of bone are removed first."
     if evaluation.standing.words:
         words = f"Dry run with {evaluation.standing.words}. {words}"
-    caution, warning = doubtful or not evaluation.completed, uncertainty.warning(settings.margin_mm)
+    caution, warning = evaluation.verdict.level != "fits", uncertainty.warning(settings.margin_mm)
     return Corridor("done", words, caution, evaluation.completed, evaluation, settings.kept_mm, warning)

@@ -141,12 +141,13 @@ class ClearanceProfile(TypedDict):
 
 
 class VerdictView(TypedDict):
-    """The verdict on the path: level from bone and reach, tissue_level from soft tissue.
+    """The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
 
     show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
     """
 
     level: Literal["fits", "tight", "blocked", "unknown"]
+    short: str
     tissue_level: Literal["none", "pressed", "deep", "unknown"]
     parts: list[VerdictPart]
     show_mm: float

@@ -309,7 +309,7 @@ class PlanStep(Step):
             edited.ghost is not None,
             edited.locked,
             corridor.completed,
-            corridor.caution,
+            None if corridor.evaluation is None else corridor.evaluation.verdict.reason,
             corridor.status == "failed",
         )
 

@@ -60,7 +60,7 @@ export function rowWords(row) {
  * @param {FitView} fit
  */
 export function fleWords(fit) {
-  if (fit.fle_mm === null) return "not known yet";
+  if (fit.fle_mm === null) return fit.state === "misfit" ? "not known: the points do not fit" : "not known yet";
   const figure = `${fit.fle_mm.toFixed(2)} mm`;
   return fit.fle_source === "stated" ? `${figure}, as stated` : `${figure}, estimated from the fit of ${fit.used} points`;
 }

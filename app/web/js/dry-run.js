@@ -65,7 +65,7 @@ export class DryRun {
       this.verdict.textContent = sentence(corridor?.words ?? "");
       return;
     }
-    this.verdict.dataset.level = corridor?.caution && verdict.level === "fits" ? "tight" : verdict.level;
+    this.verdict.dataset.level = verdict.level;
     const old = isOld(corridor);
     this.verdict.classList.toggle("stale", old);
     this.showMe.disabled = old;

@@ -54,6 +54,7 @@ export class StatusBar {
     this.details.hidden = !driving; // they are of the control loop
     this.holding.label.textContent = driving ? "What holds the tool" : "Plan";
     this.holding.value.textContent = driving ? holdingWords(now) : planWords(corridor);
+    this.holding.value.title = this.holding.value.textContent ?? ""; // where the bar cuts it short
     this.holding.element.classList.toggle("caution", Boolean(driving ? now.held : corridor?.caution));
     const details = state.details ?? {};
     for (const [name, , digits, unit] of ROWS) {
@@ -93,14 +94,13 @@ function reading(name, extra = "") {
   return { element, label, value, set };
 }
 
-const LEVELS = { fits: "Fits", tight: "Fits, within 0.2 mm of the margin", blocked: "Blocked", unknown: "Not known: the scan ends beside the tool" };
-
 /**
- * The verdict in a few words; its sentence stands in the panel.
+ * The head of the verdict, whose sentence stands in the panel, or why there is none.
  * @param {CorridorSection | null | undefined} corridor
  */
 function planWords(corridor) {
   if (isOld(corridor)) return "Judging the path …";
-  if (corridor?.verdict) return corridor.state === "drag" ? `${LEVELS[corridor.verdict.level]} (provisional)` : LEVELS[corridor.verdict.level];
-  return { none: "–", computing: "Driving the path …", failed: "Not known", done: "–" }[corridor?.status ?? "none"];
+  if (corridor?.verdict) return corridor.state === "drag" ? `${corridor.verdict.short} (provisional)` : corridor.verdict.short;
+  if (corridor?.status === "failed") return `Not known: ${corridor.words}`;
+  return corridor?.status === "computing" ? "Driving the path …" : "–";
 }

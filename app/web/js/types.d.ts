@@ -458,12 +458,13 @@ export interface ScaleView {
 }
 
 /**
- * The verdict on the path: level from bone and reach, tissue_level from soft tissue.
+ * The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
  *
  * show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
  */
 export interface VerdictView {
   level: "fits" | "tight" | "blocked" | "unknown";
+  short: string;
   tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
   show_mm: number;
@@ -598,7 +599,7 @@ export interface PairEntry {
 
 /** How the registration stands. fre_mm, mean_residual_mm: how well the pairs fit, not how exact the tool is. */
 export interface FitView {
-  state: "waiting" | "degenerate" | "fitted" | "given" | "refined";
+  state: "waiting" | "degenerate" | "misfit" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;
@@ -703,7 +704,7 @@ export interface RobotView {
 export interface PlanUseSection {
   plan: string;
   registration: string | null;
-  state: "none" | "ready" | "unfinished" | "deleted" | "missing" | "other_case" | "unreadable";
+  state: "none" | "ready" | "unfinished" | "misfit" | "deleted" | "missing" | "other_case" | "unreadable";
   words: string;
   here: boolean;
   locked: boolean;
@@ -1218,7 +1219,7 @@ export interface RefinementPublic {
  * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
  */
 export interface FitPublic {
-  state: "waiting" | "degenerate" | "fitted" | "given" | "refined";
+  state: "waiting" | "degenerate" | "misfit" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;

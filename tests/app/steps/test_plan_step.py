@@ -190,9 +190,10 @@ def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
     )
     assert answer.caution
     assert answer.completed
-    assert "nearer to bone than the scan can tell" in plan_hint(
-        3, 1, "point", False, False, True, answer.caution, False
-    )
+    assert answer.evaluation is not None
+    assert answer.evaluation.verdict.short.startswith("Fits the surface only")
+    reason = answer.evaluation.verdict.reason
+    assert "nearer to bone than the scan can tell" in plan_hint(3, 1, "point", False, False, True, reason, False)
 
 
 def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(
@@ -248,10 +249,10 @@ def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> 
 
 
 def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> None:
-    assert "turns grey" in plan_hint(3, 1, "point", False, False, False, True, False)
-    assert "was not driven" in plan_hint(3, 1, "point", False, False, False, True, True)
-    assert "to be inspected" in plan_hint(3, 0, "target", False, False, True, False, False)
-    assert "Go to Rehearse" in plan_hint(3, 1, "target", False, False, True, False, False)
+    assert "turns grey" in plan_hint(3, 1, "point", False, False, False, "held", False)
+    assert "was not driven" in plan_hint(3, 1, "point", False, False, False, None, True)
+    assert "to be inspected" in plan_hint(3, 0, "target", False, False, True, "clear", False)
+    assert "Go to Rehearse" in plan_hint(3, 1, "target", False, False, True, "clear", False)
 
 
 def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:

@@ -135,7 +135,7 @@ def test_the_order_is_asked_for_and_forgotten_when_the_points_change(opened: Ope
     assert opened.do("pair.change", pair_id=pairs[0]["id"], label="mine")["registration"]["orders"] is None
     with pytest.raises(InputError, match="look again"):
         opened.do("order.take", candidate=0)
-    assert opened.do("registration.fle", fle_mm=0.5)["registration"]["fit"]["fle_source"] == "stated"
+    assert opened.do("registration.fle", fle_mm=0.5)["registration"]["fle_stated_mm"] == 0.5
 
 
 def test_an_edit_of_somebody_else_is_shown_and_the_own_refused(opened: Opened) -> None:

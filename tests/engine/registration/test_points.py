@@ -7,7 +7,7 @@ import pytest
 from registration_cases import BEADS, TARGETS, placed, some_pose
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi
+from scipy.stats import chi, chi2
 
 from vfix_engine.errors import InputError
 from vfix_engine.registration import expected_fre_mm, fle_from_fre_mm, register_points
@@ -200,3 +200,27 @@ def test_results_cannot_be_changed() -> None:
     for array in (known.transform, known.fixed, known.moving, known.weights, known.residuals_mm):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
+
+
+@pytest.mark.parametrize("weights", [None, np.array([1.0, 1.0, 0.2, 3.0, 0.05])])
+def test_residuals_are_those_of_the_error_that_was_said(weights: np.ndarray | None) -> None:
+    """Of fits with that error one of a hundred leaves more than 99 % do; at twice the error almost all do."""
+    random, pose, sigma = np.random.default_rng(11), some_pose(11), 0.5
+    fixed, fle = placed(pose, BEADS), 0.5 * np.sqrt(3.0)
+    fits = [register_points(fixed + random.normal(0.0, sigma, fixed.shape), BEADS, weights) for _ in range(TRIALS)]
+    beyond = np.mean([not one.explained_by(fle, 0.99) for one in fits])
+    assert 0.004 < beyond < 0.02
+    assert np.mean([one.explained_by(fle / 4.0) for one in fits]) < 0.05
+
+
+def test_the_limit_of_the_residuals_is_that_of_chi_square() -> None:
+    """3n − 6 degrees of freedom and a third of the squared error for each axis."""
+    random = np.random.default_rng(12)
+    for count in (3, 4, 5):
+        result = register_points(BEADS[:count] + random.normal(0.0, 0.5, (count, 3)), BEADS[:count])
+        squares = float((result.residuals_mm**2).sum())
+        limit = np.sqrt(3.0 * squares / chi2.ppf(0.999, 3 * count - 6))
+        assert result.explained_by(1.001 * limit)
+        assert not result.explained_by(0.999 * limit)
+    with pytest.raises(InputError, match="localisation error"):
+        result.explained_by(0.0)

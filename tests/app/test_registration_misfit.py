@@ -1,0 +1,121 @@
+"""Registrations that do not fit, or not as well as was stated: what uses them, what is told, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from app.services import Services
+from app.services.case_model import HEAD_PHANTOM
+from app.services.driven_registration import driven_registration
+from app.services.embedded import SAMPLE_PLAN
+from app.services.live_link.outgoing import no_registration, registration_message
+from app.services.plan_model import Plan
+from app.services.refining import begin_of
+from app.services.registering import PlanRegistration
+from app.services.registration_editor import RegistrationEditor
+from app.services.registration_errors import error_table
+from app.services.registration_files import export_text
+from app.services.registration_fit import report_of
+from vfix_engine.errors import InputError, PlanError
+from vfix_engine.imaging.phantom import load_landmarks
+
+BEADS = [tuple(bead.centroid) for bead in load_landmarks().beads]
+
+
+@pytest.fixture
+def editor(phantom_services: Services) -> Iterator[RegistrationEditor]:
+    made = phantom_services.registrations.create(HEAD_PHANTOM, "Beads")
+    yield phantom_services.registering.editor(made.id)
+    phantom_services.registrations.delete(made.id)
+
+
+@pytest.fixture
+def plan(phantom_services: Services) -> Iterator[Plan]:
+    made = phantom_services.plans.duplicate(SAMPLE_PLAN)
+    yield made
+    phantom_services.plans.delete(made.id)
+
+
+def fitted_pairs(editor: RegistrationEditor, fle_mm: float) -> None:
+    """The five beads, measured in a frame that is shifted, each with an error of that rms length."""
+    random = np.random.default_rng(5)
+    for place in BEADS:
+        off = random.normal(0.0, fle_mm / np.sqrt(3.0), 3)
+        editor.added_pair(place, (np.array([30.0, -20.0, 10.0]) + place + off).tolist())
+
+
+def test_points_that_do_not_fit_are_gone_by_nowhere(
+    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+) -> None:
+    """In a wrong order, with a small error stated: the plan that uses them is not driven, nothing is told or sent."""
+    registering, plans = phantom_services.registering, phantom_services.plans
+    fitted_pairs(editor, 0.2)
+    registering.use(plan.id, editor.id)
+    assert registering.registration_of(plans.get(plan.id)).state == "ready"
+    points = [list(pair.measured or ()) for pair in editor.document.content.pairs]
+    for pair, point in zip(editor.document.content.pairs, points[1:] + points[:1], strict=True):
+        editor.change_pair(pair.id, {"measured": point})
+    content = editor.set_fle(0.1).content
+    report = registering.report(content)
+    assert (report.state, report.usable, report.wrong, report.fle_mm) == ("misfit", False, None, None)
+    assert report.fre_mm is not None
+    assert report.fre_mm > 20.0
+    assert "do not fit" in report.words
+    used = registering.registration_of(plans.get(plan.id))
+    assert (used.state, used.registration) == ("misfit", None)
+    with pytest.raises(PlanError, match="nothing is driven by it"):
+        phantom_services.planning.evaluate(plans.get(plan.id))
+    with pytest.raises(PlanError, match="do not fit"):
+        registering.use(plan.id, editor.id)
+    table = registering.errors(content, plans.get(plan.id))
+    assert (table.targets, table.path) == ((), None)
+    assert "No error is told" in table.words
+    told = registration_message(plans.get(plan.id), [editor.document])
+    np.testing.assert_array_equal(told.matrix, no_registration().matrix)
+    with pytest.raises(InputError, match="do not fit"):
+        begin_of(content)
+    for form in ("tfm", "json"):
+        with pytest.raises(InputError, match="do not fit"):
+            export_text(editor.document, form)  # type: ignore[arg-type]
+
+
+def test_a_stated_error_that_the_fit_contradicts_does_not_count(editor: RegistrationEditor, plan: Plan) -> None:
+    """The table, what is driven and its key go by what the fit tells, as if nothing had been stated; and it is said."""
+    fitted_pairs(editor, 0.8)
+    estimated = report_of(editor.document.content)
+    own = error_table(editor.document.content, plan)
+    for stated in (0.1, 0.8):
+        content = editor.set_fle(stated).content
+        report, table = report_of(content), error_table(content, plan)
+        driven = driven_registration(PlanRegistration("ready", "", editor.id, editor.document))
+        assert driven is not None
+        off = driven.off_mm([target.position for target in plan.targets])
+        assert off == pytest.approx([target.error.within_95_mm for target in table.targets])
+        told = [text for text in report.doubts if f"the stated {stated:g} mm" in text]
+        if stated == 0.1:
+            assert (report.fle_source, report.fle_mm) == ("estimated", pytest.approx(estimated.fle_mm))
+            assert (driven.fle_mm, len(told)) == (None, 1)
+            assert f"computed from {estimated.fle_mm:.2f} mm" in told[0]
+            assert (table.targets, table.path) == (own.targets, own.path)
+        else:
+            assert (report.fle_source, report.fle_mm, driven.fle_mm, told) == ("stated", 0.8, 0.8, [])
+            assert table.targets != own.targets
+
+
+def test_an_outlier_is_told_where_the_registration_is_used(
+    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+) -> None:
+    fitted_pairs(editor, 0.2)
+    phantom_services.registering.use(plan.id, editor.id)
+    used = phantom_services.plans.get(plan.id)
+    assert phantom_services.registering.registration_of(used).doubts == ()
+    wrong = editor.document.content.pairs[1]
+    assert wrong.measured is not None
+    x, y, z = wrong.measured
+    editor.change_pair(wrong.id, {"measured": [x + 6.0, y, z]})
+    found = phantom_services.registering.registration_of(used)
+    assert found.state == "ready"
+    assert [wrong.label in text and "from where the others put it" in text for text in found.doubts] == [True]
