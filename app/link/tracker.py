@@ -126,24 +126,37 @@ class TrackerClient:
 
         Raises LinkFault where the tool is not tracked meanwhile.
         """
-        poses = self.poses(seconds)
+        begin, found = self._next(seconds)
+        if self.state != "fresh" or _longest_gap_s(found, begin) > STALE_S:
+            raise LinkFault(f"{self.words}; hold the tool where the tracker sees it, and try again.")
+        poses = self._enough(found, seconds)
         places = poses[:, :3, :3] @ np.asarray(point, dtype=np.float64) + poses[:, :3, 3]
         mean = places.mean(axis=0)
         off = np.linalg.norm(places - mean, axis=1)
         return Collected(mean, float(np.sqrt((off**2).mean())), float(off.max()), len(poses))
 
     def poses(self, seconds: float) -> Array:
-        """The tool's poses (n, 4, 4) over the next seconds. Raises LinkFault where it is not tracked meanwhile."""
+        """The tool's poses (n, 4, 4) over the next seconds, of a tool that may go out of sight, as when it is swung.
+
+        Raises LinkFault where there are too few.
+        """
+        return self._enough(self._next(seconds)[1], seconds)
+
+    def _next(self, seconds: float) -> tuple[float, list[Pose]]:
+        """Wait for some seconds; when they began, and the poses that came."""
         begin = time.monotonic()
         end = begin + seconds
         with self._lock:
             while (left := end - time.monotonic()) > 0 and not self._ended.is_set():
                 self._lock.wait(min(left, STALE_S))
-            found = [pose for pose in self._poses if pose.received_s >= begin]
-        if self.state != "fresh" or _longest_gap_s(found, begin) > STALE_S:
-            raise LinkFault(f"{self.words}; hold the tool where the tracker sees it, and try again.")
+            return begin, [pose for pose in self._poses if pose.received_s >= begin]
+
+    def _enough(self, found: list[Pose], seconds: float) -> Array:
         if len(found) < _FEWEST:
-            raise LinkFault(f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. Hold the tool longer.")
+            raise LinkFault(
+                f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. {self.words}; hold the tool where "
+                "the tracker sees it, or longer."
+            )
         return np.array([pose.transform for pose in found])
 
     def recorded(self, seconds: float) -> list[Pose]:

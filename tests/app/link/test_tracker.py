@@ -132,6 +132,25 @@ def test_a_pointer_that_is_swung_tells_where_its_tip_is(fake: FakeTracker, track
     assert tracker.collect(0.5).largest_mm > 10.0  # the body, in whose frame the tip is, was swung
 
 
+def test_a_pointer_that_goes_out_of_sight_while_it_is_swung_is_calibrated(
+    fake: FakeTracker, tracker: TrackerClient
+) -> None:
+    """A place is not averaged then; what was seen of a swing is enough, and nothing at all is told."""
+    fake.swung = SimulatedTracker(1, sigma_mm=0.0).pivot([10.0, -20.0, 900.0], 50)
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    hidden = threading.Timer(0.5, fake.send, [False])
+    hidden.start()
+    poses = tracker.poses(1.5)
+    hidden.join()
+    assert tracker.state == "stale"
+    np.testing.assert_allclose(calibrate_pivot(poses).tip_mm, TIP_MM, atol=1e-2)
+    with pytest.raises(LinkFault, match="stale"):
+        tracker.collect(0.2)
+    with pytest.raises(LinkFault, match="0 poses came"):
+        tracker.poses(0.2)
+
+
 def test_a_place_is_averaged_with_its_spread(fake: FakeTracker, tracker: TrackerClient) -> None:
     fake.place, fake.noise_mm = (10.0, 20.0, -30.0), 0.2
     fake.send(True)
