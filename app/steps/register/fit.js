@@ -82,12 +82,12 @@ export class FitGroup {
 function orderCard(order, index, count, locked, take) {
   const name = count > 1 ? `Order ${index + 1} of ${count}` : "Another order";
   const moved = order.moves.filter(({ stays }) => !stays);
-  const rows = moved.map(({ label, measured_at: at, measured }) => h("tr", {}, h("td", {}, label), h("td", {}, at), h("td", { class: "number" }, measured.map((value) => value.toFixed(0)).join(" "))));
-  const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Point"), h("th", { scope: "col", title: "The point at which this measured place stands now" }, "gets the place of"), h("th", { scope: "col" }, "measured, mm")));
+  const rows = moved.map(({ label, measured_at: at, measured }) => h("li", {}, h("strong", {}, label), " gets the place of ", h("strong", {}, at),
+    h("span", { class: "row-sub" }, `at ${measured.map((value) => value.toFixed(1).replace("-", "−")).join(", ")} mm`)));
   const same = !moved.length;
   return h("div", { class: "order-card", "data-candidate": String(index) },
     h("p", { class: "order-head" }, h("span", {}, name), h("span", { class: "number", title: "How well the points fit in this order; not the error at the target" }, `FRE ${mm(order.fre_mm, 2)}`)),
-    h("p", { class: "words" }, `${orderWords(order)}.`), same ? null : h("table", { class: "points", "aria-label": name }, head, h("tbody", {}, rows)),
+    h("p", { class: "words" }, `${orderWords(order)}.`), same ? null : h("ul", { class: "order-moves" }, rows),
     h("button", { type: "button", class: "order wide", disabled: locked, onclick: take }, same ? "Keep this order" : "Take this order"));
 }
 
