@@ -1,7 +1,10 @@
 """A server of OpenIGTLink on a thread of its own: what is told goes to every client, what they send to one listener.
 
 Bounded everywhere, since anybody on this machine may connect: clients, the size of a body before it is read, the time
-that one takes to send or to receive. Of a name only the newest message waits for a client that is slow.
+that a message takes to arrive or to be taken. Of a name only the newest message waits for a client that is slow.
+
+A client may be silent for as long as it wants, as one that only listens is. So nobody can hold every place: where all
+are taken, the client whose last whole message is longest ago gives way to a new one.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ _LOG = logging.getLogger(__name__)
 
 MAX_CLIENTS = 8
 MAX_BODY_BYTES = 256 << 10  # of points there are 300 at most, 136 bytes each
-BODY_DEADLINE_S = 5.0  # for a body to arrive, once its header has
+ARRIVAL_S = 5.0  # for a message to arrive, from the first byte of its header to the last of its body
 SLOW_S = 2.0  # a client that takes nothing for so long is dropped
 _QUEUE_BYTES = 64 << 10  # that wait in the system for one client
 STATUS = "Status"  # name of the text that answers a message
@@ -39,7 +42,7 @@ class LinkServer:
         self._heard, self._greeting = heard, greeting
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="openigtlink", daemon=True)
-        self._clients: set[_Client] = set()
+        self._clients: dict[_Client, None] = {}  # the one that has been silent longest first
         self._serving: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
         self._server: asyncio.Server | None = None
         self._started = threading.Event()
@@ -123,42 +126,49 @@ class LinkServer:
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._clients) >= MAX_CLIENTS:
-            _LOG.warning("OpenIGTLink: a client was turned away, %d are connected", MAX_CLIENTS)
-            await _closed(writer)
-            return
+            self._make_room()
         client = _Client(writer)
-        self._clients.add(client)
+        self._clients[client] = None
         sending = self._loop.create_task(client.send())
         hearing = self._loop.create_task(self._hear(reader, client))
         try:
-            greeting = await self._loop.run_in_executor(None, lambda: list(self._greeting()))
-            for message in greeting:
+            for message in await self._loop.run_in_executor(None, self._greeting_of, client):
                 client.put(type(message).__name__ + message.name, pack(message))
             await asyncio.wait((sending, hearing), return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._clients.discard(client)
+            self._clients.pop(client, None)
             for task in (sending, hearing):
                 task.cancel()
             for done in await asyncio.gather(sending, hearing, return_exceptions=True):
-                if isinstance(done, (VfixError, TimeoutError)):
-                    _LOG.warning("OpenIGTLink: a client was dropped: %s", done or "it was too slow")
+                if isinstance(done, VfixError):
+                    _LOG.warning("OpenIGTLink: a client was dropped: %s", done)
                 elif isinstance(done, Exception):
                     _LOG.error("OpenIGTLink: a client was dropped", exc_info=done)
             await _closed(writer)
 
+    def _make_room(self) -> None:
+        silent = next(iter(self._clients))
+        del self._clients[silent]
+        silent.leave()
+        _LOG.warning("OpenIGTLink: %d clients are connected; the one silent longest gave way to a new one", MAX_CLIENTS)
+
+    def _greeting_of(self, client: _Client) -> list[Message]:
+        """Off the loop's thread; nothing for a client that has given way while others were greeted."""
+        return list(self._greeting()) if client in self._clients else []
+
     async def _hear(self, reader: asyncio.StreamReader, client: _Client) -> None:
-        """Read one message after the other; the next one is read once this one is dealt with."""
+        """Read one message after the other; the next one is read once this one is dealt with. Raises LinkFault."""
         while True:
             try:
-                header = parse_header(await reader.readexactly(HEADER_BYTES))
+                first = await reader.readexactly(1)
+                async with asyncio.timeout(ARRIVAL_S):
+                    header, body = await _arrived(first, reader)
             except (asyncio.IncompleteReadError, ConnectionError):
                 return
-            if header.size > MAX_BODY_BYTES:
-                raise LinkFault(f"a body of {header.size:,} bytes was announced; {MAX_BODY_BYTES:,} are taken.")
-            try:
-                body = await asyncio.wait_for(reader.readexactly(header.size), BODY_DEADLINE_S)
-            except (asyncio.IncompleteReadError, ConnectionError):
-                return
+            except TimeoutError:
+                raise LinkFault(f"a message did not arrive within {ARRIVAL_S:g} s.") from None
+            if client in self._clients:  # it comes last now
+                self._clients[client] = self._clients.pop(client)
             try:
                 words = await self._loop.run_in_executor(None, self._dealt, header, body)
             except VfixError as error:
@@ -188,14 +198,29 @@ class _Client:
         self._some.set()
 
     async def send(self) -> None:
-        """Send what waits, for ever. Raises TimeoutError where the client takes nothing."""
+        """Send what waits, for ever. Raises LinkFault where the client takes nothing."""
         with contextlib.suppress(ConnectionError):
             while True:
                 await self._some.wait()
                 while self._waiting:
                     self._writer.write(self._waiting.pop(next(iter(self._waiting))))
-                    await asyncio.wait_for(self._writer.drain(), SLOW_S)
+                    try:
+                        await asyncio.wait_for(self._writer.drain(), SLOW_S)
+                    except TimeoutError:
+                        raise LinkFault(f"it took nothing for {SLOW_S:g} s.") from None
                 self._some.clear()
+
+    def leave(self) -> None:
+        """End the connection, which ends whoever waits for it."""
+        self._writer.transport.abort()
+
+
+async def _arrived(first: bytes, reader: asyncio.StreamReader) -> tuple[Header, bytes]:
+    """The message that begins with a byte, whole. Raises LinkFault for one that is none, or too large."""
+    header = parse_header(first + await reader.readexactly(HEADER_BYTES - 1))
+    if header.size > MAX_BODY_BYTES:
+        raise LinkFault(f"a body of {header.size:,} bytes was announced; {MAX_BODY_BYTES:,} are taken.")
+    return header, await reader.readexactly(header.size)
 
 
 async def _closed(writer: asyncio.StreamWriter) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.services.documents import DocumentErrors, DocumentKind, Documents, Ref
+from app.services.documents import Document, DocumentErrors, DocumentKind, Documents, Ref
 from app.services.errors import NotFound, PlanConflict, PlanLocked
 from app.services.plan_diff import changes
 from app.services.plan_kind import PLAN
@@ -16,22 +16,30 @@ from app.services.plans import PlanService
 from app.store import Store
 from vfix_engine.errors import PlanError
 
-MAX_VERSIONS = 100  # of one plan
+MAX_VERSIONS = 100  # of one plan, without those that came from outside
+MAX_PROPOSED = 20  # of one plan that came from outside and that nobody has renamed
 _TOLD = 10  # the newest of them, where one is not found
 
 
 @dataclass(frozen=True)
 class Kept:
-    """What a version keeps: whose it is, that plan's revision then, and its content."""
+    """What a version keeps: whose it is, that plan's revision then, and its content.
+
+    proposed_as: the name that one from outside came with; '' of one that somebody saved.
+    """
 
     plan_id: str = ""
     revision: int = 0
     content: PlanContent = field(default_factory=PlanContent)
+    proposed_as: str = ""
 
 
 @dataclass(frozen=True)
 class PlanVersion:
-    """A named version of a plan. revision: the plan's when it was saved; created: when that was."""
+    """A named version of a plan. revision: the plan's when it was saved; created: when that was.
+
+    proposed: it came from outside, and nobody has given it a name of their own.
+    """
 
     id: str
     name: str
@@ -39,23 +47,35 @@ class PlanVersion:
     revision: int
     created: str
     content: PlanContent
+    proposed: bool = False
+
+
+def _version(document: Document[Kept]) -> PlanVersion:
+    kept, name = document.content, document.name
+    return PlanVersion(
+        document.id, name, kept.plan_id, kept.revision, document.created, kept.content, kept.proposed_as == name
+    )
 
 
 def _write(kept: Kept) -> dict[str, Any]:
-    return {
+    written = {
         "plan_id": kept.plan_id,
         "revision": kept.revision,
         "plan_schema": PLAN.schema,
         "plan": PLAN.write(kept.content),
     }
+    return written | ({"proposed_as": kept.proposed_as} if kept.proposed_as else {})
 
 
 def _read(data: Mapping[str, Any]) -> Kept:
     plan, plan_id, revision = data.get("plan"), data.get("plan_id"), data.get("revision")
     if not isinstance(plan, dict) or not isinstance(plan_id, str) or not isinstance(revision, int):
         raise PlanError("a version needs the plan that it is of, its revision and its content.")
+    proposed_as = data.get("proposed_as", "")
+    if not isinstance(proposed_as, str):
+        raise PlanError("the name that a version was proposed under is a text.")
     content = PLAN.content(str(data.get("plan_schema")), plan, plan.get("settings", {}))
-    return Kept(plan_id, revision, content)
+    return Kept(plan_id, revision, content, proposed_as)
 
 
 def _refs(kept: Kept) -> tuple[Ref, ...]:
@@ -87,11 +107,7 @@ class PlanVersions:
         """Versions of a plan, oldest first; one that cannot be read is left out."""
         plan = self._plans.get(plan_id)
         found = self.documents.list(plan.case_id)
-        return tuple(
-            PlanVersion(one.id, one.name, plan_id, one.content.revision, one.created, one.content.content)
-            for one in found
-            if not one.unreadable and one.content.plan_id == plan_id
-        )
+        return tuple(_version(one) for one in found if not one.unreadable and one.content.plan_id == plan_id)
 
     def get(self, plan_id: str, name: str) -> PlanVersion:
         """The version of that id, else the newest of that name. Raises NotFound."""
@@ -114,25 +130,36 @@ class PlanVersions:
             raise PlanConflict(f"the plan is at revision {plan.revision}, not {expected_revision}; read it again.")
         with self._lock:
             self._check_room(plan_id, name)
-            made = self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, plan.content))
-        return PlanVersion(made.id, made.name, plan_id, plan.revision, made.created, made.content.content)
+            return _version(self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, plan.content)))
 
     def propose(self, plan_id: str, name: str, content: PlanContent) -> PlanVersion:
         """Keep another content under a name, for somebody to compare with the plan and to go over to.
 
+        It takes no place of those that are saved. Beyond MAX_PROPOSED the oldest that nobody has renamed is removed for
+        good, so that whoever sends without end fills neither the list nor the disk.
         Raises PlanError for a name that another version has.
         """
         plan = self._plans.get(plan_id)
         with self._lock:
-            self._check_room(plan_id, name)
-            made = self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, content))
-        return PlanVersion(made.id, made.name, plan_id, plan.revision, made.created, made.content.content)
+            versions = self.list(plan_id)
+            self._check_name(name, versions)
+            proposed = [one for one in versions if one.proposed]
+            made = self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, content, name))
+            for oldest in proposed[: max(0, len(proposed) + 1 - MAX_PROPOSED)]:
+                self.documents.discard(oldest.id)
+        return _version(made)
 
     def rename(self, plan_id: str, version: str, name: str) -> PlanVersion:
-        """Give a version another name."""
+        """Give a version another name; one from outside is then like one that was saved.
+
+        Raises PlanError for a name that another version has, and where there is no place for one from outside.
+        """
         with self._lock:
             found = self.get(plan_id, version)
-            self._check_name(name, [one for one in self.list(plan_id) if one.id != found.id])
+            others = [one for one in self.list(plan_id) if one.id != found.id]
+            self._check_name(name, others)
+            if found.proposed and name != found.name:
+                self._check_number(others)
             self.documents.rename(found.id, name)
         return self.get(plan_id, found.id)
 
@@ -156,7 +183,11 @@ class PlanVersions:
     def _check_room(self, plan_id: str, name: str) -> None:
         versions = self.list(plan_id)
         self._check_name(name, versions)
-        if len(versions) >= MAX_VERSIONS:
+        self._check_number(versions)
+
+    @staticmethod
+    def _check_number(others: Iterable[PlanVersion]) -> None:
+        if sum(not one.proposed for one in others) >= MAX_VERSIONS:
             raise PlanError(f"the plan has {MAX_VERSIONS} versions; delete one of them first.")
 
     @staticmethod

@@ -144,6 +144,19 @@ def test_new_targets_get_identifiers_of_their_own(parts: Parts, intake: Intake, 
     ]
 
 
+def test_proposals_without_end_leave_the_users_versions_room(
+    parts: Parts, intake: Intake, plan: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.services.plan_versions.MAX_PROPOSED", 2)
+    for x in range(4):
+        intake.hear(PointList("Targets", (Point("T", (float(x), 0.0, 0.0)),)))
+        assert "Proposed as version" in intake.settle()[0]
+    assert [one.name for one in parts.versions.list(plan.id)] == [
+        "From 3D Slicer: Targets 3",
+        "From 3D Slicer: Targets 4",
+    ]
+
+
 def test_only_what_rests_is_proposed(parts: Parts, plan: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SETTLED_S", 0.2)
     intake = Intake(parts.live, parts.plans, parts.versions, parts.registrations)

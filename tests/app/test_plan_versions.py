@@ -106,6 +106,35 @@ def test_a_plan_has_so_many_versions(
     assert versions.restore(plan.id, gone.id).name == "v0"
 
 
+def test_versions_from_outside_give_way_to_newer_ones_and_never_fill_the_list(
+    plans: PlanService, versions: PlanVersions, case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.services.plan_versions.MAX_VERSIONS", 2)
+    monkeypatch.setattr("app.services.plan_versions.MAX_PROPOSED", 3)
+    plan = plans.create(case.id, "Corridor")
+    mine = versions.save(plan.id, "Mine")
+    made = [versions.propose(plan.id, f"Sent {n}", PlanContent()) for n in range(2)]
+    versions.rename(plan.id, made[0].id, "Kept")  # somebody looked at it
+    made += [versions.propose(plan.id, f"Sent {n}", PlanContent()) for n in range(2, 6)]
+    assert [(one.name, one.proposed) for one in versions.list(plan.id)] == [
+        ("Mine", False),
+        ("Kept", False),
+        ("Sent 3", True),
+        ("Sent 4", True),
+        ("Sent 5", True),
+    ]
+    with pytest.raises(NotFound):
+        versions.documents.get(made[1].id)  # removed for good
+    for call in (
+        lambda: versions.save(plan.id, "Third"),
+        lambda: versions.rename(plan.id, made[-1].id, "Third"),
+    ):
+        with pytest.raises(PlanError, match="2 versions"):
+            call()
+    versions.delete(plan.id, mine.id)
+    assert versions.save(plan.id, "Third").proposed is False  # whatever came from outside
+
+
 PATH = "Path ‘Path 1’:"
 POINT = PlanPoint("p", "P1", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 ZONE = PlanZone("z", "eye", SPHERE)

@@ -6,7 +6,7 @@ import secrets
 import threading
 from typing import Generic
 
-from sqlalchemy import Select, select
+from sqlalchemy import Select, delete, select
 
 from app.clock import utc_now
 from app.services.documents.document import Content, Document, DocumentTitle
@@ -22,7 +22,7 @@ from app.services.documents.rows import (
 )
 from app.services.names import MAX_NAME, check_name
 from app.store import Store
-from app.store.models import CaseRow, DocumentRow
+from app.store.models import CaseRow, DocumentRow, DocumentStateRow
 
 
 class Documents(Generic[Content]):
@@ -102,6 +102,17 @@ class Documents(Generic[Content]):
     def restore(self, document_id: str, *, expected_revision: int | None = None) -> Document[Content]:
         """Bring a deleted document back."""
         return self._change(document_id, expected_revision, deleted_at=None)
+
+    def discard(self, document_id: str) -> None:
+        """Remove a document and its history for good. Raises NotFound, and the kind's lock for a locked one."""
+        with self._store.writing() as session:
+            row = find_row(session, self.kind, document_id)
+            if row.locked:
+                raise self.kind.errors.locked(f"the {self.kind.noun} is locked; unlock it to remove it.")
+            session.execute(delete(DocumentStateRow).where(DocumentStateRow.document_id == document_id))
+            session.delete(row)
+        with self._lock:
+            self._editors.pop(document_id, None)
 
     def editor(self, document_id: str) -> DocumentEditor[Content]:
         """The document's editor, the same for every caller. Raises NotFound."""

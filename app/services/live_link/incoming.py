@@ -7,11 +7,11 @@ over to by one edit that undo takes back. A transform named 'Registration' becom
 from __future__ import annotations
 
 import math
+import re
 import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 
 import numpy as np
 
@@ -135,7 +135,10 @@ class Intake:
 
 
 def _unused(name: str, taken: set[str]) -> str:
-    return next(one for n in count(1) if (one := name if n == 1 else f"{name} {n}") not in taken)
+    """The name with a number after those that are taken, so that what came last has the largest."""
+    numbered = [re.fullmatch(re.escape(name) + r"(?: (\d{1,9}))?", one) for one in taken]
+    numbers = [int(found[1] or 1) for found in numbered if found]
+    return f"{name} {max(numbers) + 1}" if numbers else name
 
 
 def _proposed(plan: Plan, message: PointList) -> PlanContent | None:

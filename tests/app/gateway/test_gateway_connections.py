@@ -6,12 +6,15 @@ import json
 import logging
 import socket
 import time
+from types import ModuleType
 
 import pytest
 from knocking import Planner, raw
 
 from app.gateway import connections
 from app.gateway.body_limit import MAX_BODY_BYTES
+from app.link import server as link_server
+from app.services.live_link import link as live_link
 
 
 def is_closed_on(connection: socket.socket, drip: bytes) -> bool:
@@ -89,6 +92,12 @@ def test_the_log_cannot_be_flooded(monkeypatch: pytest.MonkeyPatch, caplog: pyte
     now += 60.0
     logger.error("socket.accept() out of system resource\nsocket: <asyncio.TransportSocket fd=%d>", 1)
     assert caplog.records[-1].getMessage().startswith("(1995 more of the kind since) socket.accept()")
+
+
+@pytest.mark.parametrize("module", [asyncio, link_server, live_link])
+def test_what_strangers_can_fill_the_log_with_is_held_to_few_lines(planner: Planner, module: ModuleType) -> None:
+    logger = logging.getLogger(module.__name__)
+    assert any(isinstance(known, connections.FewLines) for known in logger.filters)
 
 
 def test_small_messages_do_not_wait_for_the_receipt_of_those_before(

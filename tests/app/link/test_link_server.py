@@ -152,24 +152,51 @@ def test_what_speaks_another_protocol_is_let_go(server: LinkServer, heard: Heard
     assert not heard.messages
 
 
-def test_a_body_that_does_not_come_is_not_waited_for(server: LinkServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "BODY_DEADLINE_S", 0.1)
+@pytest.mark.parametrize("cut", [1, HEADER_BYTES - 1, HEADER_BYTES, -1])
+def test_a_message_that_does_not_arrive_is_not_waited_for(
+    server: LinkServer, cut: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(module, "ARRIVAL_S", 0.1)
     with connect(server) as opened:
-        opened.sendall(pack(Text("T", "hello"))[:-1])
+        opened.sendall(pack(Text("T", "hello"))[:cut])
         assert is_ended(opened)
     wait_for(lambda: server.clients == 0)
+    assert [record.getMessage() for record in caplog.records] == [
+        "OpenIGTLink: a client was dropped: a message did not arrive within 0.1 s."
+    ]
 
 
-def test_more_clients_than_allowed_are_turned_away(server: LinkServer) -> None:
-    kept = [connect(server) for _ in range(module.MAX_CLIENTS)]
-    with socket.create_connection(("127.0.0.1", server.port), timeout=5.0) as one_more:  # type: ignore[attr-defined]
-        assert is_ended(one_more)
-    for opened in kept:
+def test_one_that_only_listens_is_not_let_go(server: LinkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As 3D Slicer does; another one runs into the deadline beside it."""
+    monkeypatch.setattr(module, "ARRIVAL_S", 0.1)
+    with connect(server) as silent, connect(server) as half:
+        half.sendall(b"\0")
+        assert is_ended(half)
+        server.tell([Text("A", "1")])
+        assert receive(silent) == Text("A", "1")
+
+
+def test_nobody_holds_every_place(server: LinkServer, caplog: pytest.LogCaptureFixture) -> None:
+    """The one whose last message is longest ago gives way, whether or not others have sent anything."""
+    first, *others = [connect(server) for _ in range(module.MAX_CLIENTS)]
+    first.sendall(pack(Text("T", "")))
+    assert receive(first) == Text("Status", "heard T")
+    others[1].sendall(b"\0")  # a part of a message does not count
+    one_more = connect(server)
+    assert is_ended(others[0])
+    still_more = connect(server)
+    assert is_ended(others[1])
+    wait_for(lambda: server.clients == module.MAX_CLIENTS)
+    server.tell([Text("A", "1")])
+    for opened in (first, *others[2:], one_more, still_more):
+        assert receive(opened) == Text("A", "1")
+    for opened in (first, *others, one_more, still_more):
         opened.close()
+    assert "silent longest gave way" in caplog.text
 
 
 def test_a_client_that_takes_nothing_is_dropped_and_the_others_go_on(
-    server: LinkServer, monkeypatch: pytest.MonkeyPatch
+    server: LinkServer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(module, "SLOW_S", 0.2)
     slow = connect(server)
@@ -180,6 +207,7 @@ def test_a_client_that_takes_nothing_is_dropped_and_the_others_go_on(
             assert isinstance(got, Text)
         wait_for(lambda: server.clients == 1)
     slow.close()
+    wait_for(lambda: "a client was dropped: it took nothing for 0.2 s." in caplog.text)
 
 
 def test_only_the_newest_of_a_name_waits(server: LinkServer) -> None:
