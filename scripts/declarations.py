@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
 from app.api.plan_models import OwnRobotPublic, PlanPublic  # noqa: E402
-from app.api.registration_models import RegistrationPublic  # noqa: E402
+from app.api.registration_models import PlanRegistrationPublic, RegistrationPublic  # noqa: E402
 from app.api.suggestions import SuggestionPublic, ToolTablePublic  # noqa: E402
 from app.api.tracing import TracedPublic  # noqa: E402
 from app.messages import sections  # noqa: E402
@@ -44,6 +44,7 @@ REST_MODELS = (
     SuggestionPublic,
     ToolTablePublic,
     RegistrationPublic,
+    PlanRegistrationPublic,
     TracedPublic,
 )
 MESSAGES = (Hello, sections.HelloMessage, sections.NoteMessage, sections.ReplyMessage)

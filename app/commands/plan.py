@@ -88,7 +88,9 @@ def run(args: argparse.Namespace) -> int:
         _say(args, {"plans": [summary(plan) for plan in found]}, [_line(plan) for plan in found])
     elif args.action == "import":
         plan = _import(services, args)
-        _say(args, summary(plan), [_line(plan)])
+        used = services.registering.registration_of(plan)
+        wanting = [] if used.state in ("none", "ready") else [used.words]
+        _say(args, {**summary(plan), "notes": wanting}, [_line(plan), *wanting])
     elif args.action == "evaluate":
         plan_evaluate.run(services, args)
     elif args.action in plan_versions.ACTIONS:
@@ -111,7 +113,10 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
         answer = {**summary(plan), "file": str(args.file), "format": form}
         if args.frame == "base":
             answer["frame"] = "base"
-        _say(args, answer, [f"{args.file} written. Not for clinical use."])
+        notes = []
+        if form == "json" and args.frame != "base" and plan.registration is not None:
+            notes = ["It names the plan’s registration and does not hold it; `vfix case export` takes both along."]
+        _say(args, {**answer, "notes": notes}, [f"{args.file} written. Not for clinical use.", *notes])
         return
     if args.action == "export-slicer":
         plan = services.plans.get(plan_id)

@@ -259,7 +259,8 @@ def _sentence(text: str) -> str:
 
 
 _UNUSABLE: dict[UseState, str] = {
-    "missing": "The registration of this plan is not there any more. Choose another one, or none.",
+    "missing": "The registration that this plan names is not here: it was removed for good, or the plan came in a "
+    "file, which does not hold it. Choose one of this head, or none.",
     "unreadable": "The registration of this plan cannot be read.",
     "other_case": "The registration ‘{name}’ of this plan belongs to another head. Choose one of this head, or none.",
     "deleted": "The registration ‘{name}’ of this plan was deleted. Restore it, or choose another one.",

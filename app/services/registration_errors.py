@@ -53,7 +53,7 @@ class ErrorTable:
     """What has to be expected of a registration for a plan.
 
     fle_mm: rms length of the localisation error of one fiducial that it is computed from. words: what the figures mean,
-    or why there are none; targets and path are empty then.
+    or why there are none; targets and path are empty then. short: the words without what FRE is.
     """
 
     fle_mm: float | None
@@ -61,6 +61,7 @@ class ErrorTable:
     targets: tuple[ErrorAtTarget, ...]
     path: ErrorAlongPath | None
     words: str
+    short: str
 
 
 def expected_errors(content: RegistrationContent, points: npt.ArrayLike) -> tuple[Floats, Floats] | None:
@@ -81,13 +82,16 @@ def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
     report = report_of(content)
     why = _why_not(content, report)
     if why or plan is None:
-        return ErrorTable(report.fle_mm, report.fle_source, (), None, why or "Open a plan to see the error in it.")
+        words = why or "Open a plan to see the error in it."
+        return ErrorTable(report.fle_mm, report.fle_source, (), None, words, words)
     targets = _at_targets(content, plan)
     path = _along(content, plan)
-    words = _words(report.fre_mm, targets, path)
+    short = _words(targets, path)
     if content.to == "base" and content.robot is not None:
-        words += " The error of the robot's calibration is in it."
-    return ErrorTable(report.fle_mm, report.fle_source, targets, path, words)
+        short += " The error of the robot's calibration is in it."
+    fre = report.fre_mm
+    fit = "" if fre is None else f"{fre:.1f} mm FRE says how well the points fit, not how exact the tool is. "
+    return ErrorTable(report.fle_mm, report.fle_source, targets, path, f"{fit}{short}", short)
 
 
 def _why_not(content: RegistrationContent, report: FitReport) -> str:
@@ -135,16 +139,15 @@ def _along(content: RegistrationContent, plan: Plan) -> ErrorAlongPath | None:
     return ErrorAlongPath(tuple(s.tolist()), radii, float(s[worst]), errors[worst])
 
 
-def _words(fre_mm: float | None, targets: tuple[ErrorAtTarget, ...], path: ErrorAlongPath | None) -> str:
-    fit = "" if fre_mm is None else f"{fre_mm:.1f} mm FRE says how well the points fit, not how exact the tool is. "
+def _words(targets: tuple[ErrorAtTarget, ...], path: ErrorAlongPath | None) -> str:
     if targets:
         worst = max(targets, key=lambda target: target.error.within_95_mm)
         where, radius = f"at ‘{worst.label}’" if worst.label else "at the target", worst.error.within_95_mm
     elif path is not None:
         where, radius = "at the worst place of the path", path.worst.within_95_mm
     else:
-        return f"{fit}The plan has no target and no path yet."
-    return f"{fit}{where[0].upper()}{where[1:]} the error is below {_above(radius)} mm in 95 of 100 cases."
+        return "The plan has no target and no path yet."
+    return f"{where[0].upper()}{where[1:]} the error is below {_above(radius)} mm in 95 of 100 cases."
 
 
 def _above(radius_mm: float) -> str:

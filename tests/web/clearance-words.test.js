@@ -20,7 +20,7 @@ test("a place says bone and soft tissue of the nearest pose", () => {
 
 test("behind a registration a place says what it may be off by", () => {
   const registered = { ...profile, registration_mm: [0.41, 0.42, 0.431] };
-  assert.equal(placeWords({ profile: registered, nearest: "bone" }, 1), "At 1.0 mm: bone 0.70 ± 0.43 mm (registration, 95 %); no soft tissue.");
+  assert.equal(placeWords({ profile: registered, nearest: "bone" }, 1), "At 1.0 mm: bone 0.70 mm, and the registration may be off by 0.43 mm; no soft tissue.");
 });
 
 test("without a CT a place says nothing of soft tissue", () => {

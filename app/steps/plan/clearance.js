@@ -84,7 +84,7 @@ export class ClearanceGroup {
     this.drawing.setAttribute("aria-label", `Clearance to ${verdict.nearest} over ${fixed(length, 0)} mm of path`);
     this.slider.max = String(Math.floor(length / STEP_MM) * STEP_MM);
     const tissue = profile.tissue_depth_mm ? " Grey area: depth in soft tissue." : "";
-    const band = profile.registration_mm ? " Band: what the registration may be off by, 95 of 100 times at most." : "";
+    const band = profile.registration_mm ? " Band about the line: where the clearance may lie in truth, since the registration may be off; 95 of 100 times it lies within." : "";
     this.key.textContent = `Line: clearance of the whole tool to ${verdict.nearest}, mm, in the colours of the path. Dashed: margin ${fixed(scale.margin, 2)} mm.${tissue}${band}`;
   }
 

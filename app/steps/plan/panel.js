@@ -4,6 +4,7 @@ import { mm, sentence, when } from "/static/js/format.js";
 import { placeWords, sideWords } from "/static/js/slices/place-words.js";
 import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone } from "/static/js/dialogs.js";
 import { DryRun } from "/static/js/dry-run.js";
+import { UsedRegistration } from "/static/js/used-registration.js";
 import { ClearanceGroup } from "./clearance.js";
 import { ConeGroup } from "./cones.js";
 import { EmptyPlan } from "./empty-plan.js";
@@ -13,11 +14,11 @@ import { ShaftGroup, SuggestGroup, ToolTableGroup } from "./suggest.js";
 import { PathsGroup } from "./paths.js";
 import { RegionsGroup } from "./regions.js";
 import { VersionsGroup } from "./versions.js";
-import { PlannerError, download, missing, upload } from "/static/js/rest.js";
+import { PlannerError, download, missing, read, upload } from "/static/js/rest.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Row } from "/static/js/dom.js" */
-/** @import { Commands, CorridorSection, GhostView, ItemEntry, PlanEntry, PlanPublic, PlanSection, ViewModel } from "/static/js/types.js" */
+/** @import { Commands, CorridorSection, GhostView, ItemEntry, PlanEntry, PlanPublic, PlanRegistrationPublic, PlanSection, ViewModel } from "/static/js/types.js" */
 
 /** @typedef {Commands["add.mode"]["kind"]} Kind */
 
@@ -66,6 +67,7 @@ export default class PlanPanel {
     this.targetWords = h("p", { class: "empty" });
     this.emptyPlan = new EmptyPlan();
     this.dryRun = new DryRun(connection, "verdict");
+    this.registration = new UsedRegistration("plan-registration", false);
     this.clearance = new ClearanceGroup(connection);
     this.marginWarning = h("p", { class: "words caution", id: "margin-warning" });
     this.exports = EXPORTS.map(([format, label, words]) =>
@@ -82,7 +84,7 @@ export default class PlanPanel {
     this.opened = new RegionsGroup(connection, "remove");
     this.element = h("div", {},
       group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
-      group("Path", null, this.emptyPlan.element, this.dryRun.element, this.clearance.element, this.marginWarning, this.table("point", this.points), this.pathWords),
+      group("Path", null, this.emptyPlan.element, this.dryRun.element, this.registration.element, this.clearance.element, this.marginWarning, this.table("point", this.points), this.pathWords),
       folding("paths", this.paths.element, true),
       folding("suggest", this.suggest.element, true),
       folding("instruments", this.instruments.element, true),
@@ -115,6 +117,7 @@ export default class PlanPanel {
   /** @param {ViewModel} state */
   update(state) {
     for (const part of [this.suggest, this.tools, this.cone, this.shaft, this.instruments, this.paths, this.spare, this.opened, this.versions]) part.update(state);
+    this.registration.update(state);
     this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
     this.changedPlan([state.plan, state.corridor], () => this.renderPlan(state.plan, state.corridor));
     this.changedPlans([state.plans, state.plan?.id, this.showDeleted.checked], () => this.renderPlans(state));
@@ -261,8 +264,10 @@ export default class PlanPanel {
 
   /** @param {string} format */
   export(format) {
-    const plan = this.connection.state.plan;
-    if (plan) download(`/api/plans/${encodeURIComponent(plan.id)}/export?format=${encodeURIComponent(format)}`);
+    const { plan, plan_use: use } = this.connection.state;
+    if (!plan) return;
+    download(`/api/plans/${encodeURIComponent(plan.id)}/export?format=${encodeURIComponent(format)}`);
+    if (use?.registration && format === "json") note(`The file names the registration ‘${use.name ?? use.registration}’ and does not hold it. To take both elsewhere, save the head in Patient; or export the transform in Register as well.`, { stay: true });
   }
 
   async importPlan() {
@@ -286,10 +291,22 @@ export default class PlanPanel {
       /** @type {PlanPublic} */
       const plan = await upload(`/api/cases/${encodeURIComponent(caseId)}/plans/import`, form, () => {});
       this.connection.send("plan.open", { plan_id: plan.id });
-      note(`‘${file.name}’ was imported as a plan.`);
+      const wanting = await this.wanting(plan);
+      note(`‘${file.name}’ was imported as a plan.${wanting && ` ${wanting}`}`, { stay: Boolean(wanting) });
     } catch (error) {
       await this.ask(file, answers, /** @type {Error} */ (error));
     }
+  }
+
+  /**
+   * Why a plan that came in cannot use the registration that it names; '' where it can, or names none.
+   * @param {PlanPublic} plan
+   */
+  async wanting({ id, registration }) {
+    if (!registration) return "";
+    /** @type {PlanRegistrationPublic} */
+    const used = await read(`/api/plans/${encodeURIComponent(id)}/registration`);
+    return used.state === "ready" ? "" : used.words;
   }
 
   /**

@@ -6,8 +6,17 @@ from app.services.registration import RegistrationContent
 from app.services.registration_fit import FitReport
 
 
-def register_hint(content: RegistrationContent | None, report: FitReport | None, used: bool) -> str:
-    """content: of the open registration; used: the open plan uses it."""
+def register_hint(
+    content: RegistrationContent | None, report: FitReport | None, used: bool, deleted: bool = False, blocked: str = ""
+) -> str:
+    """content: of the open registration; used: the open plan uses it; deleted: by somebody else.
+
+    blocked: why the open plan cannot use what it refers to, where that is no open registration.
+    """
+    if deleted:
+        return "This registration is deleted. Restore it above, or open another one."
+    if blocked and (content is None or report is None or report.usable):
+        return blocked
     if content is None or report is None:
         return "Begin a registration: it says how the CT lies on the patient."
     confirmed = {pair.bead for pair in content.pairs}
@@ -24,6 +33,8 @@ def register_hint(content: RegistrationContent | None, report: FitReport | None,
         return report.words
     if report.state == "refined" and not used:
         return "Look how far the points, which took no part, are off; then press ‘Use for this plan’."
+    if report.fle_source == "none" and not used:
+        return "Nothing is known of the error. Add points to see how far they are off; then press ‘Use for this plan’."
     if not used:
         return "Read the error at the targets; then press ‘Use for this plan’."
     return "The plan uses this registration. Go on to Rehearse."

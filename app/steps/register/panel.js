@@ -29,6 +29,9 @@ export default class RegisterPanel {
     this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("registration.redo"), { id: "registration-redo" });
     this.lockButton = h("button", { type: "button", class: "plain", id: "registration-lock", onclick: () => connection.send("registration.lock", { locked: !connection.state.registration?.locked }) });
     this.head = h("p", { class: "words", id: "registration-words" });
+    this.restoreButton = h("button", { type: "button", class: "primary wide", id: "restore-registration", hidden: true, onclick: () => this.restore() }, "Restore");
+    this.blockedWords = h("p", { class: "words caution", id: "blocked-words", hidden: true });
+    this.dropHere = h("button", { type: "button", class: "wide", id: "drop-blocked", hidden: true, onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
     this.beginButton = h("button", { type: "button", class: "primary wide", id: "begin-registration", onclick: () => connection.send("registration.new") }, "Begin a registration");
     this.beads = new BeadsGroup(connection);
     this.points = new PointsGroup(connection);
@@ -48,7 +51,7 @@ export default class RegisterPanel {
     this.list = h("ul", { class: "list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
     this.element = h("div", { class: "register" },
-      group("Registration", [this.undoButton, this.redoButton, this.lockButton], this.head, this.beginButton), this.parts,
+      group("Registration", [this.undoButton, this.redoButton, this.lockButton], this.head, this.blockedWords, this.restoreButton, this.dropHere, this.beginButton), this.parts,
       group("Registrations of this head", [h("button", { type: "button", class: "plain", id: "new-registration", onclick: () => this.add() }, "New")], this.list,
         h("label", { class: "check" }, this.showDeleted, "Show deleted registrations"),
         h("button", { type: "button", class: "wide", id: "import-transform", onclick: () => this.chooser.click() }, "Import a transform …"), this.chooser));
@@ -71,7 +74,7 @@ export default class RegisterPanel {
   update(state) {
     const { registration } = state;
     this.parts.hidden = !registration;
-    this.changedHead([registration?.id, registration?.name, registration?.locked, registration?.deleted, registration?.can_undo, registration?.can_redo, registration?.calibration.to], () => this.renderHead(registration));
+    this.changedHead([registration?.id, registration?.name, registration?.locked, registration?.deleted, registration?.can_undo, registration?.can_redo, registration?.calibration.to, state.plan_use], () => this.renderHead(registration, state.plan_use));
     this.changedList([state.registrations, registration?.id, this.showDeleted.checked], () => this.renderList(state));
     if (!registration) return;
     for (const part of [this.beads, this.fit, this.errors]) part.update(registration);
@@ -82,16 +85,25 @@ export default class RegisterPanel {
     this.changedUse([state.plan_use, registration.fit.state, registration.made_from, registration.deleted], () => this.renderUse(registration, state.plan_use));
   }
 
-  /** @param {RegistrationSection | null | undefined} registration */
-  renderHead(registration) {
+  /**
+   * @param {RegistrationSection | null | undefined} registration
+   * @param {PlanUseSection | null | undefined} use
+   */
+  renderHead(registration, use) {
     this.undoButton.disabled = !registration?.can_undo;
     this.redoButton.disabled = !registration?.can_redo;
     this.lockButton.hidden = !registration;
     this.lockButton.textContent = registration?.locked ? "Unlock" : "Lock";
     this.lockButton.setAttribute("aria-pressed", String(Boolean(registration?.locked)));
     this.beginButton.hidden = Boolean(registration);
+    const blocked = use && !use.here && isBlocked(use); // what it refers to is not what is open here
+    this.blockedWords.hidden = this.dropHere.hidden = !blocked;
+    this.blockedWords.textContent = blocked ? `${use.words} Until then the plan is not driven.` : "";
+    this.dropHere.disabled = Boolean(use?.locked);
+    this.restoreButton.hidden = !registration?.deleted && !(blocked && use.state === "deleted");
+    this.restoreButton.textContent = `Restore ‘${registration?.deleted ? registration.name : use?.name ?? ""}’`;
     if (!registration) this.head.textContent = WHAT;
-    else if (registration.deleted) this.head.textContent = `‘${registration.name}’ was deleted elsewhere. Restore it from the list below, or open another one.`;
+    else if (registration.deleted) this.head.textContent = `‘${registration.name}’ is deleted: nothing in it can be changed. Restore it, or open another one below.`;
     else this.head.textContent = `‘${registration.name}’${registration.calibration.to === "base" ? ", to the robot's base" : ""}${registration.locked ? " is locked: nothing in it can be changed." : ""}`;
   }
 
@@ -102,13 +114,16 @@ export default class RegisterPanel {
   renderUse(registration, use) {
     const usable = ["fitted", "given", "refined"].includes(registration.fit.state) && !registration.deleted;
     this.useWords.textContent = use?.words ?? "Open a plan to use a registration for it.";
-    this.useWords.classList.toggle("caution", Boolean(use) && use?.state !== "none" && use?.state !== "ready");
+    this.useWords.classList.toggle("caution", isBlocked(use));
     this.useButton.hidden = !use || (use.here && use.state === "ready");
     this.useButton.disabled = !usable || Boolean(use?.locked);
-    this.useButton.title = use?.locked ? "The plan is locked; unlock it in Plan." : usable ? "" : "The points have to be fitted first.";
+    this.useButton.title = use?.locked ? "The plan is locked; unlock it in Plan." : usable ? "" : notUsable(registration);
     this.dropButton.hidden = !use?.registration;
     this.dropButton.disabled = Boolean(use?.locked);
-    for (const button of this.exports) button.disabled = !usable;
+    this.exports.forEach((button, index) => {
+      button.disabled = !usable;
+      button.title = usable ? EXPORTS[index][2] : notUsable(registration);
+    });
   }
 
   /** @param {ViewModel} state */
@@ -138,10 +153,18 @@ export default class RegisterPanel {
     return row;
   }
 
+  /** What is open here and deleted, else what the plan refers to. */
+  restore() {
+    const { registration, plan_use: use } = this.connection.state;
+    const id = registration?.deleted ? registration.id : use?.registration;
+    if (id) this.connection.send("registration.restore", { registration_id: id });
+  }
+
   /** @param {string} id */
   remove(id) {
     const fields = { registration_id: id };
-    noteDone(this.connection.request("registration.delete", fields), "The registration was deleted.",
+    const used = this.connection.state.plan_use?.registration === id;
+    noteDone(this.connection.request("registration.delete", fields), used ? "The registration was deleted. The open plan uses it, and is not driven without it." : "The registration was deleted.",
       { label: "Restore", run: () => this.connection.send("registration.restore", fields) });
   }
 
@@ -175,4 +198,21 @@ export default class RegisterPanel {
       note(/** @type {Error} */ (error).message, { error: true });
     }
   }
+}
+
+/**
+ * Whether a plan refers to a registration that it cannot use.
+ * @param {PlanUseSection | null | undefined} use
+ */
+function isBlocked(use) {
+  return Boolean(use) && use?.state !== "none" && use?.state !== "ready";
+}
+
+/**
+ * Why a registration can neither be used nor exported.
+ * @param {RegistrationSection} registration
+ */
+function notUsable({ deleted, fit }) {
+  if (deleted) return "The registration is deleted; restore it first.";
+  return fit.state === "misfit" ? "The points do not fit; match their order or measure them again." : "The points have to be fitted first.";
 }

@@ -9,7 +9,7 @@ import { barScale, barShare, pairWords, threeNumbers } from "./words.js";
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { PairEntry, RegistrationSection, TrackerView } from "/static/js/types.js" */
+/** @import { FitView, PairEntry, RegistrationSection, TrackerView } from "/static/js/types.js" */
 
 export class PointsGroup {
   /** @param {Connection} connection */
@@ -52,7 +52,7 @@ export class PointsGroup {
     const scale = barScale(pairs);
     const wanted = pairs.filter((pair) => pair.in_image && !pair.measured).length;
     this.words.textContent = pairs.length
-      ? "Each point is seen in the image and measured at the patient. The bar shows how far the two are apart under the fit; press a point for its coordinates."
+      ? `Each point is seen in the image and measured at the patient. The bar shows how far the two are apart under the fit, and is full at ${mm(scale, scale < 10 ? 1 : 0)}; press a point for its coordinates.`
       : "Confirm beads above, or put the crosshair on a point and add it.";
     this.pointerWords.hidden = !this.pointer;
     this.pointerWords.textContent = this.pointer ? `Pointer: ${this.pointer.words}. Rest its tip on a point, choose the point below and press ‘Measure’.` : "";
@@ -63,7 +63,7 @@ export class PointsGroup {
     this.clearButton.hidden = !pairs.some((pair) => pair.measured);
     for (const button of [this.touchButton, this.tableButton, this.addButton, this.clearButton]) button.disabled = locked;
     keyed(this.list, pairs, (pair) => pair.id, () => this.row(),
-      (row, pair) => fillPair(row, pair, { scale, locked, selected: pair.id === selected, wrong: fit.wrong?.pair === pair.id ? fit.wrong.certainty : "" }));
+      (row, pair) => fillPair(row, pair, { scale, locked, selected: pair.id === selected, wrong: wrongOf(pair, fit) }));
     this.places.update(pairs.find((pair) => pair.id === selected), locked, this.pointer, this.measuring);
   }
 
@@ -193,6 +193,16 @@ class PairFields {
   send(fields) {
     if (this.pair) this.connection.send("pair.change", { pair_id: this.pair.id, ...fields });
   }
+}
+
+/**
+ * What is wrong with a point: 'outlier' or 'suspect' of the one that is named, 'misfit' where all of them do not fit.
+ * @param {PairEntry} pair
+ * @param {FitView} fit
+ */
+function wrongOf({ id }, { wrong, state }) {
+  if (wrong?.pair === id) return wrong.certainty;
+  return state === "misfit" && !wrong ? "misfit" : "";
 }
 
 /**

@@ -174,12 +174,18 @@ class RegistrationSection(TypedDict):
 
 
 class PlanUseSection(TypedDict):
-    """The registration that the open plan uses. here: it is the one that is open in this step."""
+    """The registration that the open plan uses. here: it is the one that is open in this step.
+
+    words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
+    """
 
     plan: str
     registration: str | None
+    name: str | None
     state: UseState
     words: str
+    doubts: list[str]
+    error_words: str
     here: bool
     locked: bool
 

@@ -8,6 +8,8 @@ from app.messages.fields import Command
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.view import ClickRay
 from app.services.documents import DocumentTitle
+from app.services.plans import Plan
+from app.services.registration_editor import StoredRegistration
 from app.steps.base import Step
 from app.steps.register import SPEC
 from app.steps.register import commands as c
@@ -31,6 +33,7 @@ class RegisterStep(Step):
         self._open: OpenRegistration | None = None
         self._titles: list[DocumentTitle] = []
         self._pointer_shown: TrackerView | None = None
+        self._told: tuple[Any, str] | None = None  # of the error in the open plan, with what it is of
         views.on_case_opened(lambda plan_id: self._case_opened())
         views.plan.on_opened(self._plan_opened)
 
@@ -114,6 +117,8 @@ class RegisterStep(Step):
                 self._open = OpenRegistration(self._services, stored.duplicate(command.registration_id).id)
             case c.RegistrationCommand(type="registration.restore"):
                 stored.restore(command.registration_id)
+                if self._open is None:
+                    self._open = OpenRegistration(self._services, command.registration_id)
             case c.RegistrationCommand():
                 stored.delete(command.registration_id)
                 if self._open is not None and self._open.id == command.registration_id:
@@ -166,10 +171,12 @@ class RegisterStep(Step):
     def hint(self) -> str:
         opened, use = self._open, self._plan_use()
         if opened is None:
-            return register_hint(None, None, False)
+            return register_hint(None, None, False, blocked=_blocked(use))
         content = opened.document.content
         used = use is not None and use["here"] and use["state"] == "ready"
-        return register_hint(content, self._services.registering.report(content), used)
+        deleted = opened.document.deleted_at is not None
+        blocked = "" if use is None or use["here"] else _blocked(use)
+        return register_hint(content, self._services.registering.report(content), used, deleted, blocked)
 
     def sections(self, fresh: bool) -> RegisterSections:
         """fresh: read list and open registration anew, which others may have changed."""
@@ -213,11 +220,26 @@ class RegisterStep(Step):
         if plan is None:
             return None
         used = self._services.registering.registration_of(plan)
+        document = used.document
         return {
             "plan": plan.id,
             "registration": used.id,
+            "name": None if document is None else document.name,
             "state": used.state,
             "words": used.words,
+            "doubts": list(used.doubts),
+            "error_words": self._error_words(plan, document) if used.state == "ready" and document is not None else "",
             "here": self._open is not None and used.id == self._open.id,
             "locked": plan.locked,
         }
+
+    def _error_words(self, plan: Plan, document: StoredRegistration) -> str:
+        key = (plan.id, plan.revision, document.id, document.revision)
+        if self._told is None or self._told[0] != key:
+            self._told = key, self._services.registering.errors(document.content, plan).short
+        return self._told[1]
+
+
+def _blocked(use: PlanUseSection | None) -> str:
+    """Why the open plan cannot use what it refers to; '' where it can, or refers to none."""
+    return "" if use is None or use["state"] in ("none", "ready") else use["words"]

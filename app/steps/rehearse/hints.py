@@ -13,9 +13,11 @@ def rehearse_hint(
     targets: int,
     changed: bool,
     ends: str = "",
+    blocked: str = "",
 ) -> str:
     """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven.
 
+    blocked: why the plan's registration cannot be used, '' where it can.
     mode, phase: of the newest snapshot. ends: where the dry run ends before the path does, and why.
     """
     if points < 2:
@@ -32,6 +34,8 @@ def rehearse_hint(
         return "Nobody holds the handle. Take it over in the panel to drive."
     if not mine:
         return "You are watching. Another window holds the handle; Pause stops the robot all the same."
+    if changed and blocked:
+        return f"{blocked} Until then the robot goes on as it was placed before; Reset to entry does not work."
     if changed:
         return "The plan has changed. Reset to entry takes it as it is now; until then the path before is driven."
     if state == "paused":

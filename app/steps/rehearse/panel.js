@@ -3,6 +3,7 @@ import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
 import { isOld } from "/static/js/dry-run.js";
 import { fixed, mm, sentence } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
+import { UsedRegistration } from "/static/js/used-registration.js";
 import { SwitchesGroup } from "./switches.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
@@ -13,6 +14,7 @@ import { SwitchesGroup } from "./switches.js";
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: the controller follows the hand and keeps off the bone.", paused: "Paused where it is." };
 const CHANGED_WORDS = "The plan has changed since the robot was placed. What is drawn here is what is driven; ‘Reset to entry’ takes the plan as it is now.";
+const BLOCKED_WORDS = "The robot goes on as it was placed before. ‘Reset to entry’ works once the plan has a registration that can be used, or none.";
 const NO_TARGETS = "This plan has no target to inspect. Add one in the Plan.";
 const LIVE = ["ready", "running", "paused"];
 /** @type {[Mode, string][]} */
@@ -59,9 +61,10 @@ export default class RehearsePanel {
     /** @type {Map<string, { input: HTMLInputElement, shown: HTMLElement }>} */
     this.sliders = new Map();
     this.marginWarning = h("p", { class: "words caution", hidden: true });
+    this.registration = new UsedRegistration("driven-registration", true);
     this.tissueWords = h("p", { class: "words", hidden: true });
     this.element = h("div", {},
-      group("Robot", null, this.words, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      group("Robot", null, this.words, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
@@ -76,12 +79,13 @@ export default class RehearsePanel {
     const rehearsal = state.rehearsal ?? {};
     const targets = (state.driven ?? state.plan)?.targets ?? []; // those of the robot that is there
     this.changedTargets([targets], () => this.renderTargets(targets));
+    this.registration.update(state);
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
     this.switches.update(state);
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
-    this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, targets.length], () => this.renderState(state, rehearsal, targets.length));
+    this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
     this.soFar.textContent = rehearsal.so_far ?? "";
     this.soFar.hidden = !rehearsal.so_far;
@@ -101,13 +105,14 @@ export default class RehearsePanel {
     const driving = live && Boolean(rehearsal.mine);
     const changed = live && rehearsal.plan_changed;
     const silent = rehearsal.state === "silent";
-    this.words.textContent = sentence(rehearsal.words || (changed && CHANGED_WORDS) || STATE_WORDS[rehearsal.state ?? ""] || "");
+    this.words.textContent = sentence(rehearsal.words || (changed && (isBlocked(state) ? BLOCKED_WORDS : CHANGED_WORDS)) || STATE_WORDS[rehearsal.state ?? ""] || "");
     this.words.className = changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
     const startable = driving || ["absent", "failed"].includes(rehearsal.state ?? "");
     const pausable = rehearsal.state === "running"; // by whoever watches
     this.startButton.disabled = !pausable && (!startable || (state.plan?.points.length ?? 0) < 2);
     this.resetButton.textContent = silent ? "End the process" : "Reset to entry";
+    this.resetButton.title = changed && isBlocked(state) ? state.plan_use?.words ?? "" : "";
     this.resetButton.disabled = !driving && !(silent && (rehearsal.mine || rehearsal.can_take));
     this.leaseWords.textContent = !live ? "The handle appears when the robot is in place." : rehearsal.mine
       ? "This window holds the handle. Drag the sphere on the shaft."
@@ -201,6 +206,14 @@ export default class RehearsePanel {
   setMode(mode) {
     this.connection.send("rehearsal.mode", { mode, target_id: mode === "inspect" ? this.target.value || null : null });
   }
+}
+
+/**
+ * Whether the plan refers to a registration that it cannot use.
+ * @param {ViewModel} state
+ */
+function isBlocked({ plan_use: use }) {
+  return Boolean(use) && use?.state !== "none" && use?.state !== "ready";
 }
 
 /** @param {Partial<RehearsalSection>} rehearsal */

@@ -229,7 +229,10 @@ class RehearseStep(DriveFollower):
         free = self.drive is not None and now.holder is None
         planned = None if now.prepared is None else now.prepared.planned
         ends = "" if planned is None else planned.ends_words
-        return rehearse_hint(points, now.shown_state, now.mine, free, mode, phase, targets, self._changed, ends)
+        used = None if plan is None or not self._changed else self._services.registering.registration_of(plan)
+        blocked = "" if used is None or used.state in ("none", "ready") else used.words
+        state, changed = now.shown_state, self._changed
+        return rehearse_hint(points, state, now.mine, free, mode, phase, targets, changed, ends, blocked)
 
     def sections(self, fresh: bool) -> RehearsalSections:
         if fresh:

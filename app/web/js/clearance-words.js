@@ -13,8 +13,8 @@ export function placeWords({ profile, nearest }, s) {
   profile.s_mm.forEach((at, index) => { if (Math.abs(at - s) < Math.abs(profile.s_mm[row] - s)) row = index; });
   const length = profile.tissue_mm?.[row] ?? 0;
   const tissue = !profile.tissue_mm ? "" : length < 0.5 ? "; no soft tissue" : `; soft tissue ${fixed(length, 0)} mm, ${fixed(profile.tissue_depth_mm?.[row], 1)} mm deep`;
-  const off = profile.registration_mm ? ` ± ${fixed(profile.registration_mm[row], 2)} mm (registration, 95 %)` : " mm";
-  return `At ${fixed(s, 1)} mm: ${nearest} ${fixed(profile.clearance_mm[row], 2)}${off}${tissue}.`;
+  const off = profile.registration_mm ? `, and the registration may be off by ${fixed(profile.registration_mm[row], 2)} mm` : "";
+  return `At ${fixed(s, 1)} mm: ${nearest} ${fixed(profile.clearance_mm[row], 2)} mm${off}${tissue}.`;
 }
 
 /**

@@ -700,12 +700,19 @@ export interface RobotView {
   cautions: string[];
 }
 
-/** The registration that the open plan uses. here: it is the one that is open in this step. */
+/**
+ * The registration that the open plan uses. here: it is the one that is open in this step.
+ *
+ * words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
+ */
 export interface PlanUseSection {
   plan: string;
   registration: string | null;
+  name: string | null;
   state: "none" | "ready" | "unfinished" | "misfit" | "deleted" | "missing" | "other_case" | "unreadable";
   words: string;
+  doubts: string[];
+  error_words: string;
   here: boolean;
   locked: boolean;
 }
@@ -1268,6 +1275,51 @@ export interface RobotToTrackerPublic {
   poses: number;
   measured_from: "file" | "simulated" | "tracker";
   cautions: string[];
+}
+
+/**
+ * The registration that a plan refers to: 'ready', or why it cannot be used, with words; null without any.
+ *
+ * doubts: of one that is ready, what to know before it is gone by, such as a point that does not fit the others.
+ */
+export interface PlanRegistrationPublic {
+  plan_id: string;
+  registration: string | null;
+  name: string | null;
+  state: "none" | "ready" | "unfinished" | "misfit" | "deleted" | "missing" | "other_case" | "unreadable";
+  words: string;
+  doubts: string[];
+  errors: ErrorTablePublic | null;
+}
+
+/** The error to be expected at a plan's targets and along its chosen path, and what that means or why it is open. */
+export interface ErrorTablePublic {
+  fle_mm: number | null;
+  fle_source: "stated" | "estimated" | "none";
+  targets: ErrorAtTargetPublic[];
+  path: ErrorAlongPathPublic | null;
+  words: string;
+}
+
+export interface ErrorAtTargetPublic {
+  id: string;
+  label: string;
+  error: ExpectedErrorPublic;
+}
+
+/** At a place, LPS mm: the rms error, and the radius that it stays within in 95 of 100 cases. */
+export interface ExpectedErrorPublic {
+  position: [number, number, number];
+  rms_mm: number;
+  within_95_mm: number;
+}
+
+/** One place for every millimetre of the chosen path, and its end. */
+export interface ErrorAlongPathPublic {
+  s_mm: number[];
+  within_95_mm: number[];
+  worst_mm: number;
+  worst: ExpectedErrorPublic;
 }
 
 /**

@@ -92,6 +92,8 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
     used = opened.do("registration.use", used=True)["plan_use"]
     assert (used["state"], used["here"], used["registration"]) == ("ready", True, registration["id"])
     assert opened.services.plans.get(opened.plan_id).registration == registration["id"]
+    assert (used["name"], used["doubts"][0][:10]) == (registration["name"], "The points")
+    assert "in 95 of 100 cases" in used["error_words"]
     assert "Go on to Rehearse" in opened.step.hint()
     assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
 
@@ -177,6 +179,31 @@ def test_the_list_opens_copies_deletes_and_restores(opened: Opened) -> None:
     elsewhere = opened.services.registrations.create(other_case(opened.services).id, "Elsewhere")
     with pytest.raises(InputError, match="another head"):
         opened.do("registration.open", registration_id=elsewhere.id)
+
+
+def test_what_does_not_fit_or_is_deleted_is_not_recommended(opened: Opened) -> None:
+    """Points that were swapped, then a deletion here, and one by somebody else: the hint never says to go on."""
+    pairs = five(opened, 0.0)["registration"]["pairs"]
+    registration = opened.do("registration.use", used=True)["registration"]
+    points = [pair["measured"] for pair in pairs]
+    for pair, point in zip(pairs, points[1:] + points[:1], strict=True):
+        shown = opened.do("pair.change", pair_id=pair["id"], measured=point)
+    assert (shown["registration"]["fit"]["state"], shown["plan_use"]["state"]) == ("misfit", "misfit")
+    assert shown["registration"]["errors"]["rows"] == []
+    assert "do not fit" in opened.step.hint()
+    before = {item["id"] for item in shown["registrations"]["items"] if not item["deleted"]} - {registration["id"]}
+    for other in before:
+        opened.services.registrations.delete(other)
+    gone = opened.do("registration.delete", registration_id=registration["id"])
+    assert (gone["registration"], gone["plan_use"]["state"]) == (None, "deleted")
+    assert "was deleted" in opened.step.hint()
+    back = opened.do("registration.restore", registration_id=registration["id"])
+    assert back["registration"]["id"] == registration["id"]
+    opened.services.registrations.delete(registration["id"])
+    opened.views.stale = True
+    assert opened.shown()["registration"]["deleted"]
+    assert "is deleted" in opened.step.hint()
+    assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
 
 
 def test_a_plan_opens_the_registration_that_it_uses(opened: Opened) -> None:
