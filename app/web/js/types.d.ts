@@ -123,12 +123,13 @@ export interface CasesSection {
   items: CaseEntry[];
 }
 
-/** A case in the list. */
+/** A case in the list. unreadable: why its content cannot be read, '' where it can. */
 export interface CaseEntry {
   id: string;
   name: string;
   created: string;
   deleted: boolean;
+  unreadable: string;
 }
 
 /** The imported structures of the open case. */
@@ -1057,7 +1058,8 @@ export interface ToolPublic {
  * A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
  *
  * made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', 'given' of one that
- * was read from a file, or 'surface' of one that was refined on touched points. fle_mm: as stated; null where it is estimated, see `fit`.
+ * was read from a file, or 'surface' of one that was refined on touched points. fle_mm: as stated; null where it is
+ * estimated, see `fit`.
  */
 export interface RegistrationPublic {
   id: string;
