@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import shutil
 import threading
+from functools import partial
+from pathlib import Path
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
@@ -40,8 +42,30 @@ async def export_archive(
     services: ServicesDep,
     runs: Annotated[bool, Query(description="the manifests of recorded drives as well")] = False,
 ) -> PassingFile:
-    """The case as one zip with checksums; made first, which takes seconds to minutes. Not for clinical use."""
+    """The case as one zip with checksums; made first, which takes seconds to minutes. Not for clinical use.
+
+    One is made at a time, others wait; where too many do, the answer is 503.
+    """
     case = await run_in_threadpool(services.cases.get, case_id)
+    ticket = services.archive_line.join()
+    try:
+        while not services.archive_line.is_turn(ticket):
+            await asyncio.sleep(_LOOK_S)
+            if await request.is_disconnected():
+                raise JobCancelled
+        path = await _made(case_id, request, services, runs)
+        services.archive_line.done(ticket)
+    except BaseException:
+        services.archive_line.leave(ticket)
+        raise
+    headers = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
+    answer = PassingFile(path, media_type=_ZIP, filename=f"{safe_name(case.name)}.zip", headers=headers)
+    answer.ended = partial(services.archive_line.leave, ticket)
+    return answer
+
+
+async def _made(case_id: str, request: Request, services: Services, runs: bool) -> Path:
+    """The archive in a folder of its own; nothing is left where the client goes away. Raises JobCancelled then."""
     place = await run_in_threadpool(services.store.scratch.new_place)
     gone, path = threading.Event(), place / "case.zip"
 
@@ -67,8 +91,7 @@ async def export_archive(
         await asyncio.wait({making})  # nothing is written any more once it has ended
         await run_in_threadpool(shutil.rmtree, place, ignore_errors=True)
         raise
-    headers = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
-    return PassingFile(path, media_type=_ZIP, filename=f"{safe_name(case.name)}.zip", headers=headers)
+    return path
 
 
 @router.post("/archive", status_code=202, openapi_extra=_FORM)

@@ -131,6 +131,7 @@ class CasePublic(BaseModel):
     has_volume: bool
     beads: list[BeadPublic]
     notes: list[str]
+    unreadable: Annotated[str, Field(description="in a list: why the content cannot be read; '' where it can")]
 
     @classmethod
     def of(cls, case: Case) -> "CasePublic":

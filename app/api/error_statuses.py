@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from app.services.errors import DocumentConflict, DocumentLocked, JobCancelled, NotFound, PlannerEnds, TooLarge
+from app.services.errors import DocumentConflict, DocumentLocked, JobCancelled, NotFound, PlannerEnds, TooLarge, TooMany
 from app.store.errors import StorageError, StoreBusy, StoreUnusable
 from vfix_engine.errors import ControlError, InputError, VfixError
 
@@ -27,7 +27,11 @@ ERROR_STATUSES = (
     ErrorStatus(413, "Too large", (TooLarge,)),
     ErrorStatus(423, "Locked", (DocumentLocked,)),
     ErrorStatus(422, "Refused", (InputError,)),
-    ErrorStatus(503, "The database is held by another program, or the planner ends", (PlannerEnds, StoreBusy)),
+    ErrorStatus(
+        503,
+        "The database is held by another program, too many ask at once, or the planner ends",
+        (PlannerEnds, StoreBusy, TooMany),
+    ),
     ErrorStatus(500, "What is stored is damaged, or an error that nobody expected", (StoreUnusable,)),
     ErrorStatus(507, "The disk does not take it", (StorageError,)),
     ErrorStatus(400, "Refused", (VfixError,)),

@@ -88,17 +88,20 @@ def summary(case: Case) -> dict[str, Any]:
         "surface_uncertainty_mm": case.surface_uncertainty_mm,
         "surfaces": [item.summary() for item in case.surfaces],
         "notes": list(case.notes),
-    }
+    } | ({"unreadable": case.unreadable} if case.unreadable else {})
 
 
 def surface_lines(case: Case) -> list[str]:
     """Deviation of the surfaces, uncertainty of the bone surface, and doubts about the file, as lines."""
+    if case.unreadable:  # its line says so
+        return []
     lines = [f"  {item.name}: {item.triangles:,} triangles; {item.words}" for item in case.surfaces if item.words]
     return [*lines, *(f"  {words}" for words in (case.uncertainty.words(), *case.notes) if words)]
 
 
 def _line(case: Case) -> str:
-    return f"{case.id:24}  {case.name}{'  (deleted)' if case.deleted_at else ''}"
+    remarks = ("  (deleted)" if case.deleted_at else "") + (f"  ({case.unreadable})" if case.unreadable else "")
+    return f"{case.id:24}  {case.name}{remarks}"
 
 
 def _say(args: argparse.Namespace, data: dict[str, Any], lines: list[str]) -> None:

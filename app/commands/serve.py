@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
         from app.main import build  # takes seconds: a refusal need not wait for it
 
         settings = dataclasses.replace(settings, port=listener.getsockname()[1])
+        check_ports(settings)
         raise_descriptor_limit()
         server = PlannerServer(build(settings))
         listener.listen(128)  # whoever opens the address at once waits a moment and is not turned away
@@ -84,6 +85,12 @@ def run(args: argparse.Namespace) -> int:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0 if server.started else 1)
+
+
+def check_ports(settings: Settings) -> None:
+    """Raise InputError where the page and OpenIGTLink are to have the same port."""
+    if settings.igtl is not None and settings.igtl.port == settings.port:
+        raise InputError(f"the page has port {settings.port} already; name another one for --igtl, such as 18944.")
 
 
 def bind(settings: Settings, *, may_move: bool) -> socket.socket:

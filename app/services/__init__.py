@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from app.services.island_previews import IslandPreviews
     from app.services.jobs import Jobs
     from app.services.labels import Labels
+    from app.services.line import Line
     from app.services.live_link import LiveBoard
     from app.services.overlays import Overlays
     from app.services.path_reports import PathReports
@@ -85,6 +86,7 @@ class Services:
     base_export: BaseExport
     archive_writer: ArchiveWriter
     archive_reader: ArchiveReader
+    archive_line: Line
     live: LiveBoard
     tracker: TrackerClient | None
 
@@ -93,6 +95,7 @@ class Services:
         self.store.sweep()
         self.runs.sweep()
         self.purge.finish()
+        self.purge.drop_forgotten()
 
     def end(self) -> None:
         """End what takes long, before anybody waits for it: the running import, and dry runs."""
@@ -125,6 +128,7 @@ def build_services(settings: Settings) -> Services:
     from app.services.island_previews import IslandPreviews
     from app.services.jobs import Jobs
     from app.services.labels import Labels
+    from app.services.line import Line
     from app.services.live_link import LiveBoard
     from app.services.overlays import Overlays
     from app.services.path_reports import PathReports
@@ -191,6 +195,7 @@ def build_services(settings: Settings) -> Services:
         base_export=BaseExport(planning, registrations),
         archive_writer=ArchiveWriter(store, cases, plans, instruments, runs),
         archive_reader=ArchiveReader(store, cases),
+        archive_line=Line("archives", at_once=1, most=8),
         live=LiveBoard(),
         tracker=tracker,
     )

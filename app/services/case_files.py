@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
+from app.services.array_files import ArraysUnusable, read_arrays
 from app.services.case_model import SurfaceInfo, VolumeInfo, to_bounds, to_triple
+from app.services.errors import TooLarge
 from app.store import FileStore
 from app.store.errors import StorageError
+from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.mesh_files import read_mesh
@@ -44,22 +46,29 @@ class CaseFiles:
         """Read a surface. Raises StorageError when its file is gone or damaged."""
         if source.startswith(ASSET):
             return read_mesh(assets_dir() / source.removeprefix(ASSET), "LPS", "mm")[0]
-        arrays = self._arrays(source)
+        arrays = self._arrays(source, {"vertices", "faces"}, set())
         return TriangleMesh(arrays["vertices"], arrays["faces"])
 
     def volume(self, source: str) -> Volume:
         """Read a volume. Raises StorageError when its file is gone or damaged."""
         if source in PHANTOM_CT:
             return PHANTOM_CT[source]()
-        return Volume(**self._arrays(source))
+        arrays = self._arrays(source, {"hu", "origin", "spacing", "direction"}, {"slice_thickness_mm", "window"})
+        for name, shape in (("slice_thickness_mm", ()), ("window", (2,))):
+            if name in arrays and arrays[name].shape != shape:
+                raise StorageError(f"the stored file of a volume has another {name} than it should; import it again.")
+        return Volume(**arrays)
 
-    def _arrays(self, source: str) -> dict[str, Any]:
+    def _arrays(self, source: str, needed: set[str], possible: set[str]) -> dict[str, Any]:
         path = self._files.path(source.removeprefix(STORED))
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                return {name: archive[name] for name in archive.files}
-        except (OSError, ValueError, BadZipFile) as error:
-            raise StorageError(f"the stored file {path.name[:12]} is damaged; import the case again.") from error
+            arrays = read_arrays(path)
+            if not needed <= set(arrays) <= needed | possible:
+                raise ArraysUnusable("a file of arrays does not hold what it should.")
+        except (OSError, ArraysUnusable, TooLarge) as error:
+            why = f" ({str(error).rstrip('.')})" if isinstance(error, InputError) else ""
+            raise StorageError(f"the stored file {path.name[:12]} is damaged{why}; import the case again.") from error
+        return arrays
 
 
 def surface_arrays(mesh: TriangleMesh) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -13,12 +12,11 @@ from app.services.structures import (
     CaseKind,
     Provenance,
     Structure,
-    structure_from_json,
     structure_name,
     within_a_sentence,
 )
 from vfix_engine.imaging.bone import SurfaceReport
-from vfix_engine.imaging.surface import BONE_HU, Dropped
+from vfix_engine.imaging.surface import BONE_HU
 from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, describe_report
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
@@ -107,6 +105,7 @@ class Case:
     """A stored case. A deleted one carries the time it was deleted at.
 
     kind: what is driven in it. structures: what plans, zones and scores refer to by id; surfaces: what is drawn.
+    unreadable: in a list, why its content cannot be read; it has no surfaces and structures there then.
     """
 
     id: str
@@ -123,6 +122,7 @@ class Case:
     kind: CaseKind = "head"
     structures: tuple[Structure, ...] = ()
     overlays: tuple[Overlay, ...] = ()
+    unreadable: str = ""
 
     @property
     def anatomy(self) -> Structure:
@@ -206,28 +206,6 @@ class CaseContent:
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
 
-    @classmethod
-    def from_json(cls, data: Mapping[str, Any]) -> CaseContent:
-        """Out of what is stored. Raises KeyError, TypeError or ValueError where that is damaged."""
-        surfaces = tuple(_surface_info(item) for item in data["surfaces"])
-        if "structures" in data:
-            structures = tuple(structure_from_json(item) for item in data["structures"])
-        else:  # stored before cases had structures
-            structures = _former_structures(surfaces, bool(data["volumes"]))
-        kind: CaseKind = data.get("kind", "head")
-        if ANATOMY[kind] not in [item.role for item in structures]:
-            raise ValueError(f"a {kind} has no structure of the role {ANATOMY[kind]}.")
-        return cls(
-            CaseFrame(**data["frame"]),
-            surfaces,
-            tuple(_volume_info(item) for item in data["volumes"]),
-            tuple(Bead(item["name"], to_triple(item["position"])) for item in data["beads"]),
-            tuple(data.get("notes", ())),
-            kind,
-            structures,
-            tuple(_overlay(item) for item in data.get("overlays", ())),
-        )
-
 
 def anatomy_structure(
     kind: CaseKind, surface: SurfaceInfo, geometry: str, provenance: Provenance, has_inside: bool | None
@@ -243,11 +221,6 @@ def extracted_from(has_volume: bool) -> Provenance:
     return Provenance("ct", BONE_HU) if has_volume else Provenance("surface")
 
 
-def _former_structures(surfaces: tuple[SurfaceInfo, ...], has_volume: bool) -> tuple[Structure, ...]:
-    bone = {item.name: item for item in surfaces}[BONE]
-    return (anatomy_structure("head", bone, bone.source, extracted_from(has_volume), None),)
-
-
 def to_triple(values: Any) -> Triple:
     """Three numbers as plain floats."""
     x, y, z = (float(value) for value in values)
@@ -258,24 +231,3 @@ def to_bounds(values: Any) -> Bounds:
     """Two corners (2, 3) as plain floats."""
     low, high = values
     return (to_triple(low), to_triple(high))
-
-
-def _surface_info(item: Mapping[str, Any]) -> SurfaceInfo:
-    report = item.get("report")
-    if report is not None:
-        report = SurfaceReport(**{**report, "dropped": Dropped(**report["dropped"])})
-    return SurfaceInfo(**{**item, "bounds_lps_mm": to_bounds(item["bounds_lps_mm"]), "report": report})
-
-
-def _overlay(item: Mapping[str, Any]) -> Overlay:
-    notes = tuple(str(note) for note in item["notes"])
-    return Overlay(**{**item, "volume": _volume_info(item["volume"]), "notes": notes})
-
-
-def _volume_info(item: Mapping[str, Any]) -> VolumeInfo:
-    i, j, k = item["shape"]
-    spacing, bounds = to_triple(item["spacing_mm"]), to_bounds(item["bounds_lps_mm"])
-    window = item.get("window")
-    suggested = None if window is None else (float(window[0]), float(window[1]))
-    thickness = item.get("slice_thickness_mm")
-    return VolumeInfo(item["name"], spacing, (i, j, k), bounds, item["source"], thickness, suggested)

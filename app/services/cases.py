@@ -27,6 +27,7 @@ from app.services.case_model import (
     anatomy_structure,
     extracted_from,
 )
+from app.services.case_reading import case_content_from_json
 from app.services.errors import NotFound
 from app.services.names import check_name
 from app.services.referred import referred_files
@@ -59,12 +60,15 @@ class CaseService:
         self._trees: Cache[str, ProximityTree] = Cache(4)
 
     def list(self, include_deleted: bool = False) -> tuple[Case, ...]:
-        """Cases, oldest first; one that is damaged is named in the log and left out."""
+        """Cases, oldest first; one whose content cannot be read says why (`unreadable`).
+
+        One of which nothing can be read is named in the log and left out.
+        """
         query = select(CaseRow.id).order_by(CaseRow.created, CaseRow.id)
         if not include_deleted:
             query = query.where(CaseRow.deleted_at.is_(None))
         with self._store.reading() as session:
-            return tuple(case for case_id in session.scalars(query) if (case := _readable(session, case_id)))
+            return tuple(case for case_id in session.scalars(query) if (case := _listed(session, case_id)))
 
     def get(self, case_id: str) -> Case:
         """The case, deleted or not. Raises NotFound, and StoreDamaged when what is stored of it cannot be read."""
@@ -202,14 +206,17 @@ class CaseService:
         Raises NotFound.
         """
         structure = case.anatomy if structure_id is None else case.structure(structure_id)
-        return self._trees.get(structure.geometry, lambda: ProximityTree(self.case_surface(case.id, structure.surface)))
+        # By the file that it is made of: what a structure of an archive says of its geometry is not that.
+        source = _named(case.surfaces, structure.surface, "surface").source
+        return self._trees.get(source, lambda: ProximityTree(self.case_surface(case.id, structure.surface)))
 
     def _change(self, case_id: str, **values: str | None) -> Case:
         with self._store.writing() as session:
             row = _row(session, case_id)
             for name, value in values.items():
                 setattr(row, name, value)
-        return self.get(case_id)
+            session.flush()
+            return _listed(session, case_id) or _case(session, case_id)
 
 
 def _row(session: Session, case_id: str) -> CaseRow:
@@ -219,22 +226,35 @@ def _row(session: Session, case_id: str) -> CaseRow:
     return row
 
 
-def _readable(session: Session, case_id: str) -> Case | None:
+def _listed(session: Session, case_id: str) -> Case | None:
+    """A case for a list: one whose content cannot be read says why; None where nothing of its row can be read."""
     try:
-        return _case(session, case_id)
+        row = _readable_row(session, case_id)
     except StoreDamaged as error:
         _LOG.error("the case %s is left out: %s", case_id, error)
         return None
+    try:
+        return _case_of(row, _content(row))
+    except StoreDamaged as error:
+        _LOG.error("%s", error)
+        return _case_of(row, CaseContent(CaseFrame("LPS", assumed=False), ()), unreadable=str(error))
 
 
 def _case(session: Session, case_id: str) -> Case:
+    row = _readable_row(session, case_id)
+    return _case_of(row, _content(row))
+
+
+def _readable_row(session: Session, case_id: str) -> CaseRow:
     try:
-        row = _row(session, case_id)
+        return _row(session, case_id)
     except DBAPIError as error:
         if not is_of_reading(error):
             raise
-        raise _damaged(case_id) from error
-    content = _content(row)
+        raise _damaged(case_id, "") from error
+
+
+def _case_of(row: CaseRow, content: CaseContent, unreadable: str = "") -> Case:
     return Case(
         id=row.id,
         name=row.name,
@@ -250,20 +270,23 @@ def _case(session: Session, case_id: str) -> Case:
         kind=content.kind,
         structures=content.structures,
         overlays=content.overlays,
+        unreadable=unreadable,
     )
 
 
 def _content(row: CaseRow) -> CaseContent:
     try:
-        return CaseContent.from_json(row.document)
-    except (DBAPIError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        return case_content_from_json(row.document)
+    except InputError as error:
+        raise _damaged(row.id, f" ({str(error).rstrip('.')})") from error
+    except (DBAPIError, TypeError, ValueError, RecursionError) as error:  # of its JSON
         if isinstance(error, DBAPIError) and not is_of_reading(error):
             raise
-        raise _damaged(row.id) from error
+        raise _damaged(row.id, "") from error
 
 
-def _damaged(case_id: str) -> StoreDamaged:
-    return StoreDamaged(f"the stored case {case_id:.80} is damaged; import it again.")
+def _damaged(case_id: str, why: str) -> StoreDamaged:
+    return StoreDamaged(f"the stored case {case_id:.80} is damaged{why}; import it again.")
 
 
 def volume_named(case: Case, name: str | None) -> VolumeInfo:

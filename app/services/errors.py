@@ -57,6 +57,10 @@ class JobCancelled(VfixError):
         super().__init__("The work was cancelled.")
 
 
+class TooMany(VfixError):
+    """So many ask for the same heavy work that one more is turned away; later there is room."""
+
+
 class PlannerEnds(VfixError):
     """The planner is being ended and finishes nothing that takes long."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from vfix_engine.errors import FrameError, InputError, PlanError
 from vfix_engine.frames import RAS_TO_LPS
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
+MAX_DIGITS = 300  # of a whole number: a float has 308
 MAX_DEPTH = 64  # of lists and objects in each other
 _TOO_DEEP = f"it is nested more than {MAX_DEPTH} deep"
 # 3D Slicer wrote its enumeration before it wrote the names (HAZ-14).
@@ -60,17 +62,20 @@ def parse_json_object(text: str) -> dict[str, Any]:
 def parse_json(text: str) -> Any:
     """A JSON value of anybody's making, without NaN and infinity. Raises ValueError, for one nested too deeply too.
 
+    No number is too large for a float, and no text has a half of a surrogate pair, which nothing could write again.
+
     How deep is not left to the interpreter, whose limit depends on where it is called: what is read here can be
     written, compared and reported.
     """
     try:
-        data = json.loads(text, parse_constant=_no_constant)
+        data = json.loads(text, parse_constant=_no_constant, parse_float=_float, parse_int=_int)
     except RecursionError:
         raise ValueError(_TOO_DEEP) from None
     level = [data]
     for _ in range(MAX_DEPTH):
         level = [inner for item in level for inner in _inside(item)]
         if not level:
+            _check_texts(text, data)
             return data
     raise ValueError(_TOO_DEEP)
 
@@ -79,6 +84,27 @@ def _inside(item: Any) -> Iterable[Any]:
     if isinstance(item, dict):
         return item.values()
     return item if isinstance(item, list) else ()
+
+
+def _check_texts(text: str, data: Any) -> None:
+    if "\\u" in text:  # only an escape can be half of a pair
+        try:
+            json.dumps(data, ensure_ascii=False).encode()
+        except UnicodeEncodeError:
+            raise ValueError("a text of it is not sound Unicode") from None
+
+
+def _float(word: str) -> float:
+    found = float(word)
+    if math.isinf(found):
+        raise ValueError("a number of it is too large")
+    return found
+
+
+def _int(word: str) -> int:
+    if len(word) > MAX_DIGITS:
+        raise ValueError("a number of it is too large")
+    return int(word)
 
 
 def _no_constant(word: str) -> NoReturn:

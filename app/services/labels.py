@@ -5,18 +5,18 @@ from __future__ import annotations
 import secrets
 from dataclasses import replace
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
 
+from app.services.array_files import ArraysUnusable, read_arrays
 from app.services.cache import Cache
 from app.services.case_files import STORED
 from app.services.case_model import Case, CaseContent, SurfaceInfo, VolumeInfo
 from app.services.case_structures import MAX_STRUCTURES
 from app.services.cases import CaseService
 from app.services.documents import Document, Documents
-from app.services.errors import NotFound
+from app.services.errors import NotFound, TooLarge
 from app.services.jobs import Job, Jobs, Progress
 from app.services.label_kind import FIRST_COLOUR, LABEL, MOST_POINTS, MOST_STROKES, PaintedLabel
 from app.services.structures import Provenance, Structure, encloses
@@ -206,13 +206,12 @@ class Labels:
     def _stored_mask(self, source: str, shape: tuple[int, ...]) -> Mask:
         path = self._files.path(source.removeprefix(STORED))
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                bits: npt.NDArray[Any] = archive["bits"]
-                same = tuple(archive["shape"].tolist()) == shape
-            if not same:
+            arrays = read_arrays(path)
+            bits: npt.NDArray[Any] = arrays["bits"]
+            if tuple(arrays["shape"].tolist()) != shape:
                 raise ValueError("another grid")
             mask: Mask = np.unpackbits(bits, count=int(np.prod(shape))).astype(bool).reshape(shape)
-        except (OSError, ValueError, KeyError, BadZipFile) as error:
+        except (OSError, ArraysUnusable, TooLarge, ValueError, TypeError, KeyError) as error:
             raise StorageError(
                 f"the stored mask {path.name[:12]} of the label is damaged; undo to before it."
             ) from error

@@ -17,18 +17,33 @@ _BLANK = frozenset("\u115f\u1160\u3164\uffa0\u2800")
 
 def check_name(text: object, what: str) -> str:
     """The name as it was given. Raises InputError when nobody sees it, it is too long or holds a refused character."""
+    return _without_noncharacters(check_stored_name(text, what), what)
+
+
+def check_label(text: object, what: str) -> str:
+    """Like `check_name`, but it may be empty: other programs write points without a label."""
+    return _without_noncharacters(_seen_or_empty(check_stored_label(text, what), what), what)
+
+
+def check_stored_name(text: object, what: str) -> str:
+    """Like `check_name`, with the non-characters of Unicode: what was stored with such a name stays readable."""
     name = check_stored_label(text, what)
     if not _is_seen(name):
         raise InputError(f"the {what} is empty or invisible; give it a name of letters, digits or signs.")
     return name
 
 
-def check_label(text: object, what: str) -> str:
-    """Like `check_name`, but it may be empty: other programs write points without a label."""
-    label = check_stored_label(text, what)
+def _seen_or_empty(label: str, what: str) -> str:
     if label and not _is_seen(label):
         raise InputError(f"the {what} is invisible; use letters, digits or signs, or leave it empty.")
     return label
+
+
+def _without_noncharacters(text: str, what: str) -> str:
+    """Refuse what Unicode keeps for programs, such as U+FFFE: XML cannot hold it, and nobody can type it."""
+    if any(0xFDD0 <= ord(c) <= 0xFDEF or ord(c) & 0xFFFE == 0xFFFE for c in text):
+        raise InputError(f"the {what} holds a character that is none; use letters, digits and signs.")
+    return text
 
 
 def _is_seen(text: str) -> bool:
@@ -36,7 +51,7 @@ def _is_seen(text: str) -> bool:
 
 
 def check_stored_label(text: object, what: str) -> str:
-    """Like `check_label`, but it may be invisible: plans that were stored with such a label stay readable."""
+    """Like `check_stored_name`, but it may be empty or invisible: plans with such a label stay readable."""
     if not isinstance(text, str):
         raise InputError(f"the {what} must be text.")
     if len(text) > MAX_NAME:

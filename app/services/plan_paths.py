@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
-from app.services.names import check_name
+from app.services.names import check_stored_name
 from app.services.plan_points import PlanPoint, check_id, number, point_to_json, points_from_json
 from vfix_engine.errors import PlanError
 
@@ -72,7 +72,7 @@ def check_paths(paths: Sequence[PlanPath]) -> tuple[PlanPath, ...]:
 
 def _checked(path: PlanPath) -> PlanPath:
     check_id(path.id, "a path")
-    check_name(path.name, "path's name")
+    check_stored_name(path.name, "path's name")
     check_word(path.tool, "tool")
     return replace(path, tool_shape=check_tool_shape(path.tool_shape), entry_side=check_side(path.entry_side))
 
@@ -94,7 +94,7 @@ def check_tool_shape(shape: Any) -> dict[str, float]:
 
 def check_word(text: Any, what: str) -> None:
     """Names of shipped robots and tools: never a path."""
-    check_name(text, f"{what}'s name")
+    check_stored_name(text, f"{what}'s name")
     if not all(c.isalnum() or c in "_-" for c in text):
         raise PlanError(f"the {what}'s name may hold letters, digits, '_' and '-' only.")
 
@@ -130,7 +130,7 @@ def paths_from_json(data: Any, path_id: str) -> tuple[PlanPath, ...]:
 
 def _path_from_json(item: Mapping[str, Any], path_id: str) -> PlanPath:
     own_id = check_id(item.get("id"), "a path")
-    name, side = check_name(item.get("name"), "path's name"), check_side(item.get("entry_side", ""))
+    name, side = check_stored_name(item.get("name"), "path's name"), check_side(item.get("entry_side", ""))
     if own_id == path_id:
         if any(key in item for key in _OF_THE_PLAN):
             raise PlanError("points and tool of the chosen path are those of the plan; leave them out of its 'paths'.")

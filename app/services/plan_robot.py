@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from app.services.names import check_name
+from app.services.names import check_stored_name
 from app.services.plan_paths import check_word
 from app.services.plan_points import number
 from vfix_engine.errors import PlanError
@@ -53,7 +53,7 @@ def _check_own_robot(robot: Mapping[str, Any]) -> dict[str, str]:
         raise PlanError("a robot of one's own names its URDF by a SHA-256 of 64 hexadecimal digits.")
     if frame is None:
         raise PlanError("a robot of one's own needs a tool_frame, the link of its URDF that holds the tool.")
-    return {"urdf": urdf, "tool_frame": check_name(frame, "tool frame's name")}
+    return {"urdf": urdf, "tool_frame": check_stored_name(frame, "tool frame's name")}
 
 
 def _is_list(value: Any, length: int | None = None) -> bool:

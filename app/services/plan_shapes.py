@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from app.services.names import check_name
+from app.services.names import check_stored_name
 from app.services.plan_points import Position, check_position, number
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
@@ -116,7 +116,7 @@ def _normal(value: Any) -> list[float]:
 
 def _structure(value: Any) -> str:
     try:
-        return check_name(value, "structure's id")
+        return check_stored_name(value, "structure's id")
     except InputError as error:
         raise PlanError(str(error)) from None
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from app.services.names import check_name
+from app.services.names import check_stored_name
 from app.services.plan_points import check_id, number
 from app.services.plan_shapes import check_shape, check_solid
 from vfix_engine.errors import PlanError
@@ -64,7 +64,7 @@ def check_zones(zones: Sequence[PlanZone]) -> tuple[PlanZone, ...]:
 
 def check_zone(zone: PlanZone) -> PlanZone:
     """Raises InputError or one of its kinds, which name the zone."""
-    named = f"the structure to spare {check_name(zone.name, 'structure to spare')!r}"
+    named = f"the structure to spare {check_stored_name(zone.name, 'structure to spare')!r}"
     if len(check_zone_name(zone.name, "structure to spare")) > MAX_ZONE_NAME:
         raise PlanError(f"{named} has a name of {len(zone.name)} characters; {MAX_ZONE_NAME} are allowed.")
     if zone.kind not in ("hard", "soft"):
@@ -96,7 +96,7 @@ def check_removed(regions: Sequence[RemovedBone]) -> tuple[RemovedBone, ...]:
     return tuple(
         RemovedBone(
             check_id(one.id, "a region of bone to remove"),
-            check_name(one.name, "name of the bone to remove"),
+            check_stored_name(one.name, "name of the bone to remove"),
             check_solid(one.shape),
         )
         for one in regions

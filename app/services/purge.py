@@ -30,6 +30,8 @@ from vfix_engine.errors import InputError
 _LOG = logging.getLogger(__name__)
 _FORGOTTEN_S = 3600.0  # a file that no row names may be one that another planner is just importing
 
+_LEFT_S = 86400.0  # at every start there are more of those, and nobody asked for it
+
 
 @dataclass(frozen=True)
 class Purged:
@@ -72,6 +74,26 @@ class Purge:
             raise
         removed, copies = self._remove_rest(case_id, gone, begun)
         return Purged(case_id, *counted, removed, copies)
+
+    def drop_forgotten(self) -> int:
+        """Delete files that no row has named for a day: of imports that were killed. Returns how many.
+
+        Rows and files are compared while nobody else writes; one that is just being imported is younger.
+        """
+        files = self._store.files
+        if not self._store.writable or not files.keys(older_than_s=_LEFT_S):
+            return 0
+        try:
+            with self._store.writing() as session:
+                left = sorted(set(files.keys(older_than_s=_LEFT_S)) - referred_files(session))
+                for key in left:
+                    files.remove(key)
+        except StorageError as error:
+            _LOG.warning("what killed imports have left stays until the next start: %s", error)
+            return 0
+        if left:
+            _LOG.warning("%d files that an import had left are removed.", len(left))
+        return len(left)
 
     def finish(self) -> None:
         """Go on with what planners were killed at; what cannot be done now is for the next start."""

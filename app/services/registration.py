@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from app.services.documents import DocumentKind, Ref
-from app.services.names import check_label
+from app.services.names import check_stored_label
 from app.services.plan_model import Position, check_position, number
 from app.services.plan_points import check_id
 from app.services.registration_beads import (
@@ -203,7 +203,7 @@ def check_fle(fle_mm: Any) -> float | None:
 
 def check_pair(pair: FiducialPair) -> FiducialPair:
     """The pair, where it can be one. Raises InputError or one of its kinds."""
-    check_label(pair.label, "label")
+    check_stored_label(pair.label, "label")
     for place in (pair.in_image, pair.measured):
         if place is not None:
             check_position(place)

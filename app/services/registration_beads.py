@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
-from app.services.names import check_label, check_text
+from app.services.names import check_stored_label, check_text
 from app.services.plan_points import Position, check_id, check_position, number
 from vfix_engine.errors import InputError
 
@@ -49,7 +49,7 @@ def check_beads(beads: tuple[FoundBead, ...]) -> tuple[FoundBead, ...]:
         raise InputError(f"{len(beads)} beads are too many; a registration keeps {MAX_BEADS} at most.")
     for bead in beads:
         check_id(bead.id, "a bead")
-        check_label(bead.name, "bead's name")
+        check_stored_label(bead.name, "bead's name")
         check_position(bead.position)
         number(bead.diameter_mm, "a bead's diameter")
         number(bead.peak_hu, "a bead's brightness")

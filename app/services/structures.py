@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -94,11 +93,3 @@ def _edges(mesh: TriangleMesh) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.in
     edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]).astype(np.int64)
     count = len(mesh.vertices)
     return np.sort(edges[:, 0] * count + edges[:, 1]), np.sort(edges[:, 1] * count + edges[:, 0])
-
-
-def structure_from_json(item: Mapping[str, Any]) -> Structure:
-    """The inverse of `dataclasses.asdict`. Raises KeyError, TypeError or ValueError."""
-    if item["role"] not in get_args(Role):
-        raise ValueError(f"the role {item['role']!r:.20} of a structure is not known.")
-    notes = tuple(str(note) for note in item.get("notes", ()))
-    return Structure(**{**item, "provenance": Provenance(**item["provenance"]), "notes": notes})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -69,10 +70,18 @@ def check_kept(zone: PlanZone, surface: Surfaces, anatomy: str = BONE) -> None:
 
 
 def with_errors(zones: Sequence[PlanZone], errors: Mapping[str, float]) -> tuple[PlanZone, ...]:
-    """The same with the margin of each hard one grown by the error in mm of its structure's surface, by its id."""
+    """The same with the margin of each hard one grown by the error in mm of its structure's surface, by its id.
+
+    Raises PlanError for an error that is negative or not finite: it would make the margin smaller.
+    """
     grown = []
     for zone in zones:
         more = errors.get(zone.shape.get("structure", ""), 0.0) if zone.kind == "hard" else 0.0
+        if not 0.0 <= more < math.inf:
+            raise PlanError(
+                f"the structure to spare {zone.name!r} cannot be kept: its surface would be off by {more:g} mm; "
+                "import the structure again."
+            )
         grown.append(replace(zone, margin_mm=zone.margin_mm + more) if more else zone)
     return tuple(grown)
 

@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import os
 import secrets
+import stat
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -12,12 +13,23 @@ from typing import BinaryIO
 
 from app.store.errors import StorageError
 from app.store.scratch import Scratch
+from vfix_engine.errors import InputError
+
+
+def check_regular(path: Path) -> None:
+    """Raise InputError where something else than a regular file is there, such as a device or a pipe."""
+    try:
+        is_other = not stat.S_ISREG(path.stat().st_mode)
+    except (OSError, ValueError):  # nothing is there, which whoever opens it says
+        return
+    if is_other:
+        raise InputError(f"{path} is not a regular file; name another one.")
 
 
 def write_atomically(path: Path, data: bytes) -> None:
     """Write `data` to `path` atomically: after a crash or on a full disk the old or the new file is complete (HAZ-25).
 
-    Raises StorageError with the system's reason.
+    Raises InputError where something else than a regular file is there, and StorageError with the system's reason.
     """
     with open_atomically(path) as file:
         file.write(data)
@@ -27,8 +39,9 @@ def write_atomically(path: Path, data: bytes) -> None:
 def open_atomically(path: Path) -> Iterator[BinaryIO]:
     """A file to write that becomes `path` at the end of the block, durable and whole; where the block raises, nothing.
 
-    Raises StorageError with the system's reason.
+    Raises InputError where something else than a regular file is there, and StorageError with the system's reason.
     """
+    check_regular(path)
     try:
         descriptor, temporary = tempfile.mkstemp(prefix=".vfix-", dir=path.parent)
         try:
@@ -43,7 +56,7 @@ def open_atomically(path: Path) -> Iterator[BinaryIO]:
             raise
         sync_folder(path.parent)
     except OSError as error:
-        raise StorageError(f"{path.name} could not be written: {error.strerror or error}.") from error
+        raise StorageError(f"{path.name or path} could not be written: {error.strerror or error}.") from error
 
 
 def sync_folder(folder: Path) -> None:
@@ -75,8 +88,7 @@ class FileStore:
                 file.seek(0)
                 key = hashlib.file_digest(file, "sha256").hexdigest()
             path = self._path(key)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            os.replace(temporary, path)
+            _move_in(temporary, path)
             sync_folder(path.parent)
             sync_folder(self._folder)
         except OSError as error:
@@ -103,9 +115,12 @@ class FileStore:
         return sorted(path.name for path in found if _changed_before(path, before))
 
     def remove(self, key: str) -> None:
-        """Delete a file if it exists. Raises StorageError."""
+        """Delete a file if it exists, and its folder where that is empty then. Raises StorageError."""
+        path = self._path(key)
         try:
-            self._path(key).unlink(missing_ok=True)
+            path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # another file is in it, or it is gone
+                path.parent.rmdir()
         except OSError as error:
             raise StorageError(f"a stored file could not be deleted: {error.strerror or error}.") from error
 
@@ -113,6 +128,18 @@ class FileStore:
         if len(key) != 64 or not set(key) <= set("0123456789abcdef"):
             raise StorageError("a stored file is named by 64 hexadecimal digits.")
         return self._folder / key[:2] / key
+
+
+def _move_in(temporary: Path, path: Path) -> None:
+    """Move a file into its folder, which another planner may remove, empty, just after it is made."""
+    for last in (False, False, True):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            os.replace(temporary, path)
+            return
+        except FileNotFoundError:
+            if last:
+                raise
 
 
 def _changed_before(path: Path, when: float) -> bool:

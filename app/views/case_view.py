@@ -65,7 +65,7 @@ class CaseView:
 
     def open_first(self, case_id: str | None) -> None:
         """Open the case the page remembers, else the embedded one, else the first; none when all are deleted."""
-        known = [case.id for case in self._services.cases.list()]
+        known = [case.id for case in self._services.cases.list() if not case.unreadable]
         for wanted in (case_id, self._services.cases.embedded_case().id, *known):
             if wanted in known:
                 self.open(wanted)

@@ -12,6 +12,7 @@ from pydicom.uid import generate_uid
 from app.cli import main
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM, Case, CaseContent
+from app.services.case_reading import case_content_from_json
 from app.services.cases import CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.importing import ImportRequest, ImportService, case_name
@@ -176,10 +177,10 @@ def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys
 def test_a_case_from_before_says_that_nothing_was_recorded(cases: CaseService, case: Case) -> None:
     document = CaseContent(case.frame, case.surfaces).to_json()
     del document["surfaces"][0]["report"], document["structures"], document["kind"]
-    content = CaseContent.from_json(document)
+    content = case_content_from_json(document)
     assert content.surfaces[0].report is None
     assert "not recorded" in content.surfaces[0].words
-    assert CaseContent.from_json(content.to_json()) == content
+    assert case_content_from_json(content.to_json()) == content
     (bone,) = content.structures
     assert (content.kind, bone.id, bone.role, bone.geometry) == ("head", "bone", "bone", case.surfaces[0].source)
     assert (bone.provenance, bone.deviation_mm, bone.has_inside) == (Provenance("surface"), None, None)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from vfix_engine.errors import InputError
 from vfix_engine.imaging.bone import SurfaceReport, slice_uncertainty_mm
 
 
@@ -14,10 +16,17 @@ class SurfaceUncertainty:
     thinning_mm: how far decimation and smoothing may have moved it; the controller adds that to the margin.
     voxel_mm: the larger of largest voxel spacing and slice thickness of the CT; 0 without a CT, where the error before
         decimation is unknown.
+
+    Raises InputError where one is negative or not finite: it would make a margin smaller.
     """
 
     thinning_mm: float
     voxel_mm: float
+
+    def __post_init__(self) -> None:
+        for what, value in (("thinning", self.thinning_mm), ("voxels", self.voxel_mm)):
+            if not 0.0 <= value < math.inf:
+                raise InputError(f"a surface cannot be off by {value:g} mm because of its {what}; import it again.")
 
     @property
     def off_mm(self) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import stat
-import struct
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -25,11 +24,11 @@ from app.services.archive.layout import (
 )
 from app.services.errors import TooLarge
 from app.services.exchange_parts import parse_json
+from app.services.zip_directory import check_directory
+from app.store.files import check_regular
 from vfix_engine.errors import InputError
 
 _PIECE = 1 << 20
-_TAIL = (1 << 16) + 256  # bytes at the end of a zip that hold its end records, whatever its comment
-_ENTRY_BYTES = 512  # of an entry in the list: its name, and what is said of it
 _DAMAGED = (zipfile.BadZipFile, zipfile.LargeZipFile, EOFError, NotImplementedError, ValueError, OSError)
 _PLAIN = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
@@ -39,29 +38,11 @@ Tell = Callable[[float], object]
 def is_archive(path: Path) -> bool:
     """Whether a file is an archive of a case, rather than the zip of something else."""
     try:
-        _check_directory(path)
+        check_directory(path, MAX_ENTRIES)
         with zipfile.ZipFile(path) as packed:
             return {MANIFEST, CASE, SUMS} <= set(packed.namelist())
     except (*_DAMAGED, TooLarge):
         return False
-
-
-def _check_directory(path: Path) -> None:
-    """Refuse a list of entries that would fill the memory before anybody counts them. Raises TooLarge and OSError.
-
-    The end record of a zip, and the larger one of ZIP64 before it, say how many bytes the list has (APPNOTE 4.3.14-16).
-    """
-    with path.open("rb") as file:
-        file.seek(max(0, path.stat().st_size - _TAIL))
-        tail = file.read(_TAIL)
-    end, large = tail.rfind(b"PK\x05\x06"), tail.rfind(b"PK\x06\x06")
-    if end < 0 or len(tail) < end + 22:
-        return  # no zip, which zipfile says
-    (size,) = struct.unpack_from("<I", tail, end + 12)
-    if size == 0xFFFFFFFF and large >= 0 and large + 48 <= len(tail):
-        (size,) = struct.unpack_from("<Q", tail, large + 40)
-    if size > MAX_ENTRIES * _ENTRY_BYTES:
-        raise TooLarge(f"the archive's list of entries has {size:,} bytes; {MAX_ENTRIES:,} entries are allowed.")
 
 
 class CheckedArchive:
@@ -69,7 +50,8 @@ class CheckedArchive:
 
     def __init__(self, path: Path) -> None:
         try:
-            _check_directory(path)
+            check_regular(path)
+            check_directory(path, MAX_ENTRIES)
             self._zip = zipfile.ZipFile(path)
         except OSError as error:
             raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from None

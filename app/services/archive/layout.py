@@ -27,7 +27,7 @@ MAX_JSON_BYTES = 64 << 20  # of one JSON entry
 MAX_RATIO = 200  # unpacked to packed, of an archive of more than FREE_BYTES; a CT packs 2 to 20 times
 FREE_BYTES = 64 << 20
 
-_ID = r"[A-Za-z0-9_.\-]{1,64}"
+_ID = r"(?!\.+(?:/|json))[A-Za-z0-9_.\-]{1,64}"  # and not of dots alone
 ENTRY = re.compile(
     rf"manifest\.json|case\.json|SHA256SUMS|documents/{_ID}/{_ID}\.json|plans/{_ID}\.json|runs/{_ID}\.json"
     r"|files/([0-9a-f]{2})/(?=\1)[0-9a-f]{64}"

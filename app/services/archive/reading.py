@@ -2,32 +2,40 @@
 
 from __future__ import annotations
 
+import re
 import secrets
-import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from itertools import count
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from sqlalchemy.orm import Session
 
 from app.services.archive.checking import CheckedArchive
 from app.services.archive.kinds import KINDS
 from app.services.archive.layout import CASE, FILE, file_entry, renamed
-from app.services.case_files import STORED
-from app.services.case_model import Case, CaseContent
+from app.services.array_files import ArraysUnusable, check_arrays, is_zip
+from app.services.case_files import STORED, surface_info, volume_info
+from app.services.case_model import Case, CaseContent, SurfaceInfo, VolumeInfo
+from app.services.case_reading import case_content_from_json, check_names
 from app.services.cases import CaseService
 from app.services.errors import TooLarge
 from app.services.names import MAX_NAME, check_name
 from app.services.plan_points import check_id
 from app.services.referred import referred_files
 from app.store import Store
+from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError
 from vfix_engine.progress import ProgressCallback, no_progress
 
 MAX_UNPACKED_BYTES = 4 << 30  # of one NumPy archive among the files
+_SAME_MM = 1e-3  # of bounds, which NumPy computes alike on every machine but for the last digits
+MAX_REVISION = 1 << 53  # every program of any kind can count to it
+_TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,6})?(\+00:00|Z)")
 _CASE = {"id": str, "name": str, "created": str, "content_hash": str, "content": dict}
 _DOCUMENT = {
     "id": str, "kind": str, "case_hash": str, "name": str, "created": str, "modified": str, "locked": bool,
@@ -40,6 +48,7 @@ class _Found:
     """What an archive holds, read and checked: rows as JSON, and the stored files by their hash."""
 
     case: dict[str, Any]
+    content: CaseContent
     documents: tuple[dict[str, Any], ...]
     files: tuple[str, ...]
 
@@ -66,9 +75,9 @@ class ArchiveReader:
                     begin, part = 0.4 + 0.5 * at / len(found.files), 0.5 / len(found.files)
                     self._put(archive, key, added, lambda share, b=begin, p=part: tell("Storing files", b + p * share))  # type: ignore[misc]
                 tell("Examining the case", 0.9)
-                content = self._examined(found)
+                self._examined(found)
                 tell("Storing the case", 0.95)
-                return self._stored(found, content)
+                return self._stored(found)
             except BaseException:
                 self._forget(added)
                 raise
@@ -89,26 +98,23 @@ class ArchiveReader:
                 for key in set(added) - referred_files(session):
                     self._store.files.remove(key)
 
-    def _examined(self, found: _Found) -> CaseContent:
-        """The case's content, each surface and volume of which was read. Raises InputError."""
-        try:
-            content = CaseContent.from_json(found.case["content"])
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise InputError(f"the case of the archive cannot be read: {type(error).__name__}.") from None
+    def _examined(self, found: _Found) -> None:
+        """Read each surface and volume of the case. Raises InputError."""
+        content = found.content
         volumes = (*content.volumes, *(one.volume for one in content.overlays))
         sources = {info.name: info.source for info in volumes} | {info.name: info.source for info in content.surfaces}
         for name, source in sources.items():
-            if source.removeprefix(STORED) not in found.files:
+            if not source.startswith(STORED) or source.removeprefix(STORED) not in found.files:
                 raise InputError(f"the archive has no file of {name!r:.40}; it is not whole.")
-        for surface in content.surfaces:
-            if len(self._cases.files.surface(surface.source).faces) != surface.triangles:
-                raise InputError(f"the surface {surface.name!r:.40} has another number of triangles than is said.")
-        for volume in volumes:
-            if self._cases.files.volume(volume.source).hu.shape != volume.shape[::-1]:
-                raise InputError(f"the volume {volume.name!r:.40} has another size than is said.")
-        return content
+        try:
+            for surface in content.surfaces:
+                _compare(surface, surface_info(surface.name, self._cases.files.surface(surface.source), ""))
+            for volume in volumes:
+                _compare(volume, volume_info(volume.name, self._cases.files.volume(volume.source), ""))
+        except StorageError as error:
+            raise InputError(f"a file of the archive cannot be used: {error}") from None
 
-    def _stored(self, found: _Found, content: CaseContent) -> Case:
+    def _stored(self, found: _Found) -> Case:
         """One transaction for the case and all of its documents."""
         with self._store.writing() as session:
             if not all(self._store.files.has(key) for key in found.files):
@@ -117,7 +123,7 @@ class ArchiveReader:
             case = renamed(found.case, names)
             row = CaseRow(id=case["id"], name=_unused_name(session, case["name"]), created=case["created"])
             row.deleted_at, row.content_hash = None, case["content_hash"]
-            row.document = content.to_json()
+            row.document = found.content.to_json()
             session.add(row)
             session.flush()
             for document in found.documents:
@@ -132,6 +138,8 @@ def _read(archive: CheckedArchive) -> _Found:
     check_id(case["id"], "a case")
     if case["id"].strip(".") == "" or not FILE.fullmatch(case["content_hash"]):
         raise InputError("the archive's case has no sound identifier or hash of its content; the archive was changed.")
+    _check_time(case["created"])
+    content = _content(case["content"])
     documents = []
     for name in archive.entries:
         if name.startswith("documents/"):
@@ -144,13 +152,49 @@ def _read(archive: CheckedArchive) -> _Found:
     named = {key for one in (case, *documents) for key in FILE.findall(str(one))}
     if left := set(files) - named:
         raise InputError(f"nothing in the archive names its file {min(left)[:12]}; the archive was changed.")
-    return _Found(case, tuple(documents), files)
+    return _Found(case, content, tuple(documents), files)
 
 
 def _fields(data: dict[str, Any], kinds: Mapping[str, type], name: str) -> dict[str, Any]:
-    if set(data) != set(kinds) or not all(isinstance(data[key], kind) for key, kind in kinds.items()):
+    if set(data) != set(kinds) or not all(type(data[key]) is kind for key, kind in kinds.items()):
         raise InputError(f"{name} of the archive does not hold what it should; a newer vfix may have made it.")
     return data
+
+
+def _content(data: dict[str, Any]) -> CaseContent:
+    """What the case holds, as far as its JSON tells. Raises InputError."""
+    try:
+        content = case_content_from_json(data)
+        check_names(content)
+    except InputError as error:
+        raise InputError(f"the case of the archive cannot be read: {error}") from None
+    surfaces = {surface.name: surface.source for surface in content.surfaces}
+    for one in content.structures:
+        # What travels with vfix names the asset that the surface was read from.
+        if one.provenance.origin != "shipped" and one.geometry != surfaces[one.surface]:
+            raise InputError(f"the structure {one.id} of the archive names another geometry than its surface's.")
+    return content
+
+
+def _compare(said: SurfaceInfo | VolumeInfo, found: SurfaceInfo | VolumeInfo) -> None:
+    """Refuse a surface or volume that is not what the case says of it."""
+    if _measures(said) != _measures(found) or not np.allclose(said.bounds_lps_mm, found.bounds_lps_mm, 0.0, _SAME_MM):
+        raise InputError(f"the file of {said.name!r:.40} in the archive has another size or place than is said.")
+
+
+def _measures(info: SurfaceInfo | VolumeInfo) -> tuple[Any, ...]:
+    if isinstance(info, SurfaceInfo):
+        return (info.triangles,)
+    return (info.shape, info.spacing_mm, info.slice_thickness_mm, info.window)
+
+
+def _check_time(text: str) -> None:
+    try:
+        if not _TIME.fullmatch(text):
+            raise ValueError
+        datetime.fromisoformat(text)
+    except ValueError:
+        raise InputError("a time of the archive is none; the archive was changed.") from None
 
 
 def _check_document(document: dict[str, Any], name: str) -> None:
@@ -160,6 +204,10 @@ def _check_document(document: dict[str, Any], name: str) -> None:
     if name != f"documents/{kind.name}/{document['id']}.json":
         raise InputError(f"{name} of the archive names itself otherwise; the archive was changed.")
     check_name(document["name"], f"{kind.noun}'s name")
+    _check_time(document["created"])
+    _check_time(document["modified"])
+    if not FILE.fullmatch(document["case_hash"]) or not 0 < document["revision"] <= MAX_REVISION:
+        raise InputError(f"{name} of the archive has no sound revision or hash of its case; the archive was changed.")
     try:
         content = kind.content(document["schema"], document["content"], document["settings"])
     except InputError as error:
@@ -198,9 +246,7 @@ def _add_document(session: Session, case_id: str, document: dict[str, Any]) -> N
 def _check_packed(path: Path, key: str) -> None:
     """A stored file that is a zip itself, as NumPy's are, must not unpack to more than the memory takes."""
     try:
-        with zipfile.ZipFile(path) as packed:
-            unpacked = sum(info.file_size for info in packed.infolist())
-    except (zipfile.BadZipFile, ValueError, EOFError):
-        return  # a URDF, or a file that its reader refuses
-    if unpacked > MAX_UNPACKED_BYTES:
-        raise TooLarge(f"the file {key[:12]} of the archive unpacks to {unpacked:,} bytes, which is too much.")
+        if is_zip(path):  # else a URDF, or a file that its reader refuses
+            check_arrays(path, MAX_UNPACKED_BYTES)
+    except (ArraysUnusable, TooLarge) as error:
+        raise type(error)(f"the file {key[:12]} of the archive cannot be used: {error}") from None

@@ -48,8 +48,14 @@ class SlicerExport:
         then.
         """
         folder = folder.absolute()
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise InputError(f"{folder.name} is there already and is not an empty folder; name another one.")
+        called = folder.name or folder
+        try:
+            taken = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
+        except (OSError, ValueError) as error:  # such as a name that is too long
+            why = error.strerror if isinstance(error, OSError) else error
+            raise InputError(f"{called!s:.80} cannot be a folder: {why}; name another one.") from None
+        if taken:
+            raise InputError(f"{called} is there already and is not an empty folder; name another one.")
         half = folder.with_name(f".vfix-{secrets.token_hex(8)}")
         try:
             half.mkdir(parents=True)
@@ -58,7 +64,7 @@ class SlicerExport:
                 folder.rmdir()
             os.replace(half, folder)
         except OSError as error:
-            raise StorageError(f"{folder.name} could not be written: {error.strerror or error}.") from error
+            raise StorageError(f"{called} could not be written: {error.strerror or error}.") from error
         finally:
             shutil.rmtree(half, ignore_errors=True)
         return names

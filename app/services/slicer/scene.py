@@ -6,6 +6,7 @@ node's file is relative to the scene and percent-encoded. What a scene does not 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -16,6 +17,7 @@ from app.services.plan_model import NOTICE
 
 NodeKind = Literal["Curve", "Fiducial", "Line", "Plane", "ROI", "Model", "Volume", "Transform"]
 _VERSION = "Slicer 5.6.2"
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # of no XML 1.0 document
 _SLICES = ("Red", "Yellow", "Green")
 
 
@@ -146,5 +148,10 @@ def _slice(colour: str, volume: str) -> str:
 
 def _element(tag: str, attributes: dict[str, str]) -> str:
     # Slicer's reader keeps no line breaks of attributes; a name has none, a description may.
-    words = " ".join(f"{name}={quoteattr(' '.join(value.split()))}" for name, value in attributes.items())
+    words = " ".join(f"{name}={quoteattr(_xml_text(' '.join(value.split())))}" for name, value in attributes.items())
     return f" <{tag} {words}></{tag}>"
+
+
+def _xml_text(text: str) -> str:
+    """The text with a sign for what XML cannot hold: a stored name may be older than the rule that refuses it."""
+    return _NO_XML.sub("\ufffd", text)

@@ -132,7 +132,7 @@ export default class PatientPanel {
     const shown = (state.cases?.items ?? []).filter((item) => this.showDeleted.checked || !item.deleted);
     keyed(this.list, shown, (item) => `${item.id} ${item.deleted}`, (item) => this.row(item), (row, item) => {
       const open = item.id === state.case?.id;
-      fillListRow(row, item, when(item.created), open);
+      fillListRow(row, item, item.unreadable || when(item.created), open);
       const trash = row.querySelector("[data-tool=delete]");
       if (trash) Object.assign(trash, { disabled: open, title: open ? "The open head cannot be deleted" : "Delete" });
     });

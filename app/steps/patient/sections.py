@@ -8,12 +8,13 @@ from app.services.structures import Origin
 
 
 class CaseEntry(TypedDict):
-    """A case in the list."""
+    """A case in the list. unreadable: why its content cannot be read, '' where it can."""
 
     id: str
     name: str
     created: str
     deleted: bool
+    unreadable: str
 
 
 class CasesSection(TypedDict):

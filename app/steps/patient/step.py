@@ -55,7 +55,13 @@ class PatientStep(Step):
         if fresh or not self._cases:
             self._cases = list(self.views.services.cases.list(include_deleted=True))
         items: list[CaseEntry] = [
-            {"id": case.id, "name": case.name, "created": str(case.created), "deleted": case.deleted_at is not None}
+            {
+                "id": case.id,
+                "name": case.name,
+                "created": str(case.created),
+                "deleted": case.deleted_at is not None,
+                "unreadable": case.unreadable,
+            }
             for case in self._cases
         ]
         return {

@@ -123,12 +123,13 @@ export interface CasesSection {
   items: CaseEntry[];
 }
 
-/** A case in the list. */
+/** A case in the list. unreadable: why its content cannot be read, '' where it can. */
 export interface CaseEntry {
   id: string;
   name: string;
   created: string;
   deleted: boolean;
+  unreadable: string;
 }
 
 /** The imported structures of the open case. */
