@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Mapping
 from pathlib import PurePath
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from app.services.exchange_parts import check_last_line, decode, fault_at, mm_per_unit, table_header
 from app.services.names import check_label
+from app.services.plan_model import NOTICE
 from app.services.plan_points import Position, check_position
 from app.services.registration import MAX_PAIRS, RegistrationContent
 from app.services.registration_editor import MeasuredPoint, StoredRegistration
-from app.services.registration_fit import report_of
+from app.services.registration_fit import FitReport, report_of
 from app.services.registration_surface import MAX_TOUCHED
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import RegisteredTo
@@ -28,6 +30,7 @@ MAX_TRACED = 20_000  # samples of a path
 Floats = npt.NDArray[np.float64]
 
 _FRAMES: dict[str, RegisteredTo] = {"patient": "patient", "tracker": "patient", "base": "base", "robot": "base"}
+_FULL: dict[RegisteredTo, str] = {"patient": "the patient", "base": "the robot's base"}
 _KEYS = ("frame", "unit")
 
 
@@ -118,14 +121,35 @@ def _point(row: Mapping[str | None, str | None], scale: float, matrix: Floats | 
 def export_text(document: StoredRegistration, form: Format) -> str:
     """The transform from the image (moving) to the patient (fixed), as ITK's text format or JSON.
 
+    Both say whose registration it is, its direction, FRE, where its error is from, and whether it is simulated.
     Raises InputError where there is no transform yet, or its points do not fit.
     """
     report = report_of(document.content)
     if not report.usable:
         why = report.words if report.state == "misfit" else "It has no transform yet; measure its points first."
         raise InputError(f"the registration {document.name!r:.80} is not exported. {why}")
-    transform = document.content.registration.transform
-    return tfm_text(transform) if form == "tfm" else json_text(transform)
+    content = document.content
+    transform = content.registration.transform
+    origin = _origin(document, report)
+    if form == "tfm":
+        return tfm_text(transform, [f"{key}: {value}" for key, value in origin.items() if value is not None])
+    return json_text(transform, moving="image", fixed=content.to, origin=origin)
+
+
+def _origin(document: StoredRegistration, report: FitReport) -> dict[str, Any]:
+    """What a file says of where its transform comes from; lengths in mm."""
+    content = document.content
+    return {
+        "notice": f"{NOTICE}. A registration of vfix.",
+        "name": document.name,
+        "direction": f"from the image (LPS, mm) to {_FULL[content.to]} (mm)",
+        "made_from": content.made_from,
+        "fre_mm": None if report.fre_mm is None else round(report.fre_mm, 4),
+        "points": report.used,
+        "error_of_a_point_mm": None if report.fle_mm is None else round(report.fle_mm, 4),
+        "error_source": report.fle_source,
+        "simulated": "yes, nothing here is of a real patient" if report.simulated else "no",
+    }
 
 
 def read_transform(file_name: str, data: bytes) -> RegistrationContent:
@@ -136,8 +160,10 @@ def read_transform(file_name: str, data: bytes) -> RegistrationContent:
     name, text = file_name.lower(), decode(data)
     if not name.endswith((".tfm", ".txt", ".json")):
         raise InputError("a transform is read from .tfm, .txt or .json; in 3D Slicer save it as text (.tfm).")
-    transform = transform_from_json(text) if name.endswith(".json") else transform_from_tfm(text)
-    return RegistrationContent(transform=tuple(float(value) for value in transform.ravel()), made_from="given")
+    in_json = name.endswith(".json")
+    transform = transform_from_json(text) if in_json else transform_from_tfm(text)
+    to: RegisteredTo = "base" if in_json and json.loads(text)["to"] == "base" else "patient"
+    return RegistrationContent(to, tuple(float(value) for value in transform.ravel()), made_from="given")
 
 
 def name_of(file_name: str) -> str:

@@ -503,6 +503,14 @@ def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None
     for name, data in (("a.h5", b"x"), ("a.tfm", b"nothing"), ("a.json", b"{}"), ("a.tfm", b"\xff\xfe")):
         with pytest.raises(InputError):
             read_transform(name, data)
+    tfm, told = export_text(document, "tfm"), json.loads(export_text(document, "json"))
+    assert tfm.startswith("#Insight Transform File V1.0\n# notice: Not for clinical use")
+    for line in ("# name: Beads", "# direction: from the image (LPS, mm) to the patient (mm)", "# simulated: no"):
+        assert line in tfm.splitlines()
+    assert (told["from"], told["to"], told["name"], told["error_source"]) == ("image", "patient", "Beads", "estimated")
+    assert told["fre_mm"] == pytest.approx(document.content.fre_mm, abs=1e-3)
+    base = editor.become(replace(content_of(0.3), to="base"))
+    assert read_transform("head.json", export_text(base, "json").encode()).to == "base"
     assert name_of("C:\\scans\\head 1.tfm") == "head 1"
     assert name_of("\x07.tfm") == "Imported registration"
 

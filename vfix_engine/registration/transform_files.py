@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 
 JSON_SCHEMA = "vfix-transform/1"
 LARGEST_BYTES = 1_000_000
+MOVING_NAMES, FIXED_NAMES = ("moving", "image"), ("fixed", "patient", "base")  # of the frames, in JSON
 ROTATION_OFF = 1e-4  # of RᵀR − I, absolute
 
 _MAGIC = "#Insight Transform File V1.0"
@@ -62,10 +63,10 @@ def write_transform(file: Path | str, transform: ArrayLike) -> None:
         InputError: it is not rigid, or the name ends otherwise.
     """
     path = Path(file)
-    written = {".tfm": tfm_text, ".txt": tfm_text, ".json": json_text}.get(path.suffix.lower())
-    if written is None:
+    suffix = path.suffix.lower()
+    if suffix not in (".tfm", ".txt", ".json"):
         raise InputError(f"a transform is written as .tfm or .json, not as '{path.suffix}'")
-    path.write_text(written(transform), encoding="utf-8")
+    path.write_text(json_text(transform) if suffix == ".json" else tfm_text(transform), encoding="utf-8")
 
 
 def read_transform(file: Path | str) -> Array:
@@ -86,16 +87,23 @@ def read_transform(file: Path | str) -> Array:
     return transform_from_json(text) if suffix == ".json" else transform_from_tfm(text)
 
 
-def tfm_text(transform: ArrayLike) -> str:
+def tfm_text(transform: ArrayLike, comments: Sequence[str] = ()) -> str:
     """The text of an ITK file, an `AffineTransform_double_3_3` about the origin; see above for its direction.
 
+    Args:
+        transform: (4, 4), from the moving to the fixed frame, in mm.
+        comments: lines below the first one, which readers pass over.
+
     Raises:
-        InputError: the transform is not rigid.
+        InputError: the transform is not rigid, or a comment is more than a line.
     """
     back = inverse(transform)
+    if any(len(comment.splitlines()) > 1 for comment in comments):
+        raise InputError("a comment of a transform is one line; give several")
+    told = "".join(f"# {comment.strip()}\n" for comment in comments)
     numbers = " ".join(f"{value:.17g}" for value in [*back[:3, :3].ravel(), *back[:3, 3]])
     return (
-        f"{_MAGIC}\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: {numbers}\n"
+        f"{_MAGIC}\n{told}#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: {numbers}\n"
         "FixedParameters: 0 0 0\n"
     )
 
@@ -122,15 +130,25 @@ def transform_from_tfm(text: str) -> Array:
     return inverse(forth)
 
 
-def json_text(transform: ArrayLike) -> str:
+def json_text(
+    transform: ArrayLike, *, moving: str = "moving", fixed: str = "fixed", origin: Mapping[str, Any] | None = None
+) -> str:
     """A transform as JSON: its rows, and its direction in words.
 
+    Args:
+        transform: (4, 4), from the moving to the fixed frame, in mm.
+        moving, fixed: the frames' names: 'moving' or 'image', and 'fixed', 'patient' or 'base'.
+        origin: further fields, which readers pass over.
+
     Raises:
-        InputError: the transform is not rigid.
+        InputError: the transform is not rigid, or a frame has no such name.
     """
+    for name, known in ((moving, MOVING_NAMES), (fixed, FIXED_NAMES)):
+        if name not in known:
+            raise InputError(f"a frame of a transform is named {' or '.join(map(repr, known))}, not {name!r:.40}")
     rows = rigid_transform(transform, "the transform").tolist()
-    content = {"schema": JSON_SCHEMA, "unit": "mm", "axes": "LPS", "from": "moving", "to": "fixed", "transform": rows}
-    return json.dumps(content, indent=2) + "\n"
+    content = {"schema": JSON_SCHEMA, "unit": "mm", "axes": "LPS", "from": moving, "to": fixed, "transform": rows}
+    return json.dumps({**(origin or {}), **content}, indent=2) + "\n"
 
 
 def transform_from_json(text: str) -> Array:
@@ -143,12 +161,13 @@ def transform_from_json(text: str) -> Array:
         content: Any = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:
         raise InputError("the file is not valid JSON; write it again") from error
-    wanted = {"schema": JSON_SCHEMA, "unit": "mm", "axes": "LPS", "from": "moving", "to": "fixed"}
+    wanted = {"schema": (JSON_SCHEMA,), "unit": ("mm",), "axes": ("LPS",), "from": MOVING_NAMES, "to": FIXED_NAMES}
     if not isinstance(content, dict):
         raise InputError(f"a transform in JSON is an object with the schema {JSON_SCHEMA!r}")
-    for name, value in wanted.items():
-        if content.get(name) != value:
-            raise InputError(f"a transform in JSON has {name} {value!r}, not {content.get(name)!r:.40}")
+    for name, values in wanted.items():
+        if content.get(name) not in values:
+            allowed = " or ".join(map(repr, values))
+            raise InputError(f"a transform in JSON has {name} {allowed}, not {content.get(name)!r:.40}")
     return rigid_transform(real_array("the transform", content.get("transform", ())), "the transform")
 
 

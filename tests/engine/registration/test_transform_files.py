@@ -184,6 +184,29 @@ def test_wrong_json_is_refused(wrong: str) -> None:
             transform_from_json(json.dumps({**known, name: value}))
 
 
+def test_what_a_file_says_of_its_origin_is_passed_over() -> None:
+    pose = some_pose(4)
+    text = tfm_text(pose, ["name: Köpfe #2", "from the image to the patient"])
+    assert text.splitlines()[:3] == [
+        "#Insight Transform File V1.0",
+        "# name: Köpfe #2",
+        "# from the image to the patient",
+    ]
+    assert transform_from_tfm(text) == pytest.approx(pose, abs=1e-12)
+    named = json_text(pose, moving="image", fixed="patient", origin={"name": "Beads", "transform": "not this"})
+    assert (json.loads(named)["from"], json.loads(named)["to"], json.loads(named)["name"]) == (
+        "image",
+        "patient",
+        "Beads",
+    )
+    assert transform_from_json(named) == pytest.approx(pose, abs=1e-12)
+    assert transform_from_json(json_text(pose)) == pytest.approx(pose, abs=1e-12)
+    with pytest.raises(InputError, match="one line"):
+        tfm_text(pose, ["two\nTransform: AffineTransform_double_3_3"])
+    with pytest.raises(InputError, match="'patient'"):
+        json_text(pose, fixed="tracker")
+
+
 def test_wrong_names_and_transforms_are_refused(tmp_path: Path) -> None:
     for wrong in (lambda: write_transform(tmp_path / "a.h5", np.eye(4)), lambda: read_transform(tmp_path / "a.xml")):
         with pytest.raises(InputError):
