@@ -85,6 +85,9 @@ def test_names_are_kept_as_typed(cases: CaseService, case: Case, name: str) -> N
         "\ufeff \u2060",
         "\u3164",
         "\u0301",
+        "a\ufffe",
+        "a\ufdd0",
+        "a\U0010ffff",
     ],
 )
 def test_names_that_hide_or_break_something_are_refused(cases: CaseService, case: Case, name: str) -> None:

@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -195,3 +196,13 @@ def test_what_cannot_be_the_name_of_a_file_is_none(tmp_path: Path) -> None:
     assert not is_file(Path("a\0b"))
     (tmp_path / "plan.json").touch()
     assert is_file(tmp_path / "plan.json")
+
+
+def test_the_page_and_openigtlink_cannot_share_a_port(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = str(free.getsockname()[1])
+    assert cli.main(["serve", "--port", port, "--igtl", port, "--no-browser"]) == 2
+    assert f"the page has port {port} already" in capsys.readouterr().err

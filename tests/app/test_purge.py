@@ -213,3 +213,16 @@ def test_asking_again_ends_a_purge_that_was_killed(services: Services, capsys: p
     assert "there is no case" in capsys.readouterr().err
     assert not services.store.files.has(bone)
     assert found(services.settings.home, NAME.encode()) == []
+
+
+def test_what_a_killed_import_left_is_removed_at_a_later_start(services: Services) -> None:
+    """Files of no case, older than a day; those of a case stay, and those of an import that may still go on."""
+    case = head(services)
+    files, kept = services.store.files, set(services.store.files.keys())
+    old, young = (files.put_with(lambda file, data=data: file.write(data)) for data in (b"old", b"young"))  # type: ignore[misc]
+    before = time.time() - 2 * 86400.0
+    for key in (*kept, old):
+        os.utime(files.path(key), (before, before))
+    services.sweep()
+    assert set(files.keys()) == {*kept, young}
+    assert len(services.cases.case_surface(case.id).faces)

@@ -17,6 +17,7 @@ from rest_client import Client
 
 from app.cli import main
 from app.services import Services
+from app.services.case_model import HEAD_PHANTOM
 from app.services.cases import Bead, Case, CaseFrame
 from app.services.plan_model import Plan, PlanContent, PlanPoint
 from app.services.plan_paths import PlanPath
@@ -244,3 +245,18 @@ def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(
         sent = {name.removeprefix("Way/"): packed.read(name) for name in packed.namelist() if not name.endswith("/")}
     assert sent == {path.name: path.read_bytes() for path in folder.iterdir()}
     assert list(phantom_services.store.scratch.open().iterdir()) == before
+
+
+def test_a_stored_name_that_xml_cannot_hold_spoils_no_scene() -> None:
+    text = scene_text([SceneNode("Model", "optic \uffff\ufffe\x01 nerve \U0001f600", "x.ply")])
+    model = ET.fromstring(text).find("Model")
+    assert model is not None
+    assert model.attrib["name"] == "optic \ufffd\ufffd\ufffd nerve \U0001f600"
+
+
+def test_a_folder_that_nobody_can_make_is_told_in_words(phantom_services: Services, tmp_path: Path) -> None:
+    plan = phantom_services.plans.list(HEAD_PHANTOM)[0]
+    with pytest.raises(InputError, match="cannot be a folder"):
+        phantom_services.slicer.write(plan, tmp_path / ("n" * 300))
+    with pytest.raises(InputError, match=r"^/ is there already"):
+        phantom_services.slicer.write(plan, Path("/"))
