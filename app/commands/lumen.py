@@ -22,6 +22,7 @@ from vfix_engine.errors import FrameError, InputError, MeshError, VfixError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.frame_report import FRAMES, MM_PER_UNIT, FrameReport
 from vfix_engine.imaging.mesh_files import read_mesh, write_ply
+from vfix_engine.json_text import parse_json
 from vfix_engine.lumen.drive.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
 from vfix_engine.lumen.drive.drive_state import CONTROLS, Observer
 from vfix_engine.lumen.drive.look_plan import view_of
@@ -284,11 +285,11 @@ def read_landmarks(file: Path) -> dict[str, Array]:
     try:
         with file.open("rb") as stream:
             data = stream.read(_LARGEST_FILE + 1)
-        content = json.loads(data) if len(data) <= _LARGEST_FILE else None
+        content = parse_json(data) if len(data) <= _LARGEST_FILE else None
     except OSError as error:
         raise InputError(f"{file.name} cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError):
-        raise InputError(f"{file.name} is no JSON") from None
+    except ValueError as error:
+        raise InputError(f"{file.name} is no JSON: {error}") from None
     marks = content.get("landmarks") if isinstance(content, dict) else None
     if not isinstance(marks, dict):
         raise InputError(f"{file.name} has no object 'landmarks'")

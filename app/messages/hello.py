@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Literal
 
 from pydantic import ValidationError
@@ -10,6 +9,7 @@ from pydantic import ValidationError
 from app.messages.client import Role
 from app.messages.fields import Command
 from app.messages.version import VERSION
+from vfix_engine.json_text import parse_json
 
 
 class Hello(Command):
@@ -25,8 +25,8 @@ class NotUnderstood(Exception):
 def read_hello(text: str) -> Hello:
     """The hello that a client begins with. Raises NotUnderstood, also where its other fields are of another version."""
     try:
-        message = json.loads(text)
-    except (ValueError, RecursionError):
+        message = parse_json(text)
+    except ValueError:
         message = None
     version = message.get("version") if isinstance(message, dict) and message.get("type") == "hello" else None
     if version is None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from app.services.exchange_markups import number_text
@@ -17,13 +18,14 @@ from app.services.exchange_parts import (
     known_frame,
     mm_per_unit,
     new_point,
-    parse_json,
     table_header,
+    table_rows,
     to_lps,
 )
 from app.services.names import check_name
 from app.services.plan_model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
 from vfix_engine.errors import FrameError, PlanError
+from vfix_engine.json_text import parse_json
 
 _SCHEMA = "vfix-plan-table/1"
 _COLUMNS = ("kind", "label", "x", "y", "z")
@@ -57,7 +59,7 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
         raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
     scale = mm_per_unit(header.get("unit", "mm"))  # without any header, a user who names the frame means mm
     content: dict[str, list[PlanPoint]] = {kind: [] for kind in _KINDS}
-    rows = _rows(lines)
+    rows = list(table_rows(lines, ()))
     for number, row in rows:
         with fault_at(f"line {number} of the table"):
             kind = row.get("kind", "point")
@@ -71,16 +73,6 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
     return PlanFile(name, points, header.get("case_hash") or None)
 
 
-def _rows(lines: list[str]) -> list[tuple[int, dict[str, Any]]]:
-    """Each row that is no comment, with the number of its line in the file, from 1."""
-    kept = [(number, line) for number, line in enumerate(lines, start=1) if not line.startswith("#")]
-    reader = csv.DictReader([line for _, line in kept], strict=True)
-    try:
-        return [(kept[reader.line_num - 1][0], row) for row in reader]
-    except csv.Error as error:
-        raise PlanError(f"line {kept[reader.reader.line_num - 1][0]} of the table is damaged: {error}.") from None
-
-
 def _name(text: str | None) -> Any:
     """The plan's name: JSON as we write it, or bare text of a table that somebody typed."""
     if text is None:
@@ -91,7 +83,7 @@ def _name(text: str | None) -> Any:
         return text
 
 
-def _point(row: dict[str, Any], frame: str, scale: float) -> PlanPoint:
+def _point(row: Mapping[str | None, str | None], frame: str, scale: float) -> PlanPoint:
     values = [row.get(axis) for axis in "xyz"]
     if None in values or None in row:
         raise PlanError("it does not have a label, x, y and z.")

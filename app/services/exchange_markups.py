@@ -9,6 +9,7 @@ from typing import Any, Literal
 from app.services.errors import PointsUnclear
 from app.services.exchange_parts import (
     CurveSample,
+    cell_number,
     check_last_line,
     fault_at,
     known_frame,
@@ -152,7 +153,7 @@ def _fcsv_point(columns: list[str], line: str, frame: str, at: int) -> PlanPoint
 def number_text(text: str) -> float:
     """A number out of a table's cell. Raises PlanError."""
     try:
-        return number(float(text), "a coordinate")
+        return number(cell_number(text), "a coordinate")
     except ValueError:
         raise PlanError(f"{text!r:.40} is not a coordinate.") from None
 

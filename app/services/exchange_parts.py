@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+import csv
 import json
-import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any
 
 from app.services.errors import TooLarge
 from app.services.names import check_label
 from app.services.plan_model import PlanPoint, Position, check_position, new_point_id
 from vfix_engine.errors import FrameError, InputError, PlanError
 from vfix_engine.frames import RAS_TO_LPS
+from vfix_engine.json_text import parse_json
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
-MAX_DIGITS = 300  # of a whole number: a float has 308
-MAX_DEPTH = 64  # of lists and objects in each other
-_TOO_DEEP = f"it is nested more than {MAX_DEPTH} deep"
+_SEPARATORS = ",;\t"  # of a table's cells
 # 3D Slicer wrote its enumeration before it wrote the names (HAZ-14).
 _FRAMES = {"LPS": "LPS", "RAS": "RAS", "0": "RAS", "1": "LPS"}
 _MM_PER_UNIT = {"mm": 1.0, "um": 1e-3, "m": 1e3}
@@ -36,14 +36,14 @@ class CurveSample:
     clearance_mm: float | None
 
 
-def decode(data: bytes) -> str:
-    """UTF-8 text of a file. Raises PlanError or TooLarge."""
+def decode(data: bytes, what: str = "the file of the plan") -> str:
+    """UTF-8 text of a file; what: it is, for the message. Raises PlanError or TooLarge."""
     if len(data) > MAX_TEXT:
-        raise TooLarge(f"the file of the plan has {len(data):,} bytes; {MAX_TEXT:,} are allowed.")
+        raise TooLarge(f"{what} has {len(data):,} bytes; {MAX_TEXT:,} are allowed.")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise PlanError("the file of the plan is not UTF-8 text.") from None
+        raise PlanError(f"{what} is not UTF-8 text; save it as that.") from None
 
 
 def parse_json_object(text: str) -> dict[str, Any]:
@@ -57,58 +57,6 @@ def parse_json_object(text: str) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise PlanError("the file must hold one JSON object.")
     return data
-
-
-def parse_json(text: str) -> Any:
-    """A JSON value of anybody's making, without NaN and infinity. Raises ValueError, for one nested too deeply too.
-
-    No number is too large for a float, and no text has a half of a surrogate pair, which nothing could write again.
-
-    How deep is not left to the interpreter, whose limit depends on where it is called: what is read here can be
-    written, compared and reported.
-    """
-    try:
-        data = json.loads(text, parse_constant=_no_constant, parse_float=_float, parse_int=_int)
-    except RecursionError:
-        raise ValueError(_TOO_DEEP) from None
-    level = [data]
-    for _ in range(MAX_DEPTH):
-        level = [inner for item in level for inner in _inside(item)]
-        if not level:
-            _check_texts(text, data)
-            return data
-    raise ValueError(_TOO_DEEP)
-
-
-def _inside(item: Any) -> Iterable[Any]:
-    if isinstance(item, dict):
-        return item.values()
-    return item if isinstance(item, list) else ()
-
-
-def _check_texts(text: str, data: Any) -> None:
-    if "\\u" in text:  # only an escape can be half of a pair
-        try:
-            json.dumps(data, ensure_ascii=False).encode()
-        except UnicodeEncodeError:
-            raise ValueError("a text of it is not sound Unicode") from None
-
-
-def _float(word: str) -> float:
-    found = float(word)
-    if math.isinf(found):
-        raise ValueError("a number of it is too large")
-    return found
-
-
-def _int(word: str) -> int:
-    if len(word) > MAX_DIGITS:
-        raise ValueError("a number of it is too large")
-    return int(word)
-
-
-def _no_constant(word: str) -> NoReturn:
-    raise ValueError(f"{word} is no number of JSON")
 
 
 def to_json_text(data: dict[str, Any]) -> str:
@@ -163,6 +111,35 @@ def table_header(lines: Sequence[str], keys: Iterable[str], above: int) -> dict[
         if header.setdefault(key, value) != value:
             raise PlanError(f"{where} after {key}={header[key]:.40}; keep the one that is right, or split the file.")
     return header
+
+
+def table_rows(lines: Sequence[str], columns: Iterable[str]) -> Iterator[tuple[int, dict[str | None, str | None]]]:
+    """The rows below the one that names the columns, each with the number of its line, one after the other.
+
+    Cells are separated by what separates the names of the columns: a comma, a semicolon or a tab.
+    Raises PlanError where that row lacks one of these columns or has one twice, and for a row that is damaged.
+    """
+    kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    separator = max(_SEPARATORS, key=kept[0][1].count) if kept else ","
+    reader = csv.DictReader((line for _, line in kept), delimiter=separator, strict=True)
+    try:
+        names = Counter(reader.fieldnames or ())
+        if kept and not names.keys() >= set(columns):
+            raise PlanError(f"the table's first row names its columns: {','.join(columns)}.")
+        for name, count in names.items():
+            if name and count > 1:
+                raise PlanError(f"two columns of the table are called {name!r:.40}; delete one of them.")
+        for row in reader:
+            yield kept[reader.line_num - 1][0], row
+    except csv.Error as error:
+        raise PlanError(f"line {kept[reader.reader.line_num - 1][0]} of the table is damaged: {error}.") from None
+
+
+def cell_number(text: str) -> float:
+    """A number out of a table's cell. Raises ValueError for what Python alone takes for one, such as '1_0'."""
+    if "_" in text or not text.isascii():
+        raise ValueError("no number")
+    return float(text)
 
 
 def check_last_line(text: str) -> None:

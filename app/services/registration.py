@@ -26,6 +26,7 @@ from app.services.registration_tools import (
     PointerTip,
     RobotToTracker,
     check_pointer,
+    check_rigid,
     check_robot,
     pointer_from_json,
     robot_from_json,
@@ -33,7 +34,6 @@ from app.services.registration_tools import (
 )
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
-from vfix_engine.given import rigid_transform
 
 SCHEMA = "vfix-registration/3"
 BEFORE_CALIBRATIONS = "vfix-registration/2"
@@ -177,7 +177,7 @@ def check_registration(content: RegistrationContent) -> RegistrationContent:
         raise InputError(f"a registration is made from {', '.join(get_args(MadeFrom))}, not {content.made_from!r:.20}.")
     if len(content.pairs) > MAX_PAIRS:
         raise InputError(f"{len(content.pairs)} pairs are too many; a registration has {MAX_PAIRS} at most.")
-    rigid_transform(np.array(content.transform).reshape(4, 4), "the registration's transform")
+    check_rigid(content.transform, "the registration's transform")
     for pair in content.pairs:
         check_pair(pair)
     ids = [pair.id for pair in content.pairs if pair.id]

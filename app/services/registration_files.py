@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import json
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Any, Literal
@@ -11,7 +10,15 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from app.services.exchange_parts import check_last_line, decode, fault_at, mm_per_unit, table_header
+from app.services.exchange_parts import (
+    cell_number,
+    check_last_line,
+    decode,
+    fault_at,
+    mm_per_unit,
+    table_header,
+    table_rows,
+)
 from app.services.names import check_label
 from app.services.plan_model import NOTICE
 from app.services.plan_points import Position, check_position
@@ -21,6 +28,7 @@ from app.services.registration_fit import FitReport, report_of
 from app.services.registration_surface import MAX_TOUCHED
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import RegisteredTo
+from vfix_engine.json_text import parse_json
 from vfix_engine.registration.transform_files import json_text, tfm_text, transform_from_json, transform_from_tfm
 
 Format = Literal["tfm", "json"]
@@ -37,12 +45,18 @@ _KEYS = ("frame", "unit")
 def read_measured(data: bytes, content: RegistrationContent) -> tuple[MeasuredPoint, ...]:
     """Measured points of a table with the columns label, x, y, z, of which label may be missing.
 
+    Cells are separated by commas, semicolons or tabs; numbers have a point. No two points have one label.
+
     Comment lines above it say `# unit=mm` (or um, m) and `# frame=patient` (or tracker, base, robot).
     content: the registration that they are for; the file has to be of the frame that it is to. A table of the tracker's
     frame is taken to the robot's base by the robot's calibration where there is one.
     Raises FrameError where the unit is not said or the frame is another one, and InputError for anything else.
     """
-    return _points_of(data, content, MAX_PAIRS, "a registration has {most} pairs at most.")
+    points = _points_of(data, content, MAX_PAIRS, "a registration has {most} pairs at most.")
+    for label, count in Counter(point.label for point in points).items():
+        if label and count > 1:
+            raise InputError(f"two rows of the table are called {label!r:.80}; give each point a name of its own.")
+    return points
 
 
 def read_touched(data: bytes, content: RegistrationContent) -> tuple[Position, ...]:
@@ -58,7 +72,7 @@ def read_traced(data: bytes, content: RegistrationContent) -> tuple[Position, ..
 
 
 def _points_of(data: bytes, content: RegistrationContent, most: int, too_many: str) -> tuple[MeasuredPoint, ...]:
-    text = decode(data)
+    text = decode(data, "the table")
     check_last_line(text)
     lines = text.splitlines()
     header = table_header(lines, _KEYS, above=1)
@@ -71,14 +85,14 @@ def _points_of(data: bytes, content: RegistrationContent, most: int, too_many: s
     else:
         _check_frame(named, content.to)
     scale = mm_per_unit(header["unit"])
-    points = []
+    points: list[MeasuredPoint] = []
     for number, row in table_rows(lines, ("x", "y", "z")):
+        if len(points) == most:  # the rest is not even read
+            raise InputError(f"the table holds more than {most:,} points; {too_many.format(most=f'{most:,}')}")
         with fault_at(f"line {number} of the table"):
             points.append(_point(row, scale, matrix))
     if not points:
         raise InputError("the table holds no points.")
-    if len(points) > most:
-        raise InputError(f"the table holds {len(points):,} points; {too_many.format(most=f'{most:,}')}")
     return tuple(points)
 
 
@@ -94,21 +108,9 @@ def _check_frame(named: str | None, to: RegisteredTo) -> None:
         raise FrameError(f"the points are in the frame {named!r:.20}, and this registration is to the {to}.")
 
 
-def table_rows(lines: list[str], columns: tuple[str, ...]) -> list[tuple[int, dict[str | None, str | None]]]:
-    """The rows below the one that names the columns, each with the number of its line. Raises InputError."""
-    kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    reader = csv.DictReader([line for _, line in kept], strict=True)
-    if reader.fieldnames is not None and not set(columns) <= set(reader.fieldnames):
-        raise InputError(f"the table's first row names its columns: {','.join(columns)}.")
-    try:
-        return [(kept[reader.line_num - 1][0], row) for row in reader]
-    except csv.Error as error:
-        raise InputError(f"line {kept[reader.reader.line_num - 1][0]} of the table is damaged: {error}.") from None
-
-
 def _point(row: Mapping[str | None, str | None], scale: float, matrix: Floats | None) -> MeasuredPoint:
     try:
-        values = [float(row[axis] or "") * scale for axis in "xyz"]
+        values = [cell_number(row[axis] or "") * scale for axis in "xyz"]
     except ValueError:
         raise InputError("x, y and z must be numbers, with a point and not a comma.") from None
     if None in row:  # the rest of a row that is too long
@@ -157,12 +159,12 @@ def read_transform(file_name: str, data: bytes) -> RegistrationContent:
 
     Raises InputError for another kind of file, and for a transform that is not rigid.
     """
-    name, text = file_name.lower(), decode(data)
+    name, text = file_name.lower(), decode(data, "the file of the transform")
     if not name.endswith((".tfm", ".txt", ".json")):
         raise InputError("a transform is read from .tfm, .txt or .json; in 3D Slicer save it as text (.tfm).")
     in_json = name.endswith(".json")
     transform = transform_from_json(text) if in_json else transform_from_tfm(text)
-    to: RegisteredTo = "base" if in_json and json.loads(text)["to"] == "base" else "patient"
+    to: RegisteredTo = "base" if in_json and parse_json(text)["to"] == "base" else "patient"
     return RegistrationContent(to, tuple(float(value) for value in transform.ravel()), made_from="given")
 
 

@@ -10,9 +10,16 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from app.services.exchange_parts import check_last_line, decode, fault_at, mm_per_unit, table_header
+from app.services.exchange_parts import (
+    cell_number,
+    check_last_line,
+    decode,
+    fault_at,
+    mm_per_unit,
+    table_header,
+    table_rows,
+)
 from app.services.plan_points import check_position
-from app.services.registration_files import table_rows
 from app.services.registration_tools import MAX_POSES
 from vfix_engine.errors import FrameError, InputError
 
@@ -44,7 +51,7 @@ def read_poses(data: bytes, kind: PoseKind) -> PoseTable:
     Comment lines above it say `# unit=mm` (or um, m; of x, y and z) and `# pose=`, from which frame to which: a kind.
     Raises FrameError where one of them is not said or is another, and InputError for anything else.
     """
-    text = decode(data)
+    text = decode(data, "the table")
     check_last_line(text)
     lines = text.splitlines()
     header = table_header(lines, _KEYS, above=1)
@@ -104,7 +111,7 @@ def _pose(row: Mapping[str | None, str | None], scale: float) -> Floats:
     if None in row:  # the rest of a row that is too long
         raise InputError("it has more values than there are columns.")
     try:
-        values = [float(row[name] or "") for name in _COLUMNS]
+        values = [cell_number(row[name] or "") for name in _COLUMNS]
     except ValueError:
         raise InputError(f"{', '.join(_COLUMNS)} must be numbers, with a point and not a comma.") from None
     place, (x, y, z, w) = check_position([scale * value for value in values[:3]]), values[3:]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from app.services.plan_points import Position, check_position, number
+from app.services.plan_points import MAX_COORDINATE, Position, check_position, number
 from vfix_engine.errors import InputError
 from vfix_engine.given import rigid_transform
 
@@ -89,7 +89,7 @@ def check_robot(robot: RobotToTracker | None) -> RobotToTracker | None:
         return None
     if len(robot.transform) != 16 or len(robot.covariance) != 36:
         raise InputError("the robot's calibration has a transform of 16 numbers and a covariance of 36.")
-    rigid_transform(np.array(robot.transform).reshape(4, 4), "the transform from the tracker to the robot")
+    check_rigid(robot.transform, "the transform from the tracker to the robot")
     covariance = np.array(robot.covariance).reshape(6, 6)
     scale = float(np.abs(covariance).max())
     even = bool(np.isfinite(covariance).all()) and np.abs(covariance - covariance.T).max() <= 1e-9 * scale
@@ -99,6 +99,17 @@ def check_robot(robot: RobotToTracker | None) -> RobotToTracker | None:
         _at_least_0(getattr(robot, name), f"the robot's {name}")
     _check_source(robot.poses, robot.measured_from)
     return robot
+
+
+def check_rigid(transform: Sequence[float], what: str) -> None:
+    """Refuse 16 numbers, row by row, that are no rigid transform within reach of a patient (HAZ-05), mm.
+
+    Raises InputError; the message begins with `what`.
+    """
+    matrix = np.array(transform).reshape(4, 4)
+    if np.isfinite(matrix).all() and (moved := np.abs(matrix[:3, 3]).max()) >= MAX_COORDINATE:
+        raise InputError(f"{what} moves by {moved:.4g} mm, beyond {MAX_COORDINATE:g} mm; check its unit, mm.")
+    rigid_transform(matrix, what)
 
 
 def _fields(kind: type[Any], item: Any, what: str, *lists: str) -> dict[str, Any]:

@@ -216,7 +216,7 @@ def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
 
 def resolve_zones(path: Path, case: ResolvedCase) -> ZoneSet:
     """No-fly zones and soft zones of a file, in LPS mm; patches are parts of a case's structures. Raises InputError."""
-    return zones_from_dict(parse_json_object(decode(read_bytes(path))), case.mesh, case.structures)
+    return zones_from_dict(parse_json_object(decode(read_bytes(path), "the file of zones")), case.mesh, case.structures)
 
 
 def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:

@@ -21,11 +21,11 @@ from sqlalchemy.orm import Session
 
 from app.clock import utc_now
 from app.services.errors import NotFound, TooLarge
-from app.services.exchange_parts import parse_json
 from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, RunRow
 from vfix_engine.errors import InputError, VfixError
+from vfix_engine.json_text import parse_json
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SPEC, TICKS
 
 _LOG = logging.getLogger(__name__)

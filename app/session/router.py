@@ -21,6 +21,7 @@ from app.messages.version import VERSION
 from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
 from app.session.commands import parse_command
 from app.steps.registry import specs
+from vfix_engine.json_text import parse_json
 
 if TYPE_CHECKING:
     from app.session.client_session import ClientSession
@@ -246,7 +247,7 @@ def _refusal(number: int | None, words: str) -> Message:
 def _number(text: str) -> int | None:
     """The id of a message that is no command, where a reply to it can be waited for."""
     try:
-        number = json.loads(text)["id"]
-    except (ValueError, LookupError, TypeError, RecursionError):
+        number = parse_json(text)["id"]
+    except (ValueError, LookupError, TypeError):
         return None
     return number if type(number) is int else None

@@ -96,6 +96,8 @@ def test_a_table_of_poses_comes_as_it_was_written(unit: str) -> None:
             "# unit=mm\n# pose=pointer_to_tracker\nnumber,x,y,z,qx,qy,qz,qw\n1,1,2,3,0,0,0,1\n1,1,2,3,0,0,0,1\n",
             "number of its own",
         ),
+        ("# unit=mm\n# pose=pointer_to_tracker\nx,x,y,z,qx,qy,qz,qw\n1,1,2,3,0,0,0,1\n", "two columns"),
+        ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1_0,2,3,0,0,0,1\n", "must be numbers"),
     ],
 )
 def test_a_table_of_poses_that_leaves_something_open_is_refused(text: str, words: str) -> None:

@@ -24,10 +24,10 @@ from app.services.exchange import (
     to_markups,
     write_export,
 )
-from app.services.exchange_parts import MAX_DEPTH, parse_json
 from app.services.names import check_label
 from app.services.plan_model import MAX_POINTS, Plan, PlanPoint, content_from_json
 from vfix_engine.errors import FrameError, InputError, PlanError
+from vfix_engine.json_text import MAX_DEPTH, parse_json
 
 POINTS = (
     PlanPoint("a", "entry, left", (-29.512345678901, 1 / 3, -14.0)),

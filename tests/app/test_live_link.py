@@ -237,6 +237,16 @@ def test_a_matrix_that_is_not_rigid_is_no_registration(
         intake.hear(Transform("Registration", np.diag([*scale, 1.0])))
 
 
+@pytest.mark.parametrize("moved", [1e6, 1e15])
+def test_a_registration_beyond_reach_is_refused(parts: Parts, intake: Intake, plan: Plan, moved: float) -> None:
+    matrix = np.eye(4)
+    matrix[0, 3] = moved
+    with pytest.raises(InputError, match="beyond 10000 mm"):
+        intake.hear(Transform("Registration", matrix))
+    assert intake.settle() == []
+    assert parts.registrations.list(plan.case_id) == ()
+
+
 def test_what_nobody_asked_for_is_passed_over(intake: Intake, plan: Plan) -> None:
     assert intake.hear(Text("Path", "words")) == ""
     assert intake.hear(PointList("Fiducials", (Point("P", (math.nan, 0.0, 0.0)),))) == ""

@@ -22,7 +22,7 @@ from app.services.errors import DocumentLocked, NotFound, PlanConflict
 from app.services.exchange import from_native_json, to_native_json
 from app.services.plan_diff import changes
 from app.services.plan_model import Plan
-from app.services.registration import REGISTRATION, FiducialPair, RegistrationContent
+from app.services.registration import REGISTRATION, FiducialPair, RegistrationContent, check_registration
 from app.services.registration_editor import MeasuredPoint, RegistrationEditor
 from app.services.registration_errors import error_table, expected_errors
 from app.services.registration_files import export_text, name_of, read_measured, read_transform
@@ -261,11 +261,52 @@ def test_measured_points_of_a_table_go_by_label_or_in_order(editor: Registration
         ("# unit=mm\n# frame=patient\nname,a,b,c\na,1,2,3\n", "names its columns"),
         ("# unit=mm\n# frame=patient\nlabel,x,y,z\n", "holds no points"),
         ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3", "has no end"),
+        ("# unit=mm\n# frame=patient\nx,x,y,z\n1,9,2,3\n", "two columns of the table are called 'x'"),
+        ("# unit=mm\n# frame=patient\nx,y,z\n1_0,2,3\n", "must be numbers"),
+        ("# unit=mm\n# frame=patient\nx,y,z\n٥٠,2,3\n", "must be numbers"),
+        ("# unit=mm\n# frame=patient\nx;y;z\n1,5;2;3\n", "with a point and not a comma"),
+        ('# unit=mm\n# frame=patient\n"x,y,z\n', "damaged"),
+        (
+            "# unit=mm\n# frame=patient\nlabel,x,y,z\nforehead,1,2,3\nchin,1,2,4\nforehead,1,2,5\n",
+            "two rows of the table are called 'forehead'",
+        ),
+        ("# unit=mm\n# frame=patient\nx,y,z\n" + "1,2,3\n" * 101 + "x\n", "more than 100 points"),
     ],
 )
 def test_a_table_that_leaves_something_open_is_refused(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         read_measured(text.encode(), RegistrationContent())
+
+
+def test_points_without_a_label_are_not_called_the_same() -> None:
+    text = "# unit=mm\n# frame=patient\nlabel,x,y,z\n,1,2,3\n,1,2,4\n"
+    assert len(read_measured(text.encode(), RegistrationContent())) == 2
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_table_of_a_spreadsheet_is_read(separator: str) -> None:
+    text = "# unit=mm\n# frame=patient\nlabel,x,y,z\n{label},1.5,-2,3e1\n".replace(",", separator)
+    content = RegistrationContent()
+    assert read_measured(text.format(label="chin").encode(), content) == (MeasuredPoint("chin", (1.5, -2.0, 30.0)),)
+    assert read_measured(text.format(label="chin, left").encode(), content)[0].label == "chin, left"
+
+
+def test_errors_say_which_file_it_is() -> None:
+    with pytest.raises(InputError, match="the table is not UTF-8"):
+        read_measured(b"\xff\xfe", RegistrationContent())
+    with pytest.raises(InputError, match="the file of the transform is not UTF-8"):
+        read_transform("a.tfm", b"\xff\xfe")
+
+
+@pytest.mark.parametrize("moved", [1e4, 1e6, 1e15])
+def test_a_registration_beyond_reach_is_refused_for_that(moved: float) -> None:
+    transform = np.eye(4)
+    transform[1, 3] = -moved
+    content = RegistrationContent(transform=tuple(transform.ravel().tolist()), made_from="given")
+    with pytest.raises(InputError, match=r"moves by 1e\+\d+ mm, beyond 10000 mm"):
+        check_registration(content)
+    transform[1, 3] = -9999.0
+    check_registration(replace(content, transform=tuple(transform.ravel().tolist())))
 
 
 def test_the_simulated_pointer_has_the_noise_that_is_stated() -> None:

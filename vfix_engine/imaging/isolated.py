@@ -22,6 +22,7 @@ from typing import Any, TypeVar
 
 from vfix_engine import errors
 from vfix_engine.imaging import crossing
+from vfix_engine.json_text import parse_json
 from vfix_engine.progress import ProgressCallback
 
 Result = TypeVar("Result")
@@ -207,7 +208,7 @@ def _end(status: int) -> str:
 def _forward(line: bytes, progress: ProgressCallback | None) -> None:
     """Pass on one line of progress; other lines, which a decoder may print, are dropped."""
     try:
-        stage, fraction = json.loads(line)
+        stage, fraction = parse_json(line)
         if progress is not None and isinstance(stage, str):
             progress(stage, min(max(float(fraction), 0.0), 1.0))
     except (ValueError, TypeError):

@@ -6,7 +6,6 @@ animations change no triangle.
 
 from __future__ import annotations
 
-import json
 import struct
 from collections.abc import Iterator
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import MeshError
+from vfix_engine.json_text import parse_json
 
 Arrays = tuple[npt.NDArray[Any], npt.NDArray[Any]]
 
@@ -47,7 +47,7 @@ class _File:
             size, kind = struct.unpack_from("<II", data, at)
             chunks.setdefault(kind, data[at + 8 : at + 8 + size])
             at += 8 + size
-        self._json, self._bin = json.loads(chunks[_JSON]), chunks.get(_BIN, b"")
+        self._json, self._bin = parse_json(chunks[_JSON]), chunks.get(_BIN, b"")
         if packed := _NOT_READ & set(self._json.get("extensionsRequired", ())):
             words = ", ".join(sorted(packed))
             raise MeshError(f"the GLB file is packed ({words}), which is not read; save it unpacked.")

@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..frames import inverse
 from ..given import real_array, rigid_transform
+from ..json_text import parse_json
 
 Array = NDArray[np.float64]
 
@@ -158,9 +159,9 @@ def transform_from_json(text: str) -> Array:
         InputError: not JSON, another schema, unit, frame or direction, or not rigid.
     """
     try:
-        content: Any = json.loads(text)
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise InputError("the file is not valid JSON; write it again") from error
+        content: Any = parse_json(text)
+    except ValueError as error:
+        raise InputError(f"the file is not valid JSON: {error}; write it again") from error
     wanted = {"schema": (JSON_SCHEMA,), "unit": ("mm",), "axes": ("LPS",), "from": MOVING_NAMES, "to": FIXED_NAMES}
     if not isinstance(content, dict):
         raise InputError(f"a transform in JSON is an object with the schema {JSON_SCHEMA!r}")
@@ -223,8 +224,11 @@ def _transform(block: dict[str, str]) -> tuple[str, list[float], list[float]]:
 
 
 def _numbers(name: str, block: dict[str, str]) -> list[float]:
+    text = block.get(name, "")
     try:
-        values = [float(word) for word in block.get(name, "").split()]
+        if "_" in text or not text.isascii():  # which Python takes within a number
+            raise ValueError(text)
+        values = [float(word) for word in text.split()]
     except ValueError as error:
         raise InputError(f"'{name}' of the transform are not numbers") from error
     if not all(math.isfinite(value) for value in values):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import RobotError
 from ..given import rigid_transform
+from ..json_text import parse_json
 from ..resources import assets_dir
 
 Array = NDArray[np.float64]
@@ -48,8 +48,8 @@ def read_description(name_or_path: str | Path, folder: str, schema: str) -> dict
     path = description_path(name_or_path, folder)
     content = read_bytes(path, folder)
     try:
-        data = json.loads(content.decode("utf-8"))
-    except (ValueError, RecursionError) as error:
+        data = parse_json(content.decode("utf-8"))
+    except ValueError as error:
         raise RobotError(f"{path.name} cannot be read as JSON: {error}") from error
     if not isinstance(data, dict) or data.get("schema") != schema:
         raise RobotError(f"{path.name} is not a {schema} file")

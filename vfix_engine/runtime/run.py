@@ -105,7 +105,7 @@ class Run:
             end = folder / END
             ended = dict(json.loads(end.read_text(encoding="utf-8"))) if end.exists() else None
             events = tuple(_event(json.loads(line)) for line in lines if line.endswith("\n"))
-        except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
+        except (OSError, ValueError, KeyError, TypeError, RecursionError, BadZipFile) as error:
             raise InputError(f"'{folder.name}' is not a run that can be read: {error}") from error
         if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
             raise InputError(f"'{folder.name}' is no run of the schema {SCHEMA}")

@@ -23,10 +23,10 @@ from app.services.archive.layout import (
     SUMS,
 )
 from app.services.errors import TooLarge
-from app.services.exchange_parts import parse_json
 from app.services.zip_directory import check_directory
 from app.store.files import check_regular
 from vfix_engine.errors import InputError
+from vfix_engine.json_text import parse_json
 
 _PIECE = 1 << 20
 _DAMAGED = (zipfile.BadZipFile, zipfile.LargeZipFile, EOFError, NotImplementedError, ValueError, OSError)

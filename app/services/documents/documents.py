@@ -50,6 +50,11 @@ class Documents(Generic[Content]):
         with self._store.reading() as session:
             return read_document(session, self.kind, document_id)
 
+    def title(self, document_id: str) -> DocumentTitle:
+        """What a list shows of a document, deleted or not, readable or not. Raises NotFound."""
+        with self._store.reading() as session:
+            return title_of(find_row(session, self.kind, document_id))
+
     def create(
         self, case_id: str, name: str, content: Content | None = None, *, document_id: str | None = None
     ) -> Document[Content]:

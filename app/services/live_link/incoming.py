@@ -34,7 +34,7 @@ from app.services.plan_model import (
 )
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
-from app.services.registration import RegistrationContent
+from app.services.registration import RegistrationContent, check_registration
 from vfix_engine.errors import PlanError, VfixError
 
 SETTLED_S = 1.0  # a hand that drags a point sends on; its proposal is made once it rests
@@ -79,6 +79,8 @@ class Intake:
             _proposed(plan, message)  # refused at once where it cannot be
         elif same_transform(rigid(message.matrix), np.eye(4)):
             return NO_REGISTRATION
+        else:
+            check_registration(_registered(message))
         with self._lock:
             self._waiting[message.name] = _Waiting(message, time.monotonic() + SETTLED_S, plan.id)
         return ""
@@ -120,18 +122,24 @@ class Intake:
         return f"Proposed as version {name!r} of {plan.name!r}; compare it and go over to it on the page."
 
     def _register(self, plan: Plan, message: Transform) -> str:
-        transform = registration_to_ras(rigid(message.matrix))
+        content = _registered(message)
+        transform = content.registration.transform
         known = [one for one in self._registrations.list(plan.case_id) if not one.unreadable]
         made = [one.content for one in known if one.content.made_from != "none"]
-        if any(same_transform(content.registration.transform, transform) for content in made):
+        if any(same_transform(one.registration.transform, transform) for one in made):
             return ""
         taken = {one.name for one in known}
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:
             raise PlanError(f"{MAX_REGISTRATIONS} registrations came from outside; delete some of them first.")
         name = _unused(FROM, taken)
-        content = RegistrationContent("patient", tuple(transform.ravel().tolist()), made_from="given")
         self._registrations.create(plan.case_id, name, content)
         return f"Stored as registration {name!r}; check it before it is used."
+
+
+def _registered(message: Transform) -> RegistrationContent:
+    """Raises LinkFault where the matrix is not rigid."""
+    transform = registration_to_ras(rigid(message.matrix))
+    return RegistrationContent("patient", tuple(transform.ravel().tolist()), made_from="given")
 
 
 def _unused(name: str, taken: set[str]) -> str:

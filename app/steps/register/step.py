@@ -106,6 +106,7 @@ class RegisterStep(Step):
                 name = command.name or self._next_name(case_id)
                 self._open = OpenRegistration(self._services, stored.create(case_id, name).id)
             case c.RenameRegistration():
+                self._check_own(command.registration_id, case_id)
                 stored.rename(command.registration_id, command.name)
                 if self._open is not None and self._open.id == command.registration_id:
                     self._open.refresh()
@@ -116,10 +117,12 @@ class RegisterStep(Step):
                 self._check_own(command.registration_id, case_id)
                 self._open = OpenRegistration(self._services, stored.duplicate(command.registration_id).id)
             case c.RegistrationCommand(type="registration.restore"):
+                self._check_own(command.registration_id, case_id, deleted=True)
                 stored.restore(command.registration_id)
                 if self._open is None:
                     self._open = OpenRegistration(self._services, command.registration_id)
             case c.RegistrationCommand():
+                self._check_own(command.registration_id, case_id)
                 stored.delete(command.registration_id)
                 if self._open is not None and self._open.id == command.registration_id:
                     self._open = newest(self._services, case_id, None)
@@ -128,11 +131,12 @@ class RegisterStep(Step):
         taken = {title.name for title in self._services.registrations.titles(case_id, include_deleted=True)}
         return next(name for n in range(1, len(taken) + 2) if (name := f"Registration {n}") not in taken)
 
-    def _check_own(self, registration_id: str, case_id: str) -> None:
-        document = self._services.registrations.get(registration_id)
-        if document.case_id != case_id:
+    def _check_own(self, registration_id: str, case_id: str, deleted: bool = False) -> None:
+        """Refuse a registration of another head, and one that is deleted unless that is what is asked for."""
+        title = self._services.registrations.title(registration_id)
+        if title.case_id != case_id:
             raise InputError("that registration belongs to another head; open that head first.")
-        if document.deleted_at is not None:
+        if title.deleted_at is not None and not deleted:
             raise InputError("that registration is deleted; restore it first.")
 
     def _use(self, used: bool) -> None:

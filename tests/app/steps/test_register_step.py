@@ -177,8 +177,17 @@ def test_the_list_opens_copies_deletes_and_restores(opened: Opened) -> None:
         opened.do("registration.open", registration_id=registration["id"])
     opened.do("registration.restore", registration_id=registration["id"])
     elsewhere = opened.services.registrations.create(other_case(opened.services).id, "Elsewhere")
+    stored = opened.services.registrations
+    for command in ("open", "duplicate", "delete", "restore"):
+        with pytest.raises(InputError, match="another head"):
+            opened.do(f"registration.{command}", registration_id=elsewhere.id)
     with pytest.raises(InputError, match="another head"):
-        opened.do("registration.open", registration_id=elsewhere.id)
+        opened.do("registration.rename", registration_id=elsewhere.id, name="Mine")
+    assert stored.get(elsewhere.id) == elsewhere
+    gone = stored.delete(elsewhere.id)
+    with pytest.raises(InputError, match="another head"):
+        opened.do("registration.restore", registration_id=elsewhere.id)
+    assert stored.get(elsewhere.id) == gone
 
 
 def test_what_does_not_fit_or_is_deleted_is_not_recommended(opened: Opened) -> None:

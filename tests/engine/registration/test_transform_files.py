@@ -132,7 +132,8 @@ ROTATION = "0 -1 0 1 0 0 0 0 1"
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2"), "12 parameters, not 11"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 nan"), "not finite"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 x"), "not numbers"),
-        (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 1e9"), "not rigid"),
+        (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 1e9"), "moves by more than 1e"),
+        (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 1_0"), "not numbers"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 3", "1 2"), "centre"),
         (file_text("AffineTransform_double_2_2", "1 0 0 1 0 0"), "three dimensions"),
         (file_text("BSplineTransform_double_3_3", "1"), "BSplineTransform, which deforms"),
@@ -179,6 +180,8 @@ def test_wrong_json_is_refused(wrong: str) -> None:
     with pytest.raises(InputError):
         transform_from_json(wrong)
     known = json.loads(json_text(np.eye(4)))
+    with pytest.raises(InputError, match="a number of it is too large"):
+        transform_from_json(json_text(np.eye(4)).replace("1.0", "9" * 5000, 1))
     for name, value in (("to", "moving"), ("axes", "RAS"), ("transform", np.diag([1, 1, -1, 1]).tolist())):
         with pytest.raises(InputError):
             transform_from_json(json.dumps({**known, name: value}))

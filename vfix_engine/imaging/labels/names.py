@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import re
 import struct
 from collections.abc import Mapping
@@ -18,6 +17,7 @@ from xml.etree.ElementTree import ParseError, XMLParser
 
 from vfix_engine.errors import ImageError
 from vfix_engine.imaging.labels.label_map import MAX_VALUE, LabelLook
+from vfix_engine.json_text import parse_json
 
 NAMES_SUFFIXES = (".json", ".csv", ".tsv")
 MAX_TABLE_BYTES = 1 << 20
@@ -48,9 +48,9 @@ def read_names(path: Path) -> Looks:
 def _from_json(text: str) -> Looks:
     """{"1": name}, {name: 1}, a list of objects, or one of these below 'labels', as nnU-Net writes it."""
     try:
-        data: Any = json.loads(text)
-    except (ValueError, RecursionError):
-        raise ImageError("the table of names is not valid JSON.") from None
+        data: Any = parse_json(text)
+    except ValueError as error:
+        raise ImageError(f"the table of names is not valid JSON: {error}.") from None
     for key in ("labels", "names"):
         if isinstance(data, Mapping) and isinstance(data.get(key), Mapping | list):
             data = data[key]

@@ -1,0 +1,67 @@
+"""JSON of anybody's making: what is read here can be written, compared, reported and computed with."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from typing import Any, NoReturn
+
+MAX_DEPTH = 64  # of lists and objects in each other
+MAX_DIGITS = 300  # of a whole number: a float has 308
+_TOO_DEEP = f"it is nested more than {MAX_DEPTH} deep"
+
+
+def parse_json(text: str | bytes) -> Any:
+    """A JSON value without NaN and infinity, of bytes in UTF-8, 16 or 32.
+
+    No number is too large for a float, and no text has a half of a surrogate pair, which nothing could write again.
+    How deep is not left to the interpreter, whose limit depends on where it is called.
+
+    Raises:
+        ValueError: it is no such value; the message says what is wrong, without a full stop.
+    """
+    if isinstance(text, bytes):
+        text = text.decode(json.detect_encoding(text))
+    try:
+        data = json.loads(text, parse_constant=_no_constant, parse_float=_float, parse_int=_int)
+    except RecursionError:
+        raise ValueError(_TOO_DEEP) from None
+    level = [data]
+    for _ in range(MAX_DEPTH):
+        level = [inner for item in level for inner in _inside(item)]
+        if not level:
+            _check_texts(text, data)
+            return data
+    raise ValueError(_TOO_DEEP)
+
+
+def _inside(item: Any) -> Iterable[Any]:
+    if isinstance(item, dict):
+        return item.values()
+    return item if isinstance(item, list) else ()
+
+
+def _check_texts(text: str, data: Any) -> None:
+    if "\\u" in text:  # only an escape can be half of a pair
+        try:
+            json.dumps(data, ensure_ascii=False).encode()
+        except UnicodeEncodeError:
+            raise ValueError("a text of it is not sound Unicode") from None
+
+
+def _float(word: str) -> float:
+    found = float(word)
+    if math.isinf(found):
+        raise ValueError("a number of it is too large")
+    return found
+
+
+def _int(word: str) -> int:
+    if len(word) > MAX_DIGITS:
+        raise ValueError("a number of it is too large")
+    return int(word)
+
+
+def _no_constant(word: str) -> NoReturn:
+    raise ValueError(f"{word} is no number of JSON")
