@@ -26,6 +26,7 @@ from app.services.registration_fit import FitReport, report_of
 from app.services.registration_order import OrderAnswer, order_of
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
+from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.registration import Bead, find_beads
 from vfix_engine.registration.beads import THRESHOLD_HU
 
@@ -157,8 +158,8 @@ class Registering:
         wish = _wish(diameter_mm, threshold_hu)
 
         def work(progress: Progress) -> str:
-            progress("Looking for beads", 0.0)
-            found, search = self.look_for_beads(document.case_id, *wish)
+            progress("Reading the scan", 0.0)
+            found, search = self.look_for_beads(document.case_id, *wish, progress=progress)
             progress("Keeping what was found", 0.95)
             return self.editor(registration_id).keep_beads(found, search).id
 
@@ -168,14 +169,21 @@ class Registering:
         )
 
     def look_for_beads(
-        self, case_id: str, diameter_mm: float | None = None, threshold_hu: float = THRESHOLD_HU
+        self,
+        case_id: str,
+        diameter_mm: float | None = None,
+        threshold_hu: float = THRESHOLD_HU,
+        progress: ProgressCallback = no_progress,
     ) -> tuple[tuple[FoundBead, ...], BeadSearchRecord]:
-        """The beads in the widest CT of a case, and how they were looked for. Raises NotFound and InputError."""
+        """The beads in the widest CT of a case, and how they were looked for. Raises NotFound and InputError.
+
+        progress: told of the search; what it raises ends it.
+        """
         case = self._cases.get(case_id)
         volume = self._cases.volume(case)
         if volume is None:
             raise InputError(_NO_CT)
-        found = find_beads(volume, diameter_mm=diameter_mm, threshold_hu=threshold_hu)
+        found = find_beads(volume, diameter_mm=diameter_mm, threshold_hu=threshold_hu, progress=progress)
         kept = found.beads[:MAX_BEADS]
         beads = tuple(_found(f"bead-{count}", bead, case.beads) for count, bead in enumerate(kept, 1))
         cautions = tuple(_sentence(text) for text in found.cautions)

@@ -43,6 +43,11 @@ class BeadSearchRecord:
     left_out: int = 0
 
 
+def bead_label(bead: FoundBead) -> str:
+    """What a bead is called, before it is confirmed and as a pair: as the case names it, else F and its number."""
+    return bead.name or bead.id.replace("bead-", "F")
+
+
 def check_beads(beads: tuple[FoundBead, ...]) -> tuple[FoundBead, ...]:
     """The beads, checked. Raises InputError."""
     if len(beads) > MAX_BEADS:

@@ -18,7 +18,7 @@ from app.services.registration import (
     check_fle,
     check_pair,
 )
-from app.services.registration_beads import BeadSearchRecord, FoundBead, marked
+from app.services.registration_beads import BeadSearchRecord, FoundBead, bead_label, marked
 from app.services.registration_calibration import simulated_transform
 from app.services.registration_fit import refitted
 from app.services.registration_surface import unrefined
@@ -306,7 +306,8 @@ def judged(content: RegistrationContent, bead_id: str, confirmed: bool | None, p
     content = replace(content, beads=marked(content.beads, bead_id, confirmed is False))
     has_pair = any(pair.bead == bead_id for pair in content.pairs)
     if confirmed and not has_pair:
-        label = bead.name or _next_label(content)
+        label, taken = bead_label(bead), {pair.label for pair in content.pairs}
+        label = _next_label(content) if label in taken and not bead.name else label
         return _with_pair(content, FiducialPair(label, bead.position, None, pair_id, bead=bead_id))
     if not confirmed and has_pair:
         return replace(content, pairs=tuple(pair for pair in content.pairs if pair.bead != bead_id))

@@ -199,7 +199,7 @@ EDITS = """async () => {
 
 # A number in the panel that is typed while the planner tells of it: what the field shows, and what is asked for.
 TYPED = """async () => {
-  const { numberInput, showNumber } = await import('/steps/plan/fields.js');
+  const { numberInput, showNumber } = await import('/static/js/fields.js');
   const [changed, shown] = [[], []];
   const input = numberInput('typed-number', 0, 20, 0.5, (value) => changed.push(value));
   document.body.append(input);

@@ -1,7 +1,7 @@
-// The Register step's words: what is known of a point, bars, typed numbers, orders.
+// The Register step's words: what is known of a point, bars, orders.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { barScale, barShare, fleWords, orderWords, pairWords, refinementRows, rowWords, threeNumbers, touchedWords } from "../../app/steps/register/words.js";
+import { barScale, barShare, canPractise, fleWords, isReal, orderWords, pairWords, refinementRows, rowWords, touchedWords } from "../../app/steps/register/words.js";
 
 /** @param {object} fields */
 const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", weight: 1, residual_mm: 0.3, ...fields });
@@ -22,11 +22,12 @@ test("a bar is full at the largest residual, and small residuals do not look lar
   assert.equal(barShare(9, 4), 1);
 });
 
-test("three numbers are a place, three empty fields are none, and anything else waits", () => {
-  assert.deepEqual(threeNumbers(["1", "-2.5", "3,25"]), { place: [1, -2.5, 3.25], complete: true });
-  assert.deepEqual(threeNumbers(["", " ", ""]), { place: null, complete: true });
-  assert.deepEqual(threeNumbers(["1", "", "3"]), { place: null, complete: false });
-  assert.deepEqual(threeNumbers(["1", "x", "3"]), { place: null, complete: false });
+test("a simulated pointer is offered where nothing was really measured", () => {
+  const [open, played, typed] = [pair({ measured: null }), pair({ measured_from: "simulated" }), pair({})];
+  assert.equal(canPractise([open, played]), true);
+  assert.equal(canPractise([open, played, typed]), false);
+  assert.equal(canPractise([]), false);
+  assert.deepEqual([open, played, typed].map(isReal), [false, false, true]);
 });
 
 test("an error says where it is expected, and what it was computed from", () => {

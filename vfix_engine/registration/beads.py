@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..given import within
 from ..imaging.volume import Volume
+from ..progress import ProgressCallback, no_progress
 
 Array = NDArray[np.float64]
 Slices = tuple[slice, slice, slice]
@@ -71,7 +72,13 @@ class BeadSearch:
         return np.array([bead.position_mm for bead in self.beads]).reshape(-1, 3)
 
 
-def find_beads(volume: Volume, *, diameter_mm: float | None = None, threshold_hu: float = THRESHOLD_HU) -> BeadSearch:
+def find_beads(
+    volume: Volume,
+    *,
+    diameter_mm: float | None = None,
+    threshold_hu: float = THRESHOLD_HU,
+    progress: ProgressCallback = no_progress,
+) -> BeadSearch:
     """Beads in a CT: dense balls in soft tissue or air, such as those that are glued to the skin.
 
     Voxels above the threshold are parted into components. One of a bead's size is a bead if it is about as long in all
@@ -88,6 +95,7 @@ def find_beads(volume: Volume, *, diameter_mm: float | None = None, threshold_hu
         volume: CT.
         diameter_mm: of the beads; None accepts 1 to 6 mm.
         threshold_hu: a bead's largest value is above it, all around it below.
+        progress: called with the name of the stage and the share that is done; what it raises ends the search.
 
     Raises:
         InputError: the diameter is not from 0.5 to 20 mm, or the threshold is not from 300 HU on.
@@ -101,7 +109,9 @@ def find_beads(volume: Volume, *, diameter_mm: float | None = None, threshold_hu
         sizes = (diameter_mm / factor, diameter_mm * factor)
     beads: list[Bead] = []
     left_out: list[NoBead] = []
-    for dense in _components(volume, threshold_hu, sizes[1]):
+    places = _components(volume, threshold_hu, sizes[1], progress)
+    for count, dense in enumerate(places):
+        progress("Judging dense places", 0.4 + 0.5 * count / len(places))
         found = _judged(volume, dense, sizes)
         if isinstance(found, Bead):
             beads.append(found)
@@ -126,15 +136,18 @@ class _Dense:
     hu: Array
 
 
-def _components(volume: Volume, threshold_hu: float, largest_mm: float) -> list[_Dense]:
+def _components(volume: Volume, threshold_hu: float, largest_mm: float, progress: ProgressCallback) -> list[_Dense]:
     """Components above the threshold that are not longer than beads can be, in the order of their first voxels."""
     from scipy import ndimage  # imported here: slow to load
 
+    progress("Looking for dense places", 0.1)
     dense = volume.hu > np.int16(threshold_hu)
     part = _bounds(dense)
     if part is None:
         return []
+    progress("Parting dense places", 0.2)
     labels, count = ndimage.label(dense[part])
+    progress("Parting dense places", 0.3)
     longest = np.ceil(1.5 * largest_mm / volume.spacing[::-1]) + 1
     small = [
         (label, box)

@@ -3,7 +3,7 @@ import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
 import { sentence } from "/static/js/format.js";
 import { clearErrors, note } from "/static/js/dialogs.js";
 import { upload } from "/static/js/rest.js";
-import { isTyped, watchTyping } from "./fields.js";
+import { field, heldNumber, numberInput, showNumber } from "/static/js/fields.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { InstrumentsSection, OwnRobotPublic, PlanRobotView, PlanSection, PlanToolView, ViewModel } from "/static/js/types.js" */
@@ -25,8 +25,8 @@ export class InstrumentsGroup {
     /** @type {HTMLSelectElement} */
     this.tool = h("select", { id: "plan-tool", onchange: () => this.connection.send("plan.tool", { name: this.tool.value }) });
     this.toolWords = h("p", { class: "words", id: "tool-words" });
-    this.bend = this.number("tool-bend", 5);
-    this.radius = this.number("tool-radius", 0.1);
+    this.bend = numberInput("tool-bend", 0, 0, 5, () => this.shape()); // the planner tells the bounds
+    this.radius = numberInput("tool-radius", 0, 0, 0.1, () => this.shape());
     this.bendField = field("Bend", "°", this.bend);
     this.radiusField = field("Shaft radius", "mm", this.radius);
     this.shippedShape = h("button", { type: "button", class: "plain", id: "tool-shipped", onclick: () => this.connection.send("plan.tool", { name: this.tool.value }) }, "As it comes");
@@ -34,17 +34,6 @@ export class InstrumentsGroup {
     this.element = group("Robot and tool", [this.shippedShape],
       field("Robot", "", this.robot), this.robotWords, this.frameField, this.uploadButton, this.chooser,
       field("Tool", "", this.tool), this.toolWords, h("div", { class: "buttons even" }, this.bendField, this.radiusField), this.lockedWords);
-  }
-
-  /**
-   * @param {string} id
-   * @param {number} step
-   */
-  number(id, step) {
-    /** @type {HTMLInputElement} */
-    const input = h("input", { type: "number", id, step, onchange: () => this.shape(input) });
-    watchTyping(input);
-    return input;
   }
 
   /** @param {ViewModel} state */
@@ -129,20 +118,11 @@ export class InstrumentsGroup {
     });
   }
 
-  /**
-   * A number outside its bounds is said at once, and what is in force is shown again.
-   * @param {HTMLInputElement} input
-   */
-  shape(input) {
+  shape() {
     const tool = this.connection.state.plan?.tool;
     if (!tool) return;
-    if (input.value === "" || Number(input.value) < Number(input.min) || Number(input.value) > Number(input.max)) {
-      note(`${input.getAttribute("aria-label")}: ${input.min} to ${input.max} can be used.`, { error: true });
-      input.value = String(input === this.bend ? tool.bend_deg ?? "" : tool.shaft_radius_mm);
-      return;
-    }
-    const bend = tool.bend_deg === null ? {} : { bend_deg: Number(this.bend.value) };
-    this.connection.send("plan.tool", { name: tool.name, ...bend, shaft_radius_mm: Number(this.radius.value) });
+    const [bend, radius] = [heldNumber(this.bend), heldNumber(this.radius)];
+    this.connection.send("plan.tool", { name: tool.name, ...(tool.bend_deg === null || bend === null ? {} : { bend_deg: bend }), shaft_radius_mm: radius ?? tool.shaft_radius_mm });
   }
 
   async uploadRobot() {
@@ -164,15 +144,6 @@ export class InstrumentsGroup {
 }
 
 /**
- * @param {string} label
- * @param {string} unit
- * @param {HTMLElement} control
- */
-function field(label, unit, control) {
-  return h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, label), unit ? h("span", {}, unit) : null), control);
-}
-
-/**
  * @param {HTMLInputElement} input
  * @param {number | null} value
  * @param {number} low
@@ -185,5 +156,5 @@ function fill(input, value, low, high, label, unit) {
   input.max = String(high);
   input.setAttribute("aria-label", `${label} in ${unit}`);
   if (!input.disabled) input.title = `${low} to ${high} ${unit}`;
-  if (!isTyped(input)) input.value = value === null ? "" : String(value);
+  showNumber(input, value);
 }

@@ -2,7 +2,7 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { askName, noteDone } from "/static/js/dialogs.js";
-import { field } from "./fields.js";
+import { field } from "/static/js/fields.js";
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */

@@ -1,9 +1,8 @@
 // Structures to spare and bone to be removed: drawn by clicks, listed, and changed.
-import { note } from "/static/js/dialogs.js";
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { placeOf, placeWords } from "/static/js/slices/place-words.js";
-import { field, numberInput, showNumber } from "./fields.js";
+import { complain, escapePutsBack, field, heldNumber, isWrong, numberInput, putBack, showNumber } from "/static/js/fields.js";
 import { unfold } from "/static/js/folding.js";
 
 /** @import { Row } from "/static/js/dom.js" */
@@ -167,6 +166,7 @@ class RegionEditor {
     /** @type {HTMLInputElement} */
     this.visible = h("input", { type: "checkbox", id: id("visible"), onchange: () => this.send({ visible: this.visible.checked }) });
     this.visibleField = h("label", { class: "check" }, this.visible, "Shown in the head");
+    escapePutsBack(this.place);
     this.marginField = field("Margin", "mm", this.margin);
     this.stiffnessField = field("Stiffness", "N/mm", this.stiffness);
     this.depthField = field("Deepest", "mm", this.depth);
@@ -185,6 +185,7 @@ class RegionEditor {
       h("div", { class: "buttons even" }, this.softField, this.marginField),
       this.softRow,
       this.sizeRow, this.placeRow, this.sideRow, this.visibleField);
+    this.numbers = [this.margin, this.stiffness, this.depth, ...this.sizes];
     this.controls = [this.name, this.colour, this.soft, this.margin, this.stiffness, this.depth, this.visible, ...this.sizes, this.place, this.turn];
   }
 
@@ -202,7 +203,7 @@ class RegionEditor {
   resize() {
     if (!this.item) return;
     const box = this.item.kind === "box";
-    this.send({ sizes_mm: this.sizes.slice(0, this.item.sizes_mm.length).map((input) => Number(input.value) / (box ? 2 : 1)) });
+    this.send({ sizes_mm: this.sizes.slice(0, this.item.sizes_mm.length).map((input) => (heldNumber(input) ?? 0) / (box ? 2 : 1)) });
   }
 
   move() {
@@ -210,13 +211,12 @@ class RegionEditor {
     if (!now) return;
     try {
       const [typed, shown] = [placeOf(this.place.value), placeOf(placeWords(now))];
-      this.place.removeAttribute("aria-invalid");
+      complain(this.place, "");
       // The field shows tenths; an axis that was not typed keeps its place to the last digit.
       const place = typed.map((value, axis) => (value === shown[axis] ? now[axis] : value));
       this.send({ place: /** @type {[number, number, number]} */ (place) });
     } catch (error) {
-      this.place.setAttribute("aria-invalid", "true");
-      note(error instanceof Error ? error.message : String(error), { error: true });
+      complain(this.place, error instanceof Error ? error.message : String(error));
     }
   }
 
@@ -225,6 +225,7 @@ class RegionEditor {
    * @param {boolean} locked
    */
   render(item, locked) {
+    if (item?.id !== this.item?.id) for (const input of this.numbers) putBack(input); // typed for another one
     this.item = item;
     this.element.hidden = !item;
     if (!item) return;
@@ -252,9 +253,9 @@ class RegionEditor {
     this.sideRow.hidden = item.kind !== "half_space";
     this.sideWords.textContent = item.sub.split(" · ")[0];
     this.placeRow.hidden = !item.place;
-    if (document.activeElement === this.place && this.placed === item.id) return; // somebody types in it
+    this.place.dataset.known = item.place ? placeWords(item.place) : "";
+    if ((document.activeElement === this.place || isWrong(this.place)) && this.placed === item.id) return; // somebody types in it
     this.placed = item.id;
-    this.place.removeAttribute("aria-invalid");
-    this.place.value = item.place ? placeWords(item.place) : "";
+    putBack(this.place);
   }
 }

@@ -1,64 +1,20 @@
 // Suggested paths, the table of tools, and the shaft's direction at the selected point.
 import { clearErrors, note, noteDone } from "/static/js/dialogs.js";
 import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
+import { numberInput, putBack, showNumber } from "/static/js/fields.js";
 import { mm, sentence } from "/static/js/format.js";
 import { placeWords } from "/static/js/slices/place-words.js";
-import { finished, read, remove, send, wasCancelled } from "/static/js/rest.js";
+import { JobLine } from "/static/js/job-line.js";
+import { read } from "/static/js/rest.js";
 import { pathKey, samePath } from "./same-path.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { AlternativePublic, JobPublic, PlanSection, ShaftSection, SuggestionPublic, ToolPublic, ToolTablePublic, ViewModel } from "/static/js/types.js" */
+/** @import { AlternativePublic, PlanSection, ShaftSection, SuggestionPublic, ToolPublic, ToolTablePublic, ViewModel } from "/static/js/types.js" */
 
 const ORDER = "First are those that arrive and keep clear of bone; of these the one with the shortest tool in soft tissue, then the least deep, then the widest of bone.";
 const NOT_READY = "Add the first path point at a nostril, and a target.";
 const EARLIER_WAYS = "Found for an earlier path, whose points have changed since. Use one of these ways, or suggest a path again.";
 const EARLIER_TOOLS = "Driven along an earlier path, whose points have changed since. Ask again for this one.";
-
-/** A job that is followed, with its stage, a bar and a button that cancels it. */
-class JobLine {
-  constructor() {
-    /** @type {string | null} */
-    this.job = null;
-    this.stage = h("p", { class: "words" });
-    this.bar = h("div");
-    this.cancelButton = h("button", { type: "button", "data-tool": "cancel", onclick: () => this.cancel() }, "Cancel");
-    this.element = h("div", { class: "job", hidden: true }, this.stage, h("div", { class: "progress" }, this.bar), this.cancelButton);
-  }
-
-  /**
-   * Start a job and wait for what it made; null where it was cancelled.
-   * @param {string} path
-   * @param {object} wish
-   */
-  async run(path, wish) {
-    /** @type {JobPublic} */
-    const job = await send(path, wish);
-    this.job = job.id;
-    this.cancelButton.disabled = false;
-    try {
-      return (await finished(job, (now) => this.show(now))).result;
-    } catch (error) {
-      if (wasCancelled(error)) return null;
-      throw error;
-    } finally {
-      this.job = null;
-      this.element.hidden = true;
-    }
-  }
-
-  /** @param {JobPublic} now */
-  show(now) {
-    const percent = `${Math.round(now.fraction * 100)} %`;
-    this.element.hidden = false;
-    this.stage.textContent = now.state === "queued" ? "Waiting for another drive" : `${sentence(now.stage).replace(/\.$/, "")}, ${percent}`;
-    this.bar.style.width = percent.replace(" ", "");
-  }
-
-  async cancel() {
-    this.cancelButton.disabled = true;
-    if (this.job) await remove(`/api/jobs/${encodeURIComponent(this.job)}`).catch(() => { this.cancelButton.disabled = false; });
-  }
-}
 
 export class SuggestGroup {
   /** @param {Connection} connection */
@@ -284,8 +240,10 @@ export class ShaftGroup {
     this.words = h("p", { class: "words", id: "shaft-words" });
     this.aimButton = h("button", { type: "button", id: "aim-shaft", onclick: () => this.aim() }, "Aim the shaft here");
     this.clearButton = h("button", { type: "button", id: "clear-shaft", onclick: () => this.act("shaft.clear") }, "Leave it open");
-    /** @type {HTMLInputElement} */
-    this.roll = h("input", { type: "number", id: "shaft-roll", step: 5, min: -360, max: 360, placeholder: "open", onchange: () => this.setRoll() });
+    /** @type {string | null} whose roll the field shows */
+    this.point = null;
+    this.roll = numberInput("shaft-roll", -360, 360, 5, (value) => this.setRoll(value), () => this.setRoll(null));
+    this.roll.placeholder = "open";
     this.rollField = h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Roll of the bend"), h("span", {}, "°")), this.roll);
     this.element = h("div", { class: "fields", id: "shaft" }, this.words, h("div", { class: "buttons even" }, this.aimButton, this.clearButton), this.rollField);
   }
@@ -302,7 +260,9 @@ export class ShaftGroup {
       this.clearButton.disabled = frozen || !shaft?.words;
       this.rollField.hidden = !shaft?.bent || !shaft.words;
       this.roll.disabled = frozen;
-      if (document.activeElement !== this.roll) this.roll.value = shaft?.roll_deg === null || shaft?.roll_deg === undefined ? "" : String(shaft.roll_deg);
+      if (this.point !== (shaft?.point ?? null)) putBack(this.roll); // what was typed for another point is not of this one
+      this.point = shaft?.point ?? null;
+      showNumber(this.roll, shaft?.roll_deg ?? null);
     });
   }
 
@@ -317,9 +277,10 @@ export class ShaftGroup {
     if (point) this.connection.send(type, { item_id: point });
   }
 
-  setRoll() {
+  /** @param {number | null} degrees */
+  setRoll(degrees) {
     const point = this.connection.state.shaft?.point;
-    if (point) this.connection.send("shaft.roll", { item_id: point, roll_deg: this.roll.value === "" ? null : Number(this.roll.value) });
+    if (point) this.connection.send("shaft.roll", { item_id: point, roll_deg: degrees });
   }
 }
 

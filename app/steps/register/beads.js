@@ -1,15 +1,14 @@
 // Beads in the CT: found as a job, and each confirmed or rejected by somebody who looks at it.
 import { group, h, keyed, whenChanged } from "/static/js/dom.js";
 import { count, mm } from "/static/js/format.js";
-import { note } from "/static/js/dialogs.js";
-import { finished, post } from "/static/js/rest.js";
+import { note, noteDone } from "/static/js/dialogs.js";
+import { heldNumber, ownNumber } from "/static/js/fields.js";
+import { JobLine } from "/static/js/job-line.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { BeadEntry, RegistrationSection } from "/static/js/types.js" */
-
-const EVERY_MS = 250;
 
 export class BeadsGroup {
   /** @param {Connection} connection */
@@ -20,15 +19,17 @@ export class BeadsGroup {
     this.words = h("p", { class: "words" });
     this.findButton = h("button", { type: "button", class: "primary", id: "find-beads", onclick: () => this.find() }, "Find beads");
     this.allButton = h("button", { type: "button", id: "confirm-beads", onclick: () => connection.send("bead.confirm_all") }, "Confirm all");
-    this.diameter = h("input", { type: "number", id: "bead-diameter", min: 0.5, max: 20, step: 0.5, placeholder: "1 to 6" });
-    this.threshold = h("input", { type: "number", id: "bead-threshold", min: 300, max: 3000, step: 50, value: "800" });
+    this.work = new JobLine();
+    this.diameter = ownNumber("bead-diameter", 0.5, 20, 0.5, null);
+    this.diameter.placeholder = "1 to 6";
+    this.threshold = ownNumber("bead-threshold", 300, 3000, 50, 800);
     this.options = h("details", { class: "folded" }, h("summary", {}, "Size and threshold"), h("div", { class: "fields" },
       field("Diameter, mm (empty: every size)", this.diameter), field("Brighter than, HU", this.threshold)));
     this.list = h("ul", { class: "list fiducials", id: "beads", "aria-label": "Beads that were found" });
     this.said = h("p", { class: "words", id: "beads-said", role: "status" });
     this.cautions = h("div", { class: "fields" });
     this.element = group("1  Beads in the CT", null, this.words, h("div", { class: "buttons even" }, this.findButton, this.allButton),
-      this.options, this.said, this.cautions, this.list);
+      this.work.element, this.options, this.said, this.cautions, this.list);
   }
 
   /** @param {RegistrationSection} registration */
@@ -58,13 +59,26 @@ export class BeadsGroup {
 
   /** @returns {Row<BeadEntry>} */
   row() {
-    const judge = (/** @type {boolean | null} */ confirmed) => this.connection.send("bead.judge", { bead_id: row.item.id, confirmed });
     const main = h("button", { type: "button", class: "row-main", title: "Show it in the slices", onclick: () => this.connection.send("bead.show", { bead_id: row.item.id }) }, h("span"));
-    const yes = h("button", { type: "button", class: "plain", "data-judge": "yes", onclick: () => judge(row.item.state === "confirmed" ? null : true) }, "Confirm");
-    const no = h("button", { type: "button", class: "plain", "data-judge": "no", onclick: () => judge(row.item.state === "rejected" ? null : false) }, "Reject");
+    const yes = h("button", { type: "button", class: "plain", "data-judge": "yes", onclick: () => this.judge(row.item, true) }, "Confirm");
+    const no = h("button", { type: "button", class: "plain", "data-judge": "no", onclick: () => this.judge(row.item, false) }, "Reject");
     /** @type {Row<BeadEntry>} */
     const row = Object.assign(h("li", { class: "row" }, main, h("div", { class: "buttons bead-judge" }, yes, no), h("span", { class: "row-sub" })), { item: /** @type {any} */ (null) });
     return row;
+  }
+
+  /**
+   * A press on what a bead is already does nothing: its point, with what was measured of it, is not taken away by the way.
+   * @param {BeadEntry} bead
+   * @param {boolean} confirmed
+   */
+  judge(bead, confirmed) {
+    if (bead.state === (confirmed ? "confirmed" : "rejected")) return;
+    const judged = this.connection.request("bead.judge", { bead_id: bead.id, confirmed });
+    const pair = this.registration?.pairs.find((one) => one.bead === bead.id);
+    if (!confirmed && pair?.measured) {
+      noteDone(judged, `‘${pair.label}’ and its measured point were taken away.`, { label: "Undo", run: () => this.connection.send("registration.undo") });
+    } else judged.catch((error) => note(error.message, { error: true }));
   }
 
   async find() {
@@ -73,9 +87,9 @@ export class BeadsGroup {
     this.looking = true;
     this.update(registration);
     try {
-      const wish = { diameter_mm: this.diameter.value === "" ? null : Number(this.diameter.value), threshold_hu: Number(this.threshold.value) };
-      const job = await post(`/api/registrations/${encodeURIComponent(registration.id)}/beads`, wish);
-      await finished(job, () => {}, EVERY_MS);
+      const wish = { diameter_mm: heldNumber(this.diameter), threshold_hu: heldNumber(this.threshold) };
+      const found = await this.work.run(`/api/registrations/${encodeURIComponent(registration.id)}/beads`, wish);
+      if (found === null) note("The search for beads was cancelled; what was found before stays.");
       await this.connection.request("registration.look");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
@@ -111,7 +125,7 @@ function saidOf(found, leftOut) {
  */
 function fillBead(row, bead, locked, selected) {
   const [name, sub] = row.querySelectorAll(".row-main > span, .row-sub");
-  name.textContent = bead.name || bead.id.replace("bead-", "Bead ");
+  name.textContent = bead.name;
   sub.textContent = `⌀ ${mm(bead.diameter_mm)} · ${placeWords(bead.position).replace(" mm", "")}`;
   row.dataset.state = bead.state;
   row.setAttribute("aria-current", String(selected));

@@ -1,5 +1,6 @@
 // The fit: how well the points fit, which one does not, in which order they belong, and the error at the targets.
 import { group, h, whenChanged } from "/static/js/dom.js";
+import { numberInput, showNumber } from "/static/js/fields.js";
 import { mm } from "/static/js/format.js";
 import { fleWords, orderWords, rowWords } from "./words.js";
 import { field } from "./beads.js";
@@ -112,7 +113,8 @@ export class ErrorsGroup {
     this.body = h("tbody");
     const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Where"), h("th", { scope: "col", title: "Root mean square of the error" }, "rms"), h("th", { scope: "col", title: "The error is below this in 95 of 100 cases" }, "95 %")));
     this.table = h("table", { class: "points", id: "error-table", "aria-label": "Expected error of the registration, in mm" }, head, this.body);
-    this.fle = h("input", { type: "number", id: "fle", min: 0.01, max: 50, step: 0.05, placeholder: "estimated", onchange: () => this.state() });
+    this.fle = numberInput("fle", 0.01, 50, 0.05, (value) => connection.send("registration.fle", { fle_mm: value }), () => connection.send("registration.fle", { fle_mm: null }));
+    this.fle.placeholder = "estimated";
     this.element = group("4  Error where the tool works", null, this.words, this.table,
       h("details", { class: "folded" }, h("summary", {}, "How exactly one point is measured"), h("div", { class: "fields" },
         h("p", { class: "words" }, "Estimated from the fit, which is rough with few points. State it where the tracker's error is known; skin that moves adds to it."), field("Localisation error, mm rms", this.fle))));
@@ -133,12 +135,7 @@ export class ErrorsGroup {
     this.table.hidden = !errors.rows.length;
     this.body.replaceChildren(...errors.rows.map((row) => h("tr", { title: "Show it in the slices", onclick: () => this.connection.send("slice.cross", { position: row.position }) },
       h("td", {}, h("span", { class: row.s_mm === null ? "dot target" : "dot" }), rowWords(row)), h("td", {}, mm(row.rms_mm, 2)), h("td", {}, mm(row.within_95_mm, 2)))));
-    if (document.activeElement !== this.fle) this.fle.value = stated === null ? "" : String(stated);
+    showNumber(this.fle, stated);
     this.fle.disabled = locked;
-  }
-
-  state() {
-    const value = Number(this.fle.value);
-    this.connection.send("registration.fle", { fle_mm: this.fle.value.trim() === "" || !(value > 0) ? null : value });
   }
 }

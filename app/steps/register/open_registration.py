@@ -106,11 +106,17 @@ class OpenRegistration:
         return ""
 
     def _touched(self, pair_id: str | None) -> list[str]:
+        """The pairs to touch: that one; else those that were not measured, else those that were simulated."""
         pairs = self.document.content.pairs
         if pair_id is not None:
             return [found_pair(self.document.content, pair_id).id]
         left = [pair.id for pair in pairs if pair.in_image is not None and pair.measured is None]
-        return left or [pair.id for pair in pairs if pair.in_image is not None]
+        if left or not pairs:
+            return left
+        again = [pair.id for pair in pairs if pair.in_image is not None and pair.measured_from == "simulated"]
+        if not again:
+            raise InputError("every point was really measured; no simulated touch replaces that.")
+        return again
 
     def _order(self, command: c.MatchOrder | c.TakeOrder) -> None:
         orders = self.orders()

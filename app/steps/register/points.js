@@ -1,11 +1,13 @@
 // The points: where each is in the image, where it was measured, and how far the two are apart under the fit.
 import { group, h, keyed, whenChanged } from "/static/js/dom.js";
 import { mm } from "/static/js/format.js";
-import { note } from "/static/js/dialogs.js";
+import { note, noteDone } from "/static/js/dialogs.js";
+import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { send, upload } from "/static/js/rest.js";
-import { placeOf, placeWords } from "/static/js/slices/place-words.js";
+import { readPlace } from "/static/js/typed-place.js";
 import { field } from "./beads.js";
-import { barScale, barShare, pairWords, threeNumbers } from "./words.js";
+import { PairFields } from "./pair-fields.js";
+import { barScale, barShare, canPractise, pairWords } from "./words.js";
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
@@ -17,7 +19,7 @@ export class PointsGroup {
     this.connection = connection;
     this.changed = whenChanged();
     this.words = h("p", { class: "words" });
-    this.noise = h("input", { type: "number", id: "touch-noise", min: 0, max: 20, step: 0.1, value: "0.3" });
+    this.noise = ownNumber("touch-noise", 0, 20, 0.1, 0.3);
     this.touchButton = h("button", { type: "button", class: "wide", id: "touch-all", onclick: () => this.touch(null) }, "Touch all points (simulated)");
     this.touchBox = h("div", { class: "fields" }, this.touchButton, h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
       h("p", { class: "words" }, "For practice without a tracker: it touches the points of a head that lies somewhere, with this error. No patient is measured."),
@@ -29,10 +31,11 @@ export class PointsGroup {
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "measured-file", onchange: () => this.readTable() });
     this.tableButton = h("button", { type: "button", id: "read-measured", title: "Columns label, x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
     this.addButton = h("button", { type: "button", id: "add-pair", title: "A point of the image where the slices cross", onclick: () => connection.send("pair.add") }, "Add at crosshair");
-    this.clearButton = h("button", { type: "button", class: "plain", id: "clear-measured", title: "Forget all that was measured", onclick: () => connection.send("pair.clear_measured") }, "Clear");
+    this.clearButton = h("button", { type: "button", class: "plain", id: "clear-measured", title: "Forget all that was measured", onclick: () => this.clear() }, "Clear");
     this.list = h("ul", { class: "list fiducials", id: "pairs", "aria-label": "Points" });
-    this.places = new PairFields(connection, (pairId) => this.touch(pairId), (pairId) => this.measure(pairId));
-    this.element = group("2  Measured points", [this.clearButton], this.words, this.pointerWords, this.list, this.places.element, this.touchBox,
+    this.pressed = ""; // the point whose row was pressed last: its fields are brought into sight
+    this.places = new PairFields(connection, { touch: (pairId) => this.touch(pairId), measure: (pairId) => this.measure(pairId), drafted: () => this.again() });
+    this.element = group("2  Measured points", [this.clearButton], this.words, this.pointerWords, this.list, this.touchBox,
       h("div", { class: "buttons even" }, this.addButton, this.tableButton), this.chooser);
   }
 
@@ -44,7 +47,12 @@ export class PointsGroup {
     this.registration = registration;
     this.pointer = pointer ?? null;
     const { pairs, fit, locked, selected } = registration;
-    this.changed([pairs, fit.wrong, locked, selected, registration.id, pointer, this.measuring], () => this.render(registration));
+    this.places.keepDrafts(pairs);
+    this.changed([pairs, fit.wrong, locked, selected, registration.id, pointer, this.measuring, [...this.places.drafts]], () => this.render(registration));
+  }
+
+  again() {
+    if (this.registration) this.update(this.registration, this.pointer);
   }
 
   /** @param {RegistrationSection} registration */
@@ -57,14 +65,32 @@ export class PointsGroup {
     this.pointerWords.hidden = !this.pointer;
     this.pointerWords.textContent = this.pointer ? `Pointer: ${this.pointer.words}. Rest its tip on a point, choose the point below and press ‘Measure’.` : "";
     this.pointerWords.classList.toggle("caution", this.pointer !== null && this.pointer.state !== "fresh");
-    this.touchBox.hidden = !pairs.length;
+    this.touchBox.hidden = !canPractise(pairs); // what was really measured is never written over
     this.touchButton.classList.toggle("primary", wanted > 0);
     this.touchButton.textContent = wanted ? "Touch all points (simulated)" : "Touch all again (simulated)";
     this.clearButton.hidden = !pairs.some((pair) => pair.measured);
     for (const button of [this.touchButton, this.tableButton, this.addButton, this.clearButton]) button.disabled = locked;
     keyed(this.list, pairs, (pair) => pair.id, () => this.row(),
-      (row, pair) => fillPair(row, pair, { scale, locked, selected: pair.id === selected, wrong: wrongOf(pair, fit) }));
-    this.places.update(pairs.find((pair) => pair.id === selected), locked, this.pointer, this.measuring);
+      (row, pair) => fillPair(row, pair, {
+        scale, locked, selected: pair.id === selected, wrong: wrongOf(pair, fit),
+        practice: canPractise(pairs), typed: readPlace(this.places.drafts.get(pair.id)?.texts ?? ["", "", ""]).words,
+      }));
+    this.renderPlaces(pairs.find((pair) => pair.id === selected), locked);
+  }
+
+  /**
+   * The fields of the selected point, below its row.
+   * @param {PairEntry | undefined} pair
+   * @param {boolean} locked
+   */
+  renderPlaces(pair, locked) {
+    const { element } = this.places;
+    const row = [...this.list.children].find((child) => child instanceof HTMLElement && child.dataset.key === pair?.id);
+    if (row && element.parentElement !== row) row.append(element);
+    this.places.update(pair, locked, this.pointer, this.measuring);
+    if (!pair || this.pressed !== pair.id) return;
+    this.pressed = "";
+    element.scrollIntoView({ block: "nearest" });
   }
 
   /** @returns {Row<PairEntry>} */
@@ -72,18 +98,29 @@ export class PointsGroup {
     const { connection } = this;
     /** @type {HTMLInputElement} */
     const used = h("input", { type: "checkbox", title: "Whether the fit uses it", onchange: () => connection.send("pair.change", { pair_id: row.item.id, enabled: used.checked }) });
-    const main = h("button", { type: "button", class: "row-main", title: "Show it, and its coordinates", onclick: () => connection.send("pair.select", { pair_id: row.item.id }) }, h("span"), h("span", { class: "row-sub" }));
-    const touch = h("button", { type: "button", class: "touch", title: "Measure it with the simulated pointer", onclick: () => this.touch(row.item.id) }, "Touch");
+    const main = h("button", { type: "button", class: "row-main", title: "Show it, and its coordinates", onclick: () => this.select(row.item.id) }, h("span"), h("span", { class: "row-sub" }));
+    const touch = h("button", { type: "button", class: "touch", title: "Measure it with the simulated pointer, for practice", onclick: () => this.touch(row.item.id) }, "Simulate touch");
     /** @type {Row<PairEntry>} */
     const row = Object.assign(h("li", { class: "row pair" }, h("span", { class: "pair-name" }, used, main), h("span", { class: "number residual" }), touch,
       h("span", { class: "residual-bar" }, h("span"))), { item: /** @type {any} */ (null) });
     return row;
   }
 
+  /** @param {string} pairId */
+  select(pairId) {
+    const shown = this.registration?.selected === pairId;
+    if (shown) this.places.element.scrollIntoView({ block: "nearest" });
+    this.pressed = shown ? "" : pairId;
+    this.connection.send("pair.select", { pair_id: pairId });
+  }
+
+  clear() {
+    noteDone(this.connection.request("pair.clear_measured"), "All measured points were taken away.", { label: "Undo", run: () => this.connection.send("registration.undo") });
+  }
+
   /** @param {string | null} pairId null for all */
   touch(pairId) {
-    const noise = Number(this.noise.value);
-    this.connection.send("pair.touch", { pair_id: pairId, noise_mm: Number.isFinite(noise) && noise >= 0 ? noise : 0.3 });
+    this.connection.send("pair.touch", { pair_id: pairId, noise_mm: heldNumber(this.noise) ?? 0.3 });
   }
 
   /** @param {string} pairId */
@@ -120,81 +157,6 @@ export class PointsGroup {
   }
 }
 
-/** The name and the coordinates of the selected point, to be typed. */
-class PairFields {
-  /**
-   * @param {Connection} connection
-   * @param {(pairId: string) => void} touch
-   * @param {(pairId: string) => void} measure
-   */
-  constructor(connection, touch, measure) {
-    this.connection = connection;
-    /** @type {PairEntry | undefined} */
-    this.pair = undefined;
-    /** @type {HTMLInputElement} */
-    this.label = h("input", { type: "text", id: "pair-label", maxLength: 120, onchange: () => this.send({ label: this.label.value }) });
-    this.image = h("input", { type: "text", id: "pair-image", placeholder: "L 72.7 P 77.1 S 20.4", onchange: () => this.typedImage() });
-    this.measured = ["x", "y", "z"].map((axis) => h("input", { type: "text", inputMode: "decimal", "aria-label": `Measured, ${axis}`, placeholder: axis, onchange: () => this.typedMeasured() }));
-    this.weight = h("input", { type: "number", id: "pair-weight", min: 0.01, max: 1000, step: "any", onchange: () => this.typedWeight() });
-    this.touchButton = h("button", { type: "button", id: "touch-selected", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Touch (simulated)");
-    this.measureButton = h("button", { type: "button", class: "primary wide", id: "measure-selected", onclick: () => { if (this.pair) measure(this.pair.id); } }, "Measure");
-    this.deleteButton = h("button", { type: "button", id: "delete-pair", onclick: () => { if (this.pair) connection.send("pair.delete", { pair_id: this.pair.id }); } }, "Delete");
-    this.element = h("div", { class: "fields pair-fields", hidden: true }, field("Name", this.label), field("In the image, mm", this.image),
-      h("div", { class: "field" }, h("span", { class: "field-label" }, "Measured at the patient, mm"), h("div", { class: "three" }, this.measured)),
-      h("div", { class: "field inline", title: "How much the fit trusts this point beside the others; 1 is as much" }, h("label", { class: "field-label", for: "pair-weight" }, "Weight in the fit"), this.weight),
-      this.measureButton, h("div", { class: "buttons even" }, this.touchButton, this.deleteButton));
-  }
-
-  /**
-   * @param {PairEntry | undefined} pair
-   * @param {boolean} locked
-   * @param {TrackerView | null} pointer
-   * @param {boolean} measuring
-   */
-  update(pair, locked, pointer, measuring) {
-    const other = pair?.id !== this.pair?.id;
-    this.pair = pair;
-    this.element.hidden = !pair;
-    if (!pair) return;
-    const { in_image: image, measured } = pair;
-    const free = (/** @type {HTMLInputElement} */ input) => other || document.activeElement !== input;
-    if (free(this.label)) this.label.value = pair.label;
-    if (free(this.weight)) this.weight.value = String(pair.weight);
-    if (free(this.image)) this.image.value = image ? placeWords(image, 2).replace(" mm", "") : "";
-    const typing = !other && !measured && this.measured.includes(/** @type {HTMLInputElement} */ (document.activeElement));
-    if (!typing) this.measured.forEach((input, index) => { input.value = measured ? String(Math.round(measured[index] * 1000) / 1000) : ""; });
-    for (const control of [this.label, this.image, this.weight, ...this.measured, this.deleteButton]) control.disabled = locked;
-    this.touchButton.disabled = locked || !image;
-    this.measureButton.hidden = !pointer;
-    this.measureButton.disabled = locked || measuring || pointer?.state !== "fresh";
-    this.measureButton.textContent = measuring ? "Hold still …" : "Measure with the pointer";
-  }
-
-  typedImage() {
-    try {
-      this.send({ in_image: this.image.value.trim() === "" ? null : placeOf(this.image.value) });
-    } catch (error) {
-      note(/** @type {Error} */ (error).message, { error: true });
-    }
-  }
-
-  typedWeight() {
-    const weight = Number(this.weight.value);
-    if (weight > 0) this.send({ weight });
-    else note("A weight is above 0; leave a point out of the fit by its switch.", { error: true });
-  }
-
-  typedMeasured() {
-    const { place, complete } = threeNumbers(this.measured.map((input) => input.value));
-    if (complete) this.send({ measured: place });
-  }
-
-  /** @param {Record<string, unknown>} fields */
-  send(fields) {
-    if (this.pair) this.connection.send("pair.change", { pair_id: this.pair.id, ...fields });
-  }
-}
-
 /**
  * What is wrong with a point: 'outlier' or 'suspect' of the one that is named, 'misfit' where all of them do not fit.
  * @param {PairEntry} pair
@@ -208,12 +170,13 @@ function wrongOf({ id }, { wrong, state }) {
 /**
  * @param {HTMLElement} row
  * @param {PairEntry} pair
- * @param {{ scale: number, locked: boolean, selected: boolean, wrong: string }} how
+ * @param {{ scale: number, locked: boolean, selected: boolean, wrong: string, practice: boolean, typed: string }} how typed: what is wrong or missing in what was typed
  */
-function fillPair(row, pair, { scale, locked, selected, wrong }) {
+function fillPair(row, pair, { scale, locked, selected, wrong, practice, typed }) {
   const [name, sub] = row.querySelectorAll(".row-main > span");
   name.textContent = pair.label || "Point";
-  sub.textContent = pairWords(pair);
+  sub.textContent = typed ? `${pairWords(pair)}; typed: ${typed}` : pairWords(pair);
+  sub.classList.toggle("caution", Boolean(typed));
   const used = /** @type {HTMLInputElement} */ (row.querySelector("input"));
   used.checked = pair.enabled;
   used.disabled = locked;
@@ -222,12 +185,14 @@ function fillPair(row, pair, { scale, locked, selected, wrong }) {
   const bar = /** @type {HTMLElement} */ (row.querySelector(".residual-bar"));
   bar.hidden = pair.residual_mm === null;
   /** @type {HTMLElement} */ (bar.firstElementChild).style.width = `${(100 * share).toFixed(1)}%`;
-  /** @type {HTMLElement} */ (row.querySelector(".residual")).textContent = pair.residual_mm === null ? "" : mm(pair.residual_mm, 2);
+  const residual = /** @type {HTMLElement} */ (row.querySelector(".residual"));
+  residual.hidden = pair.residual_mm === null;
+  residual.textContent = pair.residual_mm === null ? "" : mm(pair.residual_mm, 2);
   row.dataset.wrong = wrong;
   row.classList.toggle("left-out", !pair.enabled);
   row.setAttribute("aria-current", String(selected));
   const touch = /** @type {HTMLButtonElement} */ (row.querySelector(".touch"));
-  touch.hidden = Boolean(pair.measured) || !pair.in_image;
+  touch.hidden = !practice || Boolean(pair.measured) || !pair.in_image;
   touch.disabled = locked;
-  touch.setAttribute("aria-label", `Touch ${name.textContent}, simulated`);
+  touch.setAttribute("aria-label", `Simulate touch of ${name.textContent}`);
 }

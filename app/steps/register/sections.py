@@ -30,7 +30,7 @@ class RegistrationsSection(TypedDict):
 
 
 class BeadEntry(TypedDict):
-    """A bead that was found in the CT; name: as the case has it, else ''."""
+    """A bead that was found in the CT; name: of its point, once it is one, else what that would be called."""
 
     id: str
     name: str

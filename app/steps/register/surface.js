@@ -2,6 +2,7 @@
 import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
 import { folding } from "/static/js/folding.js";
 import { note } from "/static/js/dialogs.js";
+import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { finished, post, remove, send, upload } from "/static/js/rest.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
@@ -28,9 +29,9 @@ export class SurfaceGroup {
     this.tableButton = h("button", { type: "button", id: "read-surface", title: "Columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
     this.touchButton = h("button", { type: "button", id: "touch-surface", title: "For practice: a simulated pointer touches places that it reaches from outside", onclick: () => this.touch() }, "Simulated");
     this.record = new RecordButton("stroke-surface", "Start stroking with the pointer", (seconds) => this.stroked(seconds));
-    this.count = h("input", { type: "number", id: "surface-count", min: 10, max: 2000, step: 10, value: "60" });
-    this.noise = h("input", { type: "number", id: "surface-noise", min: 0, max: 20, step: 0.1, value: "0.3" });
-    this.keep = h("input", { type: "number", id: "surface-keep", min: 50, max: 100, step: 5, value: "75" });
+    this.count = ownNumber("surface-count", 10, 2000, 10, 60);
+    this.noise = ownNumber("surface-noise", 0, 20, 0.1, 0.3);
+    this.keep = ownNumber("surface-keep", 50, 100, 5, 75);
     this.options = h("details", { class: "folded" }, h("summary", {}, "Simulated pointer, share"), h("div", { class: "fields" },
       field("Points that it touches", this.count), field("Error of one touch, mm rms", this.noise), field("Fit the nearest … %, the others are slips", this.keep)));
     this.state = h("p", { class: "words", id: "surface-state", role: "status" });
@@ -116,7 +117,7 @@ export class SurfaceGroup {
   }
 
   touch() {
-    const wish = { structure: this.structure.value || null, count: Number(this.count.value), noise_mm: Number(this.noise.value) };
+    const wish = { structure: this.structure.value || null, count: heldNumber(this.count), noise_mm: heldNumber(this.noise) };
     return this.during("Touching the surface …", async () => this.watch(await post(`${this.address()}/touch`, wish)));
   }
 
@@ -126,7 +127,7 @@ export class SurfaceGroup {
   }
 
   refine() {
-    const keep = Number(this.keep.value) / 100;
+    const keep = (heldNumber(this.keep) ?? 75) / 100;
     return this.during("Refining …", async () => this.watch(await post(`${this.address()}/refine`, { keep })));
   }
 

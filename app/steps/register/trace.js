@@ -2,6 +2,7 @@
 import { group, h, whenChanged } from "/static/js/dom.js";
 import { folding } from "/static/js/folding.js";
 import { note } from "/static/js/dialogs.js";
+import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { send, upload } from "/static/js/rest.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
@@ -25,7 +26,7 @@ export class TraceGroup {
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "trace-file", onchange: () => this.readTable() });
     this.tableButton = h("button", { type: "button", id: "read-trace", title: "Samples of the tip in their order: columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
     this.practiceButton = h("button", { type: "button", id: "trace-simulated", title: "A simulated pointer follows the chosen path, with an error", onclick: () => this.practise() }, "Simulated");
-    this.noise = h("input", { type: "number", id: "trace-noise", min: 0, max: 20, step: 0.1, value: "0.3" });
+    this.noise = ownNumber("trace-noise", 0, 20, 0.1, 0.3);
     this.why = h("p", { class: "words caution", id: "trace-why" });
     this.words = h("p", { class: "words", id: "trace-words", role: "status" });
     this.element = folding("trace", group("Trace a path", null, h("p", { class: "words" }, WHAT), this.why, this.record.element,
@@ -86,7 +87,7 @@ export class TraceGroup {
   }
 
   practise() {
-    return this.during(() => send(this.address("/simulated"), { noise_mm: Number(this.noise.value), ...this.named() }));
+    return this.during(() => send(this.address("/simulated"), { noise_mm: heldNumber(this.noise), ...this.named() }));
   }
 
   readTable() {

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from app.messages.sections import Position
 from app.services.registration import FiducialPair, RegistrationContent
-from app.services.registration_beads import FoundBead
+from app.services.registration_beads import FoundBead, bead_label
 from app.services.registration_editor import StoredRegistration
 from app.services.registration_errors import ErrorTable, ExpectedError
 from app.services.registration_fit import FitReport
@@ -76,7 +76,7 @@ def marks_of(content: RegistrationContent, selected: str | None) -> list[Fiducia
     ]
     confirmed = {pair.bead for pair in content.pairs}
     beads = [
-        _mark(bead.id, bead.name, bead.position, bead_state(bead, content), selected)
+        _mark(bead.id, bead_label(bead), bead.position, bead_state(bead, content), selected)
         for bead in content.beads
         if bead.id not in confirmed
     ]
@@ -111,9 +111,10 @@ def _maybe(position: tuple[float, float, float] | None) -> Position | None:
 
 
 def _bead(bead: FoundBead, content: RegistrationContent) -> BeadEntry:
+    labels = [pair.label for pair in content.pairs if pair.bead == bead.id]
     return {
         "id": bead.id,
-        "name": bead.name,
+        "name": (labels and labels[0]) or bead_label(bead),
         "position": _place(bead.position),
         "diameter_mm": round(bead.diameter_mm, 2),
         "state": bead_state(bead, content),

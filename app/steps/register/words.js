@@ -35,15 +35,19 @@ export function barShare(residual, scale) {
 }
 
 /**
- * Three numbers out of three fields; null where one of them is none. All empty is no place.
- * @param {string[]} texts
- * @returns {{ place: [number, number, number] | null, complete: boolean }}
+ * Whether a point was really measured: typed, read or tracked, not simulated.
+ * @param {PairEntry} pair
  */
-export function threeNumbers(texts) {
-  const values = texts.map((text) => (text.trim() === "" ? NaN : Number(text.replace(",", "."))));
-  const [x, y, z] = values;
-  if (values.every(Number.isFinite)) return { place: [x, y, z], complete: true };
-  return { place: null, complete: texts.every((text) => text.trim() === "") };
+export function isReal(pair) {
+  return Boolean(pair.measured) && pair.measured_from !== "simulated";
+}
+
+/**
+ * Whether a simulated pointer may touch points: nothing, or nothing but simulated touches, is there.
+ * @param {PairEntry[]} pairs
+ */
+export function canPractise(pairs) {
+  return pairs.some((pair) => pair.in_image) && !pairs.some(isReal);
 }
 
 /**

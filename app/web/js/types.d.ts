@@ -568,7 +568,7 @@ export interface RegistrationSection {
   calibration: CalibrationView;
 }
 
-/** A bead that was found in the CT; name: as the case has it, else ''. */
+/** A bead that was found in the CT; name: of its point, once it is one, else what that would be called. */
 export interface BeadEntry {
   id: string;
   name: string;

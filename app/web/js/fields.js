@@ -1,0 +1,185 @@
+// Fields of the panel: a label with a unit over a control, and what is typed checked where it is typed.
+import { h } from "./dom.js";
+
+/**
+ * @param {string} label
+ * @param {string} unit
+ * @param {HTMLElement} control
+ */
+export function field(label, unit, control) {
+  return h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, label), unit ? " " : null, unit ? h("span", {}, unit) : null), control);
+}
+
+/** @type {WeakMap<HTMLInputElement, HTMLElement>} the sentence below a field that cannot be taken */
+const problems = new WeakMap();
+
+/**
+ * Say below a field why what stands in it cannot be taken, and mark it; '' where it can. What was typed stays.
+ * @param {HTMLInputElement} input
+ * @param {string} words
+ */
+export function complain(input, words) {
+  problems.get(input)?.remove();
+  problems.delete(input);
+  for (const name of ["aria-invalid", "aria-describedby"]) input.removeAttribute(name);
+  if (!words) return;
+  input.setAttribute("aria-invalid", "true");
+  const problem = h("p", { class: "words field-problem", role: "alert", ...(input.id ? { id: `${input.id}-problem` } : {}) }, words);
+  if (input.id) input.setAttribute("aria-describedby", problem.id);
+  problems.set(input, problem);
+  (input.closest(".field") ?? input).after(problem);
+}
+
+/**
+ * Whether what stands in a field cannot be taken.
+ * @param {HTMLInputElement} input
+ */
+export function isWrong(input) {
+  return input.getAttribute("aria-invalid") === "true";
+}
+
+/**
+ * Show again what is held, and nothing of what was typed.
+ * @param {HTMLInputElement} input
+ */
+export function putBack(input) {
+  complain(input, "");
+  delete input.dataset.typing;
+  input.value = input.dataset.known ?? "";
+}
+
+/**
+ * Let Escape put a field back, where something was typed; `back` is called then.
+ * @param {HTMLInputElement} input
+ * @param {() => void} [back]
+ * @param {() => boolean} [more] whether there is something else to put back
+ */
+export function escapePutsBack(input, back = () => putBack(input), more = () => false) {
+  input.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || !(isWrong(input) || input.dataset.typing === "yes" || more())) return;
+    event.preventDefault();
+    event.stopPropagation();
+    back();
+  });
+}
+
+/**
+ * Why a text is no number that a field takes; '' where it is one.
+ * @param {string} text
+ * @param {number} low
+ * @param {number} high
+ */
+export function whyNoNumber(text, low, high) {
+  const range = `${low} to ${high} can be used.`.replace("-", "−");
+  const value = numberOf(text);
+  if (text.trim() === "") return `Nothing is typed. ${range}`;
+  if (Number.isNaN(value)) return `That is no number. ${range}`;
+  return value < low || value > high ? range : "";
+}
+
+/**
+ * A typed number, with a point or a comma and a minus of any kind; NaN where it is none.
+ * @param {string} text
+ */
+export function numberOf(text) {
+  const plain = text.trim().replace("−", "-").replace(",", ".");
+  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/iu.test(plain) ? Number(plain) : NaN;
+}
+
+/**
+ * A number within the bounds of the field. One that is not is said below it, and what is held stays in force.
+ * @param {string} id
+ * @param {number} low
+ * @param {number} high
+ * @param {number} step
+ * @param {(value: number) => void} changed
+ * @param {() => void} [emptied] where an empty field means something
+ */
+export function numberInput(id, low, high, step, changed, emptied) {
+  /** @type {HTMLInputElement} */
+  const input = h("input", { type: "number", id, min: low, max: high, step: "any", onchange: () => {
+    const empty = input.value === "" && !input.validity.badInput;
+    const why = empty && emptied ? "" : whyNoNumber(input.validity.badInput ? "?" : input.value, Number(input.min), Number(input.max));
+    complain(input, why && `${why}${heldWords(input.dataset.known)}`);
+    if (why) return;
+    input.dataset.known = input.value;
+    if (empty) emptied?.();
+    else changed(Number(input.value));
+  } });
+  watchTyping(input);
+  escapePutsBack(input);
+  input.addEventListener("keydown", (event) => {
+    if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return;
+    event.preventDefault();
+    const wanted = Number(input.value) + (event.key === "ArrowUp" ? step : -step);
+    input.value = String(Math.round(Math.min(Number(input.max), Math.max(Number(input.min), wanted)) * 1000) / 1000);
+    delete input.dataset.typing;
+    complain(input, "");
+    input.dataset.known = input.value;
+    changed(Number(input.value));
+  });
+  return input;
+}
+
+/**
+ * A number that only the page holds, until a button uses it.
+ * @param {string} id
+ * @param {number} low
+ * @param {number} high
+ * @param {number} step
+ * @param {number | null} value null: empty, which means something
+ */
+export function ownNumber(id, low, high, step, value) {
+  const input = numberInput(id, low, high, step, () => {}, value === null ? () => {} : undefined);
+  showNumber(input, value);
+  return input;
+}
+
+/**
+ * The number that a field holds, whatever is typed in it; null where it holds none.
+ * @param {HTMLInputElement} input
+ */
+export function heldNumber(input) {
+  return input.dataset.known ? Number(input.dataset.known) : null;
+}
+
+/**
+ * What stays in force, as words behind what is wrong.
+ * @param {string | undefined} held
+ */
+export function heldWords(held) {
+  return held ? ` ${held} is kept; Escape shows it again.`.replace("-", "−") : " Escape empties the field.";
+}
+
+/**
+ * Note that something is being typed, until it is done.
+ * @param {HTMLInputElement} input
+ */
+export function watchTyping(input) {
+  input.addEventListener("input", () => { input.dataset.typing = "yes"; });
+  for (const end of ["change", "blur"]) input.addEventListener(end, () => { delete input.dataset.typing; });
+}
+
+/**
+ * Whether an input is in the middle of being typed in: what the planner tells meanwhile must not replace it.
+ * @param {HTMLInputElement} input
+ */
+export function isTyped(input) {
+  return document.activeElement === input && input.dataset.typing === "yes";
+}
+
+/**
+ * Show a number. What is being typed stays, and is checked against this number when it is done; so does what cannot be
+ * taken, until another number is held.
+ * @param {HTMLInputElement} input
+ * @param {number | null} value
+ * @param {number} [digits] after the point
+ */
+export function showNumber(input, value, digits = 3) {
+  const text = value === null ? "" : String(Number(value.toFixed(digits)));
+  const same = input.dataset.known === text;
+  input.dataset.known = text;
+  if (isTyped(input) || (same && isWrong(input))) return;
+  complain(input, "");
+  if (document.activeElement !== input || input.value === "" || Number(input.value) !== value) input.value = text;
+}

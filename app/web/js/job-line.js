@@ -1,0 +1,61 @@
+// A job that is followed in place, beside the button that began it.
+import { h } from "./dom.js";
+import { sentence } from "./format.js";
+import { finished, remove, send, wasCancelled } from "./rest.js";
+
+/** @import { JobPublic } from "./types.js" */
+
+const EVERY_MS = 250;
+
+/** A job that is followed, with its stage, a bar and a button that cancels it. */
+export class JobLine {
+  constructor() {
+    /** @type {string | null} */
+    this.job = null;
+    this.stage = h("p", { class: "words" });
+    this.bar = h("div");
+    this.cancelButton = h("button", { type: "button", "data-tool": "cancel", onclick: () => this.cancel() }, "Cancel");
+    this.element = h("div", { class: "job", hidden: true }, this.stage, h("div", { class: "progress" }, this.bar), this.cancelButton);
+  }
+
+  /**
+   * Start a job and wait for what it made; null where it was cancelled.
+   * @param {string} path
+   * @param {object} wish
+   */
+  async run(path, wish) {
+    return this.follow(await send(path, wish));
+  }
+
+  /**
+   * Wait for what a job that was started makes; null where it was cancelled.
+   * @param {JobPublic} job
+   */
+  async follow(job) {
+    this.show(job);
+    this.job = job.id;
+    this.cancelButton.disabled = false;
+    try {
+      return (await finished(job, (now) => this.show(now), EVERY_MS)).result;
+    } catch (error) {
+      if (wasCancelled(error)) return null;
+      throw error;
+    } finally {
+      this.job = null;
+      this.element.hidden = true;
+    }
+  }
+
+  /** @param {JobPublic} now */
+  show(now) {
+    const percent = `${Math.round(now.fraction * 100)} %`;
+    this.element.hidden = false;
+    this.stage.textContent = now.state === "queued" ? "Waiting for its turn" : `${sentence(now.stage).replace(/\.$/, "")}, ${percent}`;
+    this.bar.style.width = percent.replace(" ", "");
+  }
+
+  async cancel() {
+    this.cancelButton.disabled = true;
+    if (this.job) await remove(`/api/jobs/${encodeURIComponent(this.job)}`).catch(() => { this.cancelButton.disabled = false; });
+  }
+}
