@@ -115,7 +115,7 @@ def rigid_transform(transform: ArrayLike, what: str, error: type[InputError] = I
     matrix = np.array(transform, dtype=np.float64, order="C")
     if matrix.shape != (4, 4) or not _is_rigid(matrix):
         if matrix.shape == (4, 4) and np.isfinite(matrix).all() and np.abs(matrix[:3, 3]).max() > FARTHEST_MM:
-            raise error(f"{what} moves by more than {FARTHEST_MM:,g} mm; check the unit of its fourth column, mm")
+            raise error(f"{what} moves by more than {FARTHEST_MM:,.0f} mm; check the unit of its fourth column, mm")
         raise error(
             f"{what} is not rigid (4 x 4, orthonormal within {ORTHONORMAL:g}, right-handed); give a rotation without "
             "scale or mirror in the first three columns, a place in mm in the fourth, and 0 0 0 1 as the last row"

@@ -132,7 +132,7 @@ ROTATION = "0 -1 0 1 0 0 0 0 1"
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2"), "12 parameters, not 11"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 nan"), "not finite"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 x"), "not numbers"),
-        (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 1e9"), "moves by more than 1e"),
+        (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 1e9"), "moves by more than 1,000,000 mm"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 1_0"), "not numbers"),
         (file_text("AffineTransform_double_3_3", f"{ROTATION} 1 2 3", "1 2"), "centre"),
         (file_text("AffineTransform_double_2_2", "1 0 0 1 0 0"), "three dimensions"),
