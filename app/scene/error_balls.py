@@ -18,8 +18,9 @@ Position = tuple[float, float, float]
 class ErrorBalls:
     """One ball for each target, or none."""
 
-    def __init__(self, view: SceneView) -> None:
-        self._scene = view.scene
+    def __init__(self, view: SceneView, owner: str = "plan") -> None:
+        """owner: the step that shows them; two of them have nodes of their own."""
+        self._scene, self._owner = view.scene, owner
         self._nodes: list[Any] = []
 
     def show(self, balls: Sequence[tuple[Position, float]]) -> None:
@@ -27,7 +28,7 @@ class ErrorBalls:
         self.remove()
         self._nodes = [
             self._scene.add_icosphere(
-                f"/plan/error/{index}",
+                f"/{self._owner}/error/{index}",
                 radius=radius,
                 color=palette.TARGET,
                 opacity=OPACITY,

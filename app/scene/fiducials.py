@@ -1,4 +1,7 @@
-"""Beads and points of a registration in the scene: balls in the colour of what is said of them, with their labels."""
+"""Beads and points of a registration in the scene: balls in the colour of what is said of them, with their labels.
+
+Where a point was measured, brought into the image, is a cross that is joined to its ball: between them is the residual.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +12,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.scene import palette
-from app.scene.labels import Label
 
 if TYPE_CHECKING:
     from app.scene.view import SceneView
 
 RADIUS_MM = 2.6
 REJECTED_MM = 1.4
+CROSS_MM = 3.2  # half the length of its lines: they look out of the ball
 COLOURS = {"found": palette.FOUND_BEAD, "confirmed": palette.FIDUCIAL, "rejected": palette.UNKNOWN}
 
 
 @dataclass(frozen=True)
 class FiducialShape:
-    """A ball as it is drawn, LPS mm. state: 'found', 'confirmed' or 'rejected'."""
+    """A ball as it is drawn, LPS mm. state: 'found', 'confirmed' or 'rejected'. measured: where, in the image."""
 
     id: str
     label: str
     position: tuple[float, float, float]
     state: str
     selected: bool
+    measured: tuple[float, float, float] | None = None
 
 
 class FiducialNodes:
@@ -35,7 +39,7 @@ class FiducialNodes:
 
     def __init__(self, view: SceneView) -> None:
         self._view = view
-        self._drawn: dict[FiducialShape, tuple[Any, Label]] = {}
+        self._drawn: dict[FiducialShape, tuple[Any, ...]] = {}
 
     def show(self, shapes: Iterable[FiducialShape]) -> None:
         wanted = list(shapes)
@@ -47,7 +51,7 @@ class FiducialNodes:
                 if shape not in self._drawn:
                     self._drawn[shape] = self._made(shape)
 
-    def _made(self, shape: FiducialShape) -> tuple[Any, Label]:
+    def _made(self, shape: FiducialShape) -> tuple[Any, ...]:
         name = f"/registration/{shape.id}_{shape.state}_{int(shape.selected)}"
         colour = palette.SELECTED if shape.selected else COLOURS[shape.state]
         ball = self._view.scene.add_icosphere(
@@ -62,14 +66,22 @@ class FiducialNodes:
         label = self._view.labels.add(
             f"{name}_label",
             shape.label,
-            "item",
+            "bead chosen" if shape.selected else "bead",
             np.array(shape.position) + np.array([0.0, 0.0, RADIUS_MM + 0.8]),
             visible=shape.state != "rejected" and bool(shape.label),
             font_screen_scale=0.8,
             anchor="bottom-left",
             depth_test=False,
         )
-        return ball, label
+        return (ball, label) if shape.measured is None else (ball, label, self._cross(name, shape))
+
+    def _cross(self, name: str, shape: FiducialShape) -> Any:
+        centre, ball = np.array(shape.measured), np.array(shape.position)
+        arms = [[centre - arm, centre + arm] for arm in CROSS_MM * np.eye(3)]
+        lines = np.array([*arms, [centre, ball]], dtype=np.float32)
+        return self._view.scene.add_line_segments(
+            f"{name}_measured", lines, palette.SELECTED if shape.selected else palette.MEASURED, thickness=0.5
+        )
 
     def remove(self) -> None:
         for nodes in self._drawn.values():

@@ -13,7 +13,10 @@ Floats = npt.NDArray[np.float64]
 
 
 class Label:
-    """Words at a place, LPS [mm]; kind: how the page draws them ('letter', 'item', 'grip', 'centre')."""
+    """Words at a place, LPS [mm].
+
+    kind: how the page draws them ('letter', 'item', 'bead', 'bead chosen', 'grip', 'centre').
+    """
 
     def __init__(self, node: viser.LabelHandle, kind: str, text: str, visible: bool, owner: Labels) -> None:
         self.kind = kind

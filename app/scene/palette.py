@@ -19,6 +19,7 @@ BLOCKED = (240, 133, 125)
 CENTRE = (126, 211, 165)
 FIDUCIAL = (126, 211, 165)
 FOUND_BEAD = (250, 204, 92)
+MEASURED = (255, 122, 89)  # where a point of a registration was measured
 
 # Orange to blue through near-white: distinguishable with every common kind of colour blindness.
 _SCALE_HEX = ("#d9480f", "#f59f45", "#f7e3c0", "#b9d8ee", "#5aa5dd")

@@ -90,7 +90,7 @@ def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
     if content.to == "base" and content.robot is not None:
         short += " The error of the robot's calibration is in it."
     fre = report.fre_mm
-    fit = "" if fre is None else f"{fre:.1f} mm FRE says how well the points fit, not how exact the tool is. "
+    fit = "" if fre is None else f"{fre:.2f} mm FRE says how well the points fit, not how exact the tool is. "
     return ErrorTable(report.fle_mm, report.fle_source, targets, path, f"{fit}{short}", short)
 
 
@@ -151,5 +151,5 @@ def _words(targets: tuple[ErrorAtTarget, ...], path: ErrorAlongPath | None) -> s
 
 
 def _above(radius_mm: float) -> str:
-    """Rounded up to a tenth: 'below' stays true."""
-    return f"{np.ceil(radius_mm * 10.0 - 1e-9) / 10.0:.1f}"
+    """Rounded up to a hundredth, as the page's table does: 'below' stays true."""
+    return f"{np.ceil(radius_mm * 100.0 - 1e-9) / 100.0:.2f}"

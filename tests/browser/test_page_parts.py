@@ -211,6 +211,9 @@ TYPED = """async () => {
   type('50');
   tell(1);
   leave();
+  tell(1);
+  input.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape' }));
+  shown.push(input.value);
   type('7');
   tell(2);
   leave();
@@ -221,14 +224,14 @@ TYPED = """async () => {
 
 
 def test_an_answer_to_an_earlier_edit_takes_no_newer_one_back(open_page: Open) -> None:
-    """Nor what is being typed; what was refused is taken back."""
+    """Nor what is being typed; what was refused is taken back, and what cannot be taken stays until Escape."""
     page = open_page().ready().page
     edits = page.evaluate(EDITS)
     assert edits["sent"] == [0.2, 0.8, 0.3]
     assert edits["shown"] == ["80", "80", "80", "80", "60"]
     expect(page.locator("#alerts")).to_contain_text("That was refused.")
     typed = page.evaluate(TYPED)
-    assert typed == {"shown": ["1", "50", "1", "7", "7", "7"], "changed": [7]}
+    assert typed == {"shown": ["1", "50", "50", "50", "1", "7", "7", "7"], "changed": [7]}
 
 
 def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, rest: Rest) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,38 @@ def begun(station: Workstation) -> str:
     return str(registration(station)["id"])
 
 
+def typed_by_halves(station: Workstation) -> None:
+    """What cannot be taken is said and kept, of one point while another is chosen; three pasted numbers are a place."""
+    page = station.page
+    x, words = page.get_by_label("Measured, x"), page.locator("#pair-measured-words")
+    ids = [pair["id"] for pair in registration(station)["pairs"]]
+
+    def choose(index: int) -> None:
+        page.locator("#pairs .row-main").nth(index).click()
+        station.wait_for("the choice", lambda: registration(station)["selected"] == ids[index])
+        expect(page.locator("#pairs .row").nth(index).locator("#pair-label")).to_be_visible()
+
+    choose(0)
+    x.fill("12mm")
+    x.press("Tab")
+    expect(words).to_contain_text("‘12mm’ is no number; leave the unit out.")
+    expect(x).to_have_attribute("aria-invalid", "true")
+    x.fill("12")
+    x.press("Tab")
+    expect(words).to_contain_text("y and z are missing.")
+    choose(1)
+    expect(x).to_have_value("")
+    expect(page.locator("#pairs .row").first).to_contain_text("y and z are missing.")
+    choose(0)
+    expect(x).to_have_value("12")
+    x.fill("12; 13,5; 14")
+    x.press("Enter")
+    station.wait_for("the place", lambda: registration(station)["pairs"][0]["measured"] == [12, 13.5, 14])
+    expect(page.locator("#touch-all")).to_be_hidden()
+    page.click("#forget-measured")
+    station.wait_for("no place", lambda: registration(station)["pairs"][0]["measured"] is None)
+
+
 def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefacts: Path) -> None:
     """Found, confirmed, touched and fitted; a wrong one is named and left out; what is stored is what is shown."""
     station = open_page().ready()
@@ -51,17 +84,23 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     key = begun(station)
     page.click("#find-beads")
     station.wait_for("five beads", lambda: len(registration(station)["beads"]) == 5)
+    page.wait_for_selector(".job >> text=Cancel", state="hidden")
     page.locator("#beads [data-judge=no]").first.click()
     station.wait_for("one rejected", lambda: registration(station)["beads"][0]["state"] == "rejected")
     page.locator("#beads [data-judge=yes]").first.click()
     station.wait_for("one pair", lambda: len(registration(station)["pairs"]) == 1)
     page.click("#confirm-beads")
     station.wait_for("five pairs", lambda: len(registration(station)["pairs"]) == 5)
+    assert all(mark["measured"] is None for mark in station.state("fiducials")["items"])
+    page.locator("#beads [data-judge=yes]").nth(1).click()  # it is pressed already
+    typed_by_halves(station)
     assert len(station.state("fiducials")["items"]) == 5
     station.wait_for("their marks", lambda: page.locator(".slice-fiducial").count() >= 5)
     page.click("#touch-all")
     station.wait_for("the fit", lambda: registration(station)["fit"]["state"] == "fitted")
     station.wait_for("its figures", lambda: "mm rms" in page.locator("#fit-figures").inner_text())
+    expect(page.locator("#ball-words")).to_be_visible()
+    station.wait_for("the crosses", lambda: page.locator(".slice-measured").count() >= 5)
     assert "not how exact the tool is" in page.locator("#error-words").inner_text()
     assert "simulated pointer" in page.locator("#fit-cautions").inner_text()
     targets = len(got(rest, f"/api/plans/{plan_id}")["targets"])
@@ -88,6 +127,20 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     wrong = lambda: registration(station)["fit"]["wrong"] or {}  # noqa: E731
     station.wait_for("the wrong one", lambda: (wrong().get("label"), wrong().get("certainty")) == (name, "outlier"))
     station.wait_for("its words", lambda: name in page.locator("#wrong-pair").inner_text())
+    expect(page.locator("#touch-all")).to_be_hidden()  # a typed point is not written over by a simulated one
+    expect(page.locator("#touch-selected")).to_be_hidden()
+    mark = station.state("fiducials")["items"][2]
+    residual = registration(station)["pairs"][2]["residual_mm"]
+    assert math.dist(mark["position"], mark["measured"]) == pytest.approx(residual, abs=0.01)
+    page.locator("#beads [data-judge=no]").nth(2).click()
+    station.wait_for("four pairs", lambda: len(registration(station)["pairs"]) == 4)
+    page.locator(".toast", has_text="and its measured point were taken away").get_by_text("Undo").click()
+    station.wait_for("the pair with its point", lambda: [p["label"] for p in registration(station)["pairs"]][2] == name)
+    page.fill("#fle", "0")
+    page.press("#fle", "Enter")
+    expect(page.locator("#fle-problem")).to_contain_text("0.01 to 50 can be used.")
+    page.press("#fle", "Escape")
+    expect(page.locator("#fle-problem")).to_have_count(0)
     station.picture("register-wrong")
     page.click("#leave-out")
     station.wait_for("the fit of four", lambda: registration(station)["fit"]["used"] == 4)

@@ -1,7 +1,7 @@
 // The Register step's words: what is known of a point, bars, orders.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { barScale, barShare, canPractise, fleWords, isReal, orderWords, pairWords, refinementRows, rowWords, touchedWords } from "../../app/steps/register/words.js";
+import { barScale, barShare, canPractise, fleWords, isReal, orderWords, pairWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/steps/register/words.js";
 
 /** @param {object} fields */
 const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", weight: 1, residual_mm: 0.3, ...fields });
@@ -55,4 +55,8 @@ test("a refinement tells first what judges it, and its residual last", () => {
   const rows = refinementRows(touched, /** @type {any} */ ({ fre_mm: 1.073 }));
   assert.deepEqual(rows.map(([, words]) => words), ["1.07 mm rms", "0.91 mm", "0.23 of 1", "0.07 mm rms, 45 of 60"]);
   assert.equal(refinementRows(touched, /** @type {any} */ ({ fre_mm: null }))[0][1], "none to judge by");
+});
+
+test("a bound is rounded up at the digits that are shown", () => {
+  assert.deepEqual([0.7, 0.701, 1, 0.699].map(roundedUp), [0.7, 0.71, 1, 0.7]);
 });

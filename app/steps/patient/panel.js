@@ -40,6 +40,7 @@ export default class PatientPanel {
     this.folderChooser = h("input", { type: "file", hidden: true, webkitdirectory: true, id: "folder", onchange: () => this.chosen(this.folderChooser) });
     this.importButton = h("button", { type: "button", onclick: () => this.chooser.click() }, "Import a head …");
     this.folderButton = h("button", { type: "button", id: "import-folder", onclick: () => this.folderChooser.click() }, "Folder …");
+    this.saveButton = h("button", { type: "button", class: "wide", id: "save-case", title: "The open head with its scan, structures, plans and registrations, as a zip that ‘Import a head …’ reads", onclick: () => save(connection.state.case) }, "Save everything as one file …");
     this.surfaceFacts = h("dl", { class: "facts" });
     this.surfaces = h("details", { id: "surface-facts" }, h("summary", {}, "Surfaces made of the scan"), this.surfaceFacts);
     this.progressBar = h("div");
@@ -56,7 +57,7 @@ export default class PatientPanel {
       group("This head", null, this.facts, this.caseWords, this.uncertainty, this.surfaces),
       this.structures.element,
       this.overlays.element,
-      group("Heads", null, this.list, h("label", { class: "check" }, this.showDeleted, "Show deleted heads")),
+      group("Heads", null, this.list, h("label", { class: "check" }, this.showDeleted, "Show deleted heads"), this.saveButton),
       group("Import", null,
         h("p", { class: "words" }, "Drop files or a folder anywhere on this panel: a CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head. They stay on this computer."),
         h("div", { class: "buttons even" }, this.importButton, this.folderButton), this.progress, this.jobs.element),
@@ -100,6 +101,7 @@ export default class PatientPanel {
 
   /** @param {CaseSection | null | undefined} open */
   renderCase(open) {
+    this.saveButton.disabled = !open;
     if (!open) {
       this.facts.replaceChildren();
       this.uncertainty.hidden = this.surfaces.hidden = true;
@@ -152,7 +154,7 @@ export default class PatientPanel {
           const name = await askName("Rename this head", before);
           if (name) this.connection.send("case.rename", { case_id: id, name });
         }),
-        iconButton("download", "Save as one zip, with its plans", () => download(`/api/cases/${encodeURIComponent(row.item.id)}/archive`)),
+        iconButton("download", "Save everything as one file (zip)", () => save(row.item)),
         iconButton("trash", "Delete", () => this.remove(row.item.id), { "data-tool": "delete" }),
       ];
     /** @type {Row<CaseEntry>} */
@@ -356,4 +358,14 @@ function seriesQuestion(series) {
     one.spacing_mm.length ? `${one.spacing_mm.map((value) => fixed(value, 2)).join(" × ")} mm` : "",
   ].filter(Boolean).join(" · ")]);
   return { name: "series", label: "Series", options };
+}
+
+/**
+ * A head with all that belongs to it, as one file.
+ * @param {{ id: string, name: string } | null | undefined} head
+ */
+function save(head) {
+  if (!head) return;
+  download(`/api/cases/${encodeURIComponent(head.id)}/archive`);
+  note(`‘${head.name}’ is packed with its scan, structures, plans and registrations; the browser saves it as a zip.`);
 }

@@ -95,7 +95,8 @@ export default class PlanPanel {
       group("Plans of this head", [h("button", { type: "button", class: "plain", id: "new-plan", onclick: () => this.newPlan() }, "New")], this.planList,
         h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
       group("Export and import", null, h("div", { class: "list" }, this.exports),
-        h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser));
+        h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser,
+        h("p", { class: "words" }, "The whole case as one file, with plans and registrations: Patient, ‘Save everything as one file …’. A folder for 3D Slicer: ‘vfix plan export-slicer’.")));
   }
 
   /** @param {"point.insert_after" | "item.delete"} type */

@@ -2,7 +2,7 @@
 import { group, h, whenChanged } from "/static/js/dom.js";
 import { numberInput, showNumber } from "/static/js/fields.js";
 import { mm } from "/static/js/format.js";
-import { fleWords, orderWords, rowWords } from "./words.js";
+import { fleWords, orderWords, roundedUp, rowWords } from "./words.js";
 import { field } from "./beads.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -39,7 +39,10 @@ export class FitGroup {
     this.figures.replaceChildren(...figuresOf(fit));
     this.renderWrong(fit, locked);
     this.cautions.replaceChildren(...fit.cautions.map((text) => h("p", { class: "words caution" }, text)));
+    const good = fit.state === "fitted" && !fit.wrong;
     this.orderButton.hidden = fit.used < 3;
+    this.orderButton.classList.toggle("plain", good); // quiet: nothing speaks for another order
+    this.orderButton.textContent = good ? "Check the order of the points" : "Match order";
     this.orderButton.disabled = locked;
     this.fitButton.hidden = (madeFrom !== "given" && madeFrom !== "surface") || fit.used < 3;
     this.fitButton.disabled = locked;
@@ -67,7 +70,7 @@ export class FitGroup {
     if (!orders) return;
     const take = (/** @type {number} */ candidate) => orderCard(orders.candidates[candidate], candidate, orders.ambiguous ? orders.candidates.length : 1, locked, () => this.connection.send("order.take", { candidate }));
     const offered = orders.ambiguous ? [...orders.candidates.keys()].map(take) : orders.unchanged ? [] : [take(0)];
-    const forget = h("button", { type: "button", class: "plain", onclick: () => this.connection.send("order.forget") }, offered.length ? "Keep the order" : "Close");
+    const forget = h("button", { type: "button", class: "plain", onclick: () => this.connection.send("order.forget") }, offered.length ? "Leave the order as it is" : "Close");
     this.orders.replaceChildren(h("p", { class: orders.ambiguous ? "words caution" : "words" }, orders.words), ...offered, forget);
   }
 }
@@ -115,7 +118,8 @@ export class ErrorsGroup {
     this.table = h("table", { class: "points", id: "error-table", "aria-label": "Expected error of the registration, in mm" }, head, this.body);
     this.fle = numberInput("fle", 0.01, 50, 0.05, (value) => connection.send("registration.fle", { fle_mm: value }), () => connection.send("registration.fle", { fle_mm: null }));
     this.fle.placeholder = "estimated";
-    this.element = group("4  Error where the tool works", null, this.words, this.table,
+    this.ballWords = h("p", { class: "words", id: "ball-words" }, h("span", { class: "ball-swatch" }), "Balls about the targets, in the scene here and in Plan: the tool is within them in 95 of 100 cases.");
+    this.element = group("4  Error where the tool works", null, this.words, this.table, this.ballWords,
       h("details", { class: "folded" }, h("summary", {}, "How exactly one point is measured"), h("div", { class: "fields" },
         h("p", { class: "words" }, "Estimated from the fit, which is rough with few points. State it where the tracker's error is known; skin that moves adds to it."), field("Localisation error, mm rms", this.fle))));
   }
@@ -133,8 +137,9 @@ export class ErrorsGroup {
   render(errors, stated, locked) {
     this.words.textContent = errors.words;
     this.table.hidden = !errors.rows.length;
+    this.ballWords.hidden = !errors.rows.some((row) => row.s_mm === null);
     this.body.replaceChildren(...errors.rows.map((row) => h("tr", { title: "Show it in the slices", onclick: () => this.connection.send("slice.cross", { position: row.position }) },
-      h("td", {}, h("span", { class: row.s_mm === null ? "dot target" : "dot" }), rowWords(row)), h("td", {}, mm(row.rms_mm, 2)), h("td", {}, mm(row.within_95_mm, 2)))));
+      h("td", {}, h("span", { class: row.s_mm === null ? "dot target" : "dot" }), rowWords(row)), h("td", {}, mm(row.rms_mm, 2)), h("td", {}, mm(roundedUp(row.within_95_mm), 2)))));
     showNumber(this.fle, stated);
     this.fle.disabled = locked;
   }

@@ -155,7 +155,13 @@ class OpenRegistration:
 
     def marks(self) -> list[FiducialMark]:
         """What the slices and the scene show of it."""
-        return marks_of(self.document.content, self.selected)
+        usable = self._services.registering.report(self.document.content).usable
+        return marks_of(self.document.content, usable, self.selected)
+
+    def error_balls(self, plan: Plan | None) -> tuple[tuple[Position, float], ...]:
+        """The plan's targets, LPS mm, and the radius in mm within which the tool is in 95 of 100 cases."""
+        errors = [target.error for target in self._table(plan).targets]
+        return tuple((error.position, error.within_95_mm) for error in errors)
 
     def _table(self, plan: Plan | None) -> ErrorTable:
         same = plan if plan is not None and plan.case_id == self.document.case_id else None

@@ -17,6 +17,8 @@ import { TraceGroup } from "./trace.js";
 const WHAT = "A registration says how the CT lies on the patient: the same points are found in the CT and measured at the patient. A rehearsal in the CT alone needs none.";
 const EXPORTS = [["tfm", "ITK transform (.tfm)", "Opens in 3D Slicer and ITK"], ["json", "Transform (.json)", "The matrix with its frames and unit"]];
 
+const EXPORT_WORDS = "A transform moves the plan's points onto the patient: the files of Plan, ‘Export and import’, hold them in the image's frame. The folder for 3D Slicer, with plan, head and transforms, is made by ‘vfix plan export-slicer’. The whole case as one file: Patient, ‘Save everything as one file …’.";
+
 export default class RegisterPanel {
   /** @param {Parts} parts */
   constructor({ connection, keys }) {
@@ -46,7 +48,7 @@ export default class RegisterPanel {
     this.exports = EXPORTS.map(([format, label, words]) => h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
     this.chooser = h("input", { type: "file", hidden: true, accept: ".tfm,.txt,.json", id: "transform-file", onchange: () => this.import() });
     this.parts = h("div", {}, this.beads.element, this.points.element, this.fit.element, this.errors.element,
-      group("5  Use", null, this.useWords, this.useButton, this.dropButton, h("div", { class: "list" }, this.exports)),
+      group("5  Use", null, this.useWords, this.useButton, this.dropButton, h("div", { class: "fields" }, this.exports), h("p", { class: "words" }, EXPORT_WORDS)),
       this.surface.element, this.trace.element, this.calibration.element);
     this.list = h("ul", { class: "list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });

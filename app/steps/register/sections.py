@@ -191,11 +191,12 @@ class PlanUseSection(TypedDict):
 
 
 class FiducialMark(TypedDict):
-    """A mark in the slices and the scene."""
+    """A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit."""
 
     id: str
     label: str
     position: Position
+    measured: Position | None
     state: BeadState
     selected: bool
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from app.messages.fields import Command
+from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
-from app.scene.view import ClickRay
+from app.scene.view import ClickRay, SceneView
 from app.services.documents import DocumentTitle
 from app.services.plans import Plan
 from app.services.registration_editor import StoredRegistration
@@ -157,15 +158,23 @@ class RegisterStep(Step):
             self.views.case.go_to(position_of(hit.position))
 
     def layers(self) -> list[Layer[Any]]:
-        marks = self._marks()
-        if not marks:
-            return []
+        marks, case_id = self._marks(), self.views.case.case_id
         shapes = tuple(
-            FiducialShape(mark["id"], mark["label"], position_of(mark["position"]), mark["state"], mark["selected"])
+            FiducialShape(
+                mark["id"],
+                mark["label"],
+                position_of(mark["position"]),
+                mark["state"],
+                mark["selected"],
+                None if mark["measured"] is None else position_of(mark["measured"]),
+            )
             for mark in marks
         )
-        case_id = self.views.case.case_id
-        return [Layer("register.fiducials", shapes, FiducialNodes, lambda nodes: nodes.show(shapes), made_for=case_id)]
+        opened = self._open if self.active else None
+        balls = () if opened is None else opened.error_balls(self.views.plan.current)
+        fiducials = Layer("register.fiducials", shapes, FiducialNodes, lambda nodes: nodes.show(shapes), case_id)
+        errors = Layer("register.error", balls, _error_balls, lambda nodes: nodes.show(balls), case_id)
+        return ([fiducials] if shapes else []) + ([errors] if balls else [])
 
     def _marks(self) -> list[FiducialMark]:
         return self._open.marks() if self.active and self._open is not None else []
@@ -247,3 +256,7 @@ class RegisterStep(Step):
 def _blocked(use: PlanUseSection | None) -> str:
     """Why the open plan cannot use what it refers to; '' where it can, or refers to none."""
     return "" if use is None or use["state"] in ("none", "ready") else use["words"]
+
+
+def _error_balls(view: SceneView) -> ErrorBalls:
+    return ErrorBalls(view, "register")

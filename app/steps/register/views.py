@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from app.messages.sections import Position
 from app.services.registration import FiducialPair, RegistrationContent
 from app.services.registration_beads import FoundBead, bead_label
@@ -69,10 +71,18 @@ def registration_view(
     }
 
 
-def marks_of(content: RegistrationContent, selected: str | None) -> list[FiducialMark]:
-    """Marks of the pairs' places in the image, and of the beads that are no pairs."""
-    pairs = [
-        _mark(pair.id, pair.label, pair.in_image, "confirmed", selected) for pair in content.pairs if pair.in_image
+def marks_of(content: RegistrationContent, usable: bool, selected: str | None) -> list[FiducialMark]:
+    """Marks of the pairs' places in the image, and of the beads that are no pairs.
+
+    usable: the transform brings what was measured into the image.
+    """
+    pairs: list[FiducialMark] = [
+        {
+            **_mark(pair.id, pair.label, pair.in_image, "confirmed", selected),
+            "measured": _in_image(pair.measured, content) if usable and pair.measured else None,
+        }
+        for pair in content.pairs
+        if pair.in_image
     ]
     confirmed = {pair.bead for pair in content.pairs}
     beads = [
@@ -90,6 +100,13 @@ def bead_state(bead: FoundBead, content: RegistrationContent) -> BeadState:
     return "rejected" if bead.rejected else "found"
 
 
+def _in_image(measured: tuple[float, float, float], content: RegistrationContent) -> Position:
+    """Where a measured point is in the image, by the inverse of the transform."""
+    matrix = np.reshape(content.transform, (4, 4))
+    place = matrix[:3, :3].T @ (np.array(measured) - matrix[:3, 3])
+    return _place((float(place[0]), float(place[1]), float(place[2])))
+
+
 def _mark(
     item_id: str, label: str, position: tuple[float, float, float], state: BeadState, selected: str | None
 ) -> FiducialMark:
@@ -97,6 +114,7 @@ def _mark(
         "id": item_id,
         "label": label,
         "position": _place(position),
+        "measured": None,
         "state": state,
         "selected": item_id == selected,
     }

@@ -112,3 +112,11 @@ export function refinementRows({ refinement, count }, fit) {
     ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "It is not the accuracy"],
   ];
 }
+
+/**
+ * A bound at the two digits that are shown: rounded up, so that 'below' stays true.
+ * @param {number} value
+ */
+export function roundedUp(value) {
+  return Math.ceil(value * 100 - 1e-9) / 100;
+}

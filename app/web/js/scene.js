@@ -213,32 +213,19 @@ export class SceneFrame {
       this.slices.hidden = !state.case?.has_volume;
     }
     this.layer?.update(state.labels, state.camera);
-    this.changedLegend([state.corridor?.scale, state.step?.name], () => this.renderLegend(state.corridor?.scale));
+    this.changedLegend([state.corridor?.scale, state.step?.name, hasErrorBalls(state)], () => this.renderLegend(state.corridor?.scale, hasErrorBalls(state)));
     const height = state.camera?.view_height_mm;
     this.renderScale(state.scene?.ready && height ? height / this.frame.clientHeight : null);
   }
 
-  /** @param {ScaleView | null | undefined} scale */
-  renderLegend(scale) {
+  /**
+   * @param {ScaleView | null | undefined} scale
+   * @param {boolean} balls whether targets have a ball of the registration's error
+   */
+  renderLegend(scale, balls) {
     const legend = byId("legend");
-    legend.hidden = !scale;
-    if (!scale) return;
-    const span = scale.hi - scale.lo;
-    const bar = h("div", { class: "legend-bar" });
-    bar.style.background = `linear-gradient(to right, ${scale.colours.join(", ")})`;
-    const margin = h("div", { class: "legend-margin", title: "Margin" });
-    margin.style.left = `${((scale.margin - scale.lo) / span) * 100}%`;
-    bar.append(margin);
-    const ticks = h("div", { class: "legend-ticks" }, [scale.lo, (scale.lo + scale.hi) / 2, scale.hi].map((value, index) => {
-      const tick = h("span", {}, index === 2 ? `≥ ${fixed(value, 1)}` : fixed(value, 1));
-      tick.style.left = `${((value - scale.lo) / span) * 100}%`;
-      return tick;
-    }));
-    legend.replaceChildren(h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 2)}`), bar, ticks);
-    if (!scale.unknown) return;
-    const swatch = h("span", { class: "legend-swatch" });
-    swatch.style.background = scale.unknown;
-    legend.append(h("div", { class: "legend-unknown" }, swatch, "not reached by the tool"));
+    legend.hidden = !scale && !balls;
+    legend.replaceChildren(...scaleLegend(scale), ...(balls ? [h("div", { class: "legend-unknown" }, h("span", { class: "ball-swatch" }), "registration’s error, 95 %")] : []));
   }
 
   /** @param {number | null} perPixel mm */
@@ -250,6 +237,36 @@ export class SceneFrame {
     byId("scale-line").style.width = `${Math.round(length / perPixel)}px`;
     byId("scale-words").textContent = `${length} mm at the centre of the view`;
   }
+}
+
+/**
+ * Whether the scene has balls about the targets, of what the registration may be off by.
+ * @param {ViewModel} state
+ */
+function hasErrorBalls({ step, plan, plan_use: use, registration }) {
+  if (step?.name === "register") return Boolean(registration?.errors.rows.some((row) => row.s_mm === null));
+  return step?.name === "plan" && use?.state === "ready" && Boolean(use.error_words && plan?.targets.length);
+}
+
+/** @param {ScaleView | null | undefined} scale */
+function scaleLegend(scale) {
+  if (!scale) return [];
+  const span = scale.hi - scale.lo;
+  const bar = h("div", { class: "legend-bar" });
+  bar.style.background = `linear-gradient(to right, ${scale.colours.join(", ")})`;
+  const margin = h("div", { class: "legend-margin", title: "Margin" });
+  margin.style.left = `${((scale.margin - scale.lo) / span) * 100}%`;
+  bar.append(margin);
+  const ticks = h("div", { class: "legend-ticks" }, [scale.lo, (scale.lo + scale.hi) / 2, scale.hi].map((value, index) => {
+    const tick = h("span", {}, index === 2 ? `≥ ${fixed(value, 1)}` : fixed(value, 1));
+    tick.style.left = `${((value - scale.lo) / span) * 100}%`;
+    return tick;
+  }));
+  const title = h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 2)}`);
+  if (!scale.unknown) return [title, bar, ticks];
+  const swatch = h("span", { class: "legend-swatch" });
+  swatch.style.background = scale.unknown;
+  return [title, bar, ticks, h("div", { class: "legend-unknown" }, swatch, "not reached by the tool")];
 }
 
 /** Without a graphics card every pixel costs; a coarser picture that follows the hand is the better one then. */

@@ -723,11 +723,12 @@ export interface FiducialsSection {
   items: FiducialMark[];
 }
 
-/** A mark in the slices and the scene. */
+/** A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit. */
 export interface FiducialMark {
   id: string;
   label: string;
   position: [number, number, number];
+  measured: [number, number, number] | null;
   state: "found" | "confirmed" | "rejected";
   selected: boolean;
 }

@@ -1,12 +1,17 @@
 // Words at places of the scene, as text of the page over the frame: sharp at every size, and in the page's type.
 import { h } from "../dom.js";
 
+import { isIn, laidOut } from "./label-layout.js";
+
+/** @import { Box, Wish } from "./label-layout.js" */
 /** @import { SceneHooks, Three } from "./hooks.js" */
 /** @import { LabelView } from "../types.js" */
 
-const EDGE_PX = 6;
+/** @typedef {{ element: HTMLElement, kind: string, position: number[], width: number, height: number }} Entry with the size of its words, px */
+
 const BEHIND = -0.3; // of the cosine between a letter and the eye, from the middle of the head: bone is before it
 const IN_FRONT = 0.92; // it would lie upon the face, and says nothing there
+const HIDDEN = -0.1; // the same cosine of a bead on the skin: the head is before it
 
 export class SceneLabels {
   /**
@@ -16,8 +21,10 @@ export class SceneLabels {
   constructor(hooks, box) {
     this.hooks = hooks;
     this.box = box;
-    /** @type {{ element: HTMLElement, kind: string, position: number[] }[]} */
+    /** @type {Entry[]} */
     this.shown = [];
+    /** @type {Box[]} */
+    this.cards = [];
     hooks.watchers.add((camera) => this.place(camera));
   }
 
@@ -26,50 +33,90 @@ export class SceneLabels {
     labels.forEach(({ kind, words, position }, index) => {
       const entry = this.shown[index] ?? this.add();
       Object.assign(entry, { kind, position });
-      if (entry.element.textContent !== words) entry.element.textContent = words;
       const name = `scene-label ${kind}`;
-      if (entry.element.className !== name) entry.element.className = name;
+      const same = entry.element.textContent === words && entry.element.className === name;
+      if (!same) {
+        entry.element.textContent = words;
+        entry.element.className = name;
+      }
+      if (isBead(kind) && (!same || !entry.width)) [entry.width, entry.height] = [entry.element.offsetWidth, entry.element.offsetHeight];
     });
     for (const { element } of this.shown.splice(labels.length)) element.remove();
+    this.cards = this.shown.some(({ kind }) => isBead(kind)) ? this.boxesUpon() : [];
     this.place(this.hooks.camera);
   }
 
   add() {
-    const entry = { element: h("span"), kind: "", position: /** @type {number[]} */ ([]) };
+    const entry = { element: h("span"), kind: "", position: /** @type {number[]} */ ([]), width: 0, height: 0 };
     this.box.append(entry.element);
     this.shown.push(entry);
     return entry;
   }
 
+  /** What lies upon the scene: words are not read below it. */
+  boxesUpon() {
+    const origin = this.box.getBoundingClientRect();
+    return [...(this.box.parentElement?.querySelectorAll(".overlay-top > *, .legend") ?? [])].map((card) => {
+      const { left, top, right, bottom } = card.getBoundingClientRect();
+      return { left: left - origin.left, top: top - origin.top, right: right - origin.left, bottom: bottom - origin.top };
+    });
+  }
+
   /**
-   * Letters stand around the head: only those at its sides are read.
+   * How much places look towards the eye, seen from the middle of the head, about which the letters stand: from −1 to 1.
    * @param {Three} camera
+   * @returns {(position: number[]) => number}
    */
-  hiddenLetters(camera) {
+  facing(camera) {
     const letters = this.shown.filter(({ kind }) => kind === "letter");
+    if (!letters.length) return () => 0;
     const middle = [0, 1, 2].map((axis) => letters.reduce((sum, { position }) => sum + position[axis], 0) / letters.length);
     const centre = this.hooks.world(middle);
     const eye = camera.position.clone().sub(centre).normalize();
-    return new Set(letters.filter(({ position }) => {
-      const cosine = this.hooks.world(position).sub(centre).normalize().dot(eye);
-      return cosine < BEHIND || cosine > IN_FRONT;
-    }));
+    return (position) => this.hooks.world(position).sub(centre).normalize().dot(eye);
   }
 
   /** @param {Three} camera */
   place(camera) {
-    const hidden = this.hiddenLetters(camera);
-    const { width, height } = this.hooks.size;
+    const facing = this.facing(camera);
+    const beads = this.beadCorners(camera, facing);
     for (const entry of this.shown) {
-      const { element, position } = entry;
-      const at = hidden.has(entry) ? null : this.hooks.project(position, camera);
-      const seen = at && at.x > EDGE_PX && at.y > EDGE_PX && at.x < width - EDGE_PX && at.y < height - EDGE_PX;
-      element.style.visibility = seen ? "visible" : "hidden";
-      if (seen) element.style.translate = `${at.x.toFixed(1)}px ${at.y.toFixed(1)}px`;
+      const { element, kind, position } = entry;
+      const cosine = kind === "letter" ? facing(position) : 0;
+      const hidden = kind === "letter" && (cosine < BEHIND || cosine > IN_FRONT); // only letters at the head's sides are read
+      const place = isBead(kind) || hidden ? null : this.hooks.project(position, camera);
+      const at = isBead(kind) ? beads.get(entry) ?? null : isIn(place, this.hooks.size) ? place : null;
+      element.style.visibility = at ? "visible" : "hidden";
+      if (at) element.style.translate = `${at.x.toFixed(1)}px ${at.y.toFixed(1)}px`;
     }
+  }
+
+  /**
+   * Where the words of beads stand; those behind the head are left out, but for the chosen one.
+   * @param {Three} camera
+   * @param {(position: number[]) => number} facing
+   */
+  beadCorners(camera, facing) {
+    const entries = this.shown.filter(({ kind }) => isBead(kind));
+    const wishes = entries.map(({ kind, position, width, height }) => {
+      const first = kind === CHOSEN;
+      const at = first || facing(position) > HIDDEN ? this.hooks.project(position, camera) : null;
+      /** @type {Wish | null} */
+      const wish = at && { ...at, width, height, first, away: this.hooks.world(position).distanceTo(camera.position) };
+      return wish;
+    });
+    const corners = laidOut(wishes, this.hooks.size, this.cards);
+    return new Map(entries.map((entry, index) => [entry, corners[index]]));
   }
 
   clear() {
     this.show([]);
   }
+}
+
+const CHOSEN = "bead chosen";
+
+/** @param {string} kind */
+function isBead(kind) {
+  return kind === "bead" || kind === CHOSEN;
 }

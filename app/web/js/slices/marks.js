@@ -11,6 +11,7 @@ import { measureWords } from "./measures.js";
 export const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the rest faint
 const MARK_PX = 3.6;
 const FIDUCIAL_PX = 8;
+const CROSS_PX = 4.5; // half the length of the lines where a point was measured
 const FIDUCIAL_MM = 3; // a bead this near is cut by the plane
 
 /**
@@ -35,7 +36,7 @@ export function marksOf(port, state, cross, measures) {
   const { points, targets } = driven ?? plan ?? { points: [], targets: [] };
   for (const item of points) marks.push(drawnMark(project(item.position), "slice-point", item.id === selected));
   for (const item of targets) marks.push(drawnMark(project(item.position), "slice-target", item.id === selected));
-  for (const mark of state.fiducials?.items ?? []) marks.push(drawnFiducial(project(mark.position), mark));
+  for (const mark of state.fiducials?.items ?? []) marks.push(...drawnFiducial(project, mark));
   if (!driven) for (const place of state.regions?.drawing?.places ?? []) marks.push(drawnMark(project(place), "slice-point drawing", false, 0.9));
   if (!driven && plan?.ghost) marks.push(drawnMark(project(plan.ghost.position), "slice-point ghost", false, 1.3));
   if (state.step?.input === "drive") for (const segment of state.tool?.segments ?? []) line(segment, "slice-tool");
@@ -67,15 +68,23 @@ function drawnMark({ x, y, away }, kind, selected, size = 1) {
 }
 
 /**
- * A bead or point of a registration: a ring around it, whose middle stays to be seen.
- * @param {PlaceNear} place
+ * A bead or point of a registration: a ring around it, whose middle stays to be seen, and a cross where it was measured,
+ * joined to it: the line is the residual.
+ * @param {(place: Triple) => PlaceNear} project
  * @param {FiducialMark} mark
  */
-function drawnFiducial({ x, y, away }, { state, selected }) {
+function drawnFiducial(project, { position, measured, state, selected }) {
+  const { x, y, away } = project(position);
   const near = Math.abs(away) <= FIDUCIAL_MM;
-  return svg("circle", {
+  /** @type {SVGElement[]} */
+  const marks = [svg("circle", {
     class: selected ? "slice-fiducial selected" : "slice-fiducial", "data-state": state, cx: x, cy: y, r: near ? FIDUCIAL_PX : 0.6 * FIDUCIAL_PX, opacity: near ? 1 : 0.3,
-  });
+  })];
+  if (!measured) return marks;
+  const at = project(measured);
+  const arm = near ? CROSS_PX : 0.6 * CROSS_PX;
+  const path = `M${at.x - arm} ${at.y}h${2 * arm}M${at.x} ${at.y - arm}v${2 * arm}M${x} ${y}L${at.x} ${at.y}`;
+  return [...marks, svg("path", { class: "slice-measured", d: path, opacity: near ? 1 : 0.3 })];
 }
 
 /**

@@ -1,0 +1,57 @@
+// Where words beside places of the scene stand: within the view, not on one another, and not below what lies upon it.
+
+export const EDGE_PX = 6;
+const ASIDE_PX = 12; // of a label from its place
+const ABOVE = 1.3; // of its own height
+
+/** @typedef {{ left: number, top: number, right: number, bottom: number }} Box px */
+/** @typedef {{ x: number, y: number, width: number, height: number, first: boolean, away: number }} Wish where a place is, px, and the size of its words; first: before all others; away: from the eye */
+
+/**
+ * For each wish the upper left corner of its words, in px; null where they would hide others, of which the nearer come first.
+ * @param {(Wish | null)[]} wishes
+ * @param {{ width: number, height: number }} view
+ * @param {Box[]} taken by what lies upon the scene
+ */
+export function laidOut(wishes, view, taken) {
+  /** @type {({ x: number, y: number } | null)[]} */
+  const corners = wishes.map(() => null);
+  const boxes = [...taken];
+  const order = [...wishes.keys()].filter((index) => wishes[index] && isIn(wishes[index], view));
+  const rank = (/** @type {number} */ index) => (wishes[index]?.first ? -Infinity : wishes[index]?.away ?? 0);
+  order.sort((a, b) => rank(a) - rank(b));
+  for (const index of order) {
+    const wish = /** @type {Wish} */ (wishes[index]);
+    const x = within(wish.x + ASIDE_PX, view.width - wish.width - EDGE_PX);
+    const y = within(wish.y - ABOVE * wish.height, view.height - wish.height - EDGE_PX);
+    const box = { left: x, top: y, right: x + wish.width, bottom: y + wish.height };
+    if (boxes.some((other) => meet(box, other))) continue;
+    boxes.push(box);
+    corners[index] = { x, y };
+  }
+  return corners;
+}
+
+/**
+ * @param {{ x: number, y: number } | null} place
+ * @param {{ width: number, height: number }} view
+ */
+export function isIn(place, { width, height }) {
+  return place !== null && place.x > EDGE_PX && place.y > EDGE_PX && place.x < width - EDGE_PX && place.y < height - EDGE_PX;
+}
+
+/**
+ * @param {number} value
+ * @param {number} most
+ */
+function within(value, most) {
+  return Math.max(EDGE_PX, Math.min(value, most));
+}
+
+/**
+ * @param {Box} a
+ * @param {Box} b
+ */
+function meet(a, b) {
+  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+}
