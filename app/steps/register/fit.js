@@ -42,7 +42,6 @@ export class FitGroup {
     const good = fit.state === "fitted" && !fit.wrong;
     this.orderButton.hidden = fit.used < 3;
     this.orderButton.classList.toggle("plain", good); // quiet: nothing speaks for another order
-    this.orderButton.textContent = good ? "Check the order of the points" : "Match order";
     this.orderButton.disabled = locked;
     this.fitButton.hidden = (madeFrom !== "given" && madeFrom !== "surface") || fit.used < 3;
     this.fitButton.disabled = locked;

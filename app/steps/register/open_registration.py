@@ -155,8 +155,8 @@ class OpenRegistration:
 
     def marks(self) -> list[FiducialMark]:
         """What the slices and the scene show of it."""
-        usable = self._services.registering.report(self.document.content).usable
-        return marks_of(self.document.content, usable, self.selected)
+        content = self.document.content
+        return marks_of(content, self._services.registering.report(content), self.selected)
 
     def error_balls(self, plan: Plan | None) -> tuple[tuple[Position, float], ...]:
         """The plan's targets, LPS mm, and the radius in mm within which the tool is in 95 of 100 cases."""

@@ -71,15 +71,15 @@ def registration_view(
     }
 
 
-def marks_of(content: RegistrationContent, usable: bool, selected: str | None) -> list[FiducialMark]:
+def marks_of(content: RegistrationContent, report: FitReport, selected: str | None) -> list[FiducialMark]:
     """Marks of the pairs' places in the image, and of the beads that are no pairs.
 
-    usable: the transform brings what was measured into the image.
+    report: of the content; where a pair has a residual, what was measured of it is brought into the image.
     """
     pairs: list[FiducialMark] = [
         {
             **_mark(pair.id, pair.label, pair.in_image, "confirmed", selected),
-            "measured": _in_image(pair.measured, content) if usable and pair.measured else None,
+            "measured": _in_image(pair.measured, content) if pair.id in report.residuals_mm and pair.measured else None,
         }
         for pair in content.pairs
         if pair.in_image
