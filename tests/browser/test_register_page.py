@@ -119,6 +119,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
 
     name = shown["pairs"][2]["label"]
     page.locator("#pairs .row-main").nth(2).click()
+    expect(page.locator("#pair-label")).to_have_value(name)
     x = page.get_by_label("Measured, x")
     station.wait_for("its coordinates", x.input_value)
     x.fill(str(float(x.input_value()) + 9.0))
