@@ -137,6 +137,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     station.wait_for("four pairs", lambda: len(registration(station)["pairs"]) == 4)
     page.locator(".toast", has_text="and its measured point were taken away").get_by_text("Undo").click()
     station.wait_for("the pair with its point", lambda: [p["label"] for p in registration(station)["pairs"]][2] == name)
+    page.get_by_text("How exactly one point is measured").click()
     page.fill("#fle", "0")
     page.press("#fle", "Enter")
     expect(page.locator("#fle-problem")).to_contain_text("0.01 to 50 can be used.")
