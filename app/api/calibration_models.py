@@ -12,10 +12,8 @@ from app.services.registration_calibration import (
     LONGEST_PIVOT_S,
     PIVOT_S,
     SHORTEST_PIVOT_S,
-    pointer_cautions,
-    robot_cautions,
 )
-from app.services.registration_tools import PointerTip, PosesFrom, RobotToTracker
+from app.services.registration_tools import PointerTip, PosesFrom, RobotToTracker, pointer_cautions, robot_cautions
 from app.services.simulated_touch import DEFAULT_NOISE_MM
 
 Triple = tuple[float, float, float]

@@ -164,7 +164,7 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
         "targets": [{"label": t.label, "rms_mm": t.error.rms_mm, "within_95_mm": t.error.within_95_mm}
                     for t in table.targets],
         "path": None if table.path is None
-        else {"worst_mm": table.path.worst_mm, "within_95_mm": table.path.worst.within_95_mm},
+        else {"worst_at_mm": table.path.worst_mm, "within_95_mm": table.path.worst.within_95_mm},
     }  # fmt: skip
     said = [report.words, *_figures(data), *report.cautions, table.words]
     if report.wrong is not None:

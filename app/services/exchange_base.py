@@ -144,8 +144,9 @@ def _head(plan: Plan, transform: Array, registration: DrivenRegistration | None,
             "to": registration.image.to,
             "fre_mm": content.fre_mm,
             "simulated": report.simulated,
+            "doubts": list(report.doubts),
         }
-        remark = " ".join([remark, *(report.cautions if report.simulated else ())]).strip()
+        remark = " ".join([remark, *report.doubts]).strip()
     return {
         "notice": NOTICE,
         "name": plan.name,

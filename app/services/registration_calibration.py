@@ -17,11 +17,9 @@ from vfix_engine.registration import SimulatedTracker, calibrate_pivot, register
 
 PIVOT_S = 15.0  # that the tracked pointer is swung
 SHORTEST_PIVOT_S, LONGEST_PIVOT_S = 2.0, 30.0
-FEW_POSES = 12  # of a robot; its error is told roughly by fewer
 
-_SLIPPED_MM = 1.0  # residual beyond which the tip did not stay in its place
-_LITTLE_SWING_DEG = 20.0
-_UNLIKE_MM, _UNLIKE_DEG = 1.0, 0.5  # residuals of a robot and a tracker that do not tell of the same motion
+NO_PIVOT_MM = 5.0  # residual from which on the poses are not those of a pivot
+NO_MOTION_MM, NO_MOTION_DEG = 5.0, 3.0  # residuals from which on robot and tracker did not move together
 _SIMULATED_POSES = 30
 _PIVOT_MM = (0.0, 0.0, 900.0)  # where the simulated pointer stands, in the tracker's frame
 _BEFORE_MM, _REACH_MM, _TURN_DEG = (60.0, -40.0, 40.0), 60.0, 40.0  # how the simulated robot moves its flange
@@ -36,6 +34,11 @@ def pointer_of(poses: npt.ArrayLike, measured_from: PosesFrom) -> PointerTip:
     """The tip of a pointer that was swung about it, from poses (n, 4, 4). Raises InputError where it stays open."""
     given = _thinned(np.asarray(poses, dtype=np.float64))
     found = calibrate_pivot(given)
+    if found.residual_mm > NO_PIVOT_MM:
+        raise InputError(
+            f"the tip was {found.residual_mm:.0f} mm off its place, rms: no poses of a pointer that was swung about "
+            "its tip, or their quaternions are not in the order qx, qy, qz, qw."
+        )
     x, y, z = found.tip_mm.tolist()
     swing = float(found.swing_deg)
     return PointerTip((x, y, z), found.residual_mm, found.tip_error_mm, swing, len(given), measured_from)
@@ -44,6 +47,12 @@ def pointer_of(poses: npt.ArrayLike, measured_from: PosesFrom) -> PointerTip:
 def robot_of(robot_poses: npt.ArrayLike, tracker_poses: npt.ArrayLike, measured_from: PosesFrom) -> RobotToTracker:
     """Where the tracker stands beside the robot, from paired poses (n, 4, 4). Raises InputError where it stays open."""
     found = register_robot_to_tracker(robot_poses, tracker_poses)
+    if found.translation_residual_mm > NO_MOTION_MM or found.rotation_residual_deg > NO_MOTION_DEG:
+        raise InputError(
+            "the poses of the robot and of the tracker do not tell of the same motion: they differ by "
+            f"{found.translation_residual_mm:.1f} mm and {found.rotation_residual_deg:.1f}°, rms. Rows of the tables "
+            "belong to different moments, the quaternions are not in the order qx, qy, qz, qw, or the marker is loose."
+        )
     covariance = 0.5 * (found.covariance + found.covariance.T)
     return RobotToTracker(
         tuple(found.transform_tracker_to_base.ravel().tolist()),
@@ -94,35 +103,6 @@ def simulated_robot(case_id: str, noise_mm: float, seed: int | None = None) -> R
 def _tracker(noise_mm: float, seed: int | None) -> SimulatedTracker:
     chosen = int(np.random.default_rng().integers(2**63)) if seed is None else seed
     return SimulatedTracker(chosen, sigma_mm=checked_noise(noise_mm) / np.sqrt(3.0))
-
-
-# -- what they say of themselves
-
-
-def pointer_cautions(pointer: PointerTip) -> tuple[str, ...]:
-    """What is doubtful of a pointer's calibration, in sentences."""
-    found = []
-    if pointer.residual_mm > _SLIPPED_MM:
-        found.append(
-            f"The tip was {pointer.residual_mm:.1f} mm off its place, rms: it slipped, or the pointer bends. "
-            "Calibrate it again with the tip held in a dimple."
-        )
-    if pointer.swing_deg < _LITTLE_SWING_DEG:
-        found.append(f"The pointer was swung by {pointer.swing_deg:.0f}° only; 30° to all sides tell its tip better.")
-    return tuple(found)
-
-
-def robot_cautions(robot: RobotToTracker) -> tuple[str, ...]:
-    """What is doubtful of a robot's calibration, in sentences."""
-    found = []
-    if robot.translation_residual_mm > _UNLIKE_MM or robot.rotation_residual_deg > _UNLIKE_DEG:
-        found.append(
-            "The poses of the robot and of the tracker do not tell of the same motion: rows of both tables belong to "
-            "different moments, the marker is loose, or the robot moved while it was measured."
-        )
-    if robot.poses < FEW_POSES:
-        found.append(f"{robot.poses} poses tell their own error roughly; take {FEW_POSES} or more.")
-    return tuple(found)
 
 
 # -- what they are to a registration

@@ -101,8 +101,8 @@ def _why_not(content: RegistrationContent, report: FitReport) -> str:
         return "Nothing is known of the error of a transform that was read from a file."
     if content.made_from == "surface":
         return (
-            "No error is known of a transform that was refined on a surface: its residual does not tell it. What the "
-            "points above, which took no part, are off by is all that is known, and only near them."
+            "No error is known of a transform that was refined on a surface: its residual does not tell it. Known is "
+            "only how far off the measured points are, which took no part, and that only near them."
         )
     if content.made_from == "none":
         return "The error is known once the points are fitted."

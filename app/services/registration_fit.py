@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services.registration import IDENTITY, FiducialPair, RegistrationContent
+from app.services.registration_tools import pointer_cautions, robot_cautions
 from vfix_engine.errors import VfixError
 from vfix_engine.registration import Registration, find_outlier, register_points
 
@@ -158,22 +159,26 @@ def _state(content: RegistrationContent) -> tuple[FitState, str, Registration | 
 
 
 def _mixed(pairs: Sequence[FiducialPair]) -> bool:
-    """Whether the pairs were measured in frames that have nothing to do with each other."""
-    return len({pair.measured_from == "simulated" for pair in pairs}) > 1
+    """Whether the pairs were measured in frames that have nothing to do with each other.
+
+    A typed point may be either's: somebody corrects one that was simulated, or types what a tracker shows.
+    """
+    sources = {pair.measured_from for pair in pairs}
+    return "simulated" in sources and not sources.isdisjoint(("file", "tracker"))
 
 
 def _misfit(pairs: Sequence[FiducialPair], fit: Registration) -> str:
     """Why a fit means nothing, whatever its figures; '' where it may mean something."""
     if _mixed(pairs):
         return (
-            "Some points were measured by the simulated pointer and some were not: they lie in different frames, and "
-            "their fit means nothing. Measure all of them in one way."
+            "Some points were measured by the simulated pointer and some at a patient: they lie in different frames, "
+            "and their fit means nothing. Measure all of them in one way."
         )
     if fit.fre_mm > NO_FIT_MM:
         return (
-            f"These points do not fit: they are {fit.fre_mm:.1f} mm apart, rms, under the best fit, and no plan uses "
-            "it. They may have been measured in another order than they are listed in, or one or more of them "
-            "wrongly: let the order be matched, or measure them again."
+            f"These points do not fit: they are {fit.fre_mm:.1f} mm apart, rms, under the best fit. Their order "
+            "may be another one, or one or more of them were measured wrongly: match the order in Register, or "
+            "measure them again."
         )
     return ""
 
@@ -248,13 +253,22 @@ def _cautions(
     if "simulated" in sources and len(sources) > 1:
         if state != "misfit":  # which says so
             found.append(
-                "Some points were measured by the simulated pointer and some were not: they lie in different frames, "
-                "and together they mean nothing. Measure all of them in one way."
+                "Some points were measured by the simulated pointer and some were not: nothing here is of a real "
+                "patient. Measure all of them in one way."
             )
     elif "simulated" in sources:
         found.append("The points were measured by a simulated pointer: nothing here is of a real patient.")
     elif _simulated_robot(content):
         found.append("The robot's calibration is simulated: nothing here is of a real robot.")
+    if content.robot is not None and content.to == "base":
+        found += robot_cautions(content.robot)
+    if content.pointer is not None and "tracker" in sources:
+        found += pointer_cautions(content.pointer)
+    if fit is not None and len({pair.weight for pair in pairs}) > 1:
+        found.append(
+            "The points have different weights in the fit; the error to be expected is told as if all were measured "
+            "equally well, which is rough."
+        )
     if fit is not None and content.fle_mm is not None and counted_fle(content, fit) is None:
         found.append(
             f"The points are farther off than the stated {content.fle_mm:g} mm explains; the error is computed from "

@@ -14,6 +14,11 @@ from vfix_engine.given import rigid_transform
 
 PosesFrom = Literal["file", "simulated", "tracker"]
 MAX_POSES = 10_000
+FEW_POSES = 12  # of a robot; its error is told roughly by fewer
+
+_SLIPPED_MM = 1.0  # residual beyond which the tip did not stay in its place
+_LITTLE_SWING_DEG = 20.0
+_UNLIKE_MM, _UNLIKE_DEG = 1.0, 0.5  # residuals of a robot and a tracker that do not tell of the same motion
 
 
 @dataclass(frozen=True)
@@ -132,3 +137,29 @@ def _check_source(poses: Any, measured_from: Any) -> None:
         raise InputError(f"how many poses were used is a count from 1 to {MAX_POSES:,}.")
     if measured_from not in get_args(PosesFrom):
         raise InputError(f"poses come from {', '.join(get_args(PosesFrom))}, not {measured_from!r:.20}.")
+
+
+def pointer_cautions(pointer: PointerTip) -> tuple[str, ...]:
+    """What is doubtful of a pointer's calibration, in sentences."""
+    found = []
+    if pointer.residual_mm > _SLIPPED_MM:
+        found.append(
+            f"The tip was {pointer.residual_mm:.1f} mm off its place, rms: it slipped, or the pointer bends. "
+            "Calibrate it again with the tip held in a dimple."
+        )
+    if pointer.swing_deg < _LITTLE_SWING_DEG:
+        found.append(f"The pointer was swung by {pointer.swing_deg:.0f}° only; 30° to all sides tell its tip better.")
+    return tuple(found)
+
+
+def robot_cautions(robot: RobotToTracker) -> tuple[str, ...]:
+    """What is doubtful of a robot's calibration, in sentences."""
+    found = []
+    if robot.translation_residual_mm > _UNLIKE_MM or robot.rotation_residual_deg > _UNLIKE_DEG:
+        found.append(
+            "The poses of the robot and of the tracker do not tell of the same motion: rows of both tables belong to "
+            "different moments, the marker is loose, or the robot moved while it was measured."
+        )
+    if robot.poses < FEW_POSES:
+        found.append(f"{robot.poses} poses tell their own error roughly; take {FEW_POSES} or more.")
+    return tuple(found)

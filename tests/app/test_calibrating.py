@@ -22,8 +22,6 @@ from app.services.registering import PlanRegistration
 from app.services.registration import FiducialPair, RegistrationContent
 from app.services.registration_calibration import (
     motion_covariance,
-    pointer_cautions,
-    robot_cautions,
     robot_of,
     simulated_robot,
     tracked_through,
@@ -31,7 +29,7 @@ from app.services.registration_calibration import (
 from app.services.registration_errors import error_table, expected_errors
 from app.services.registration_fit import refitted, report_of
 from app.services.registration_poses import paired, read_poses
-from app.services.registration_tools import PointerTip
+from app.services.registration_tools import PointerTip, pointer_cautions, robot_cautions
 from app.services.simulated_touch import simulated_pose, simulated_tracker_to_base
 from vfix_engine.errors import InputError
 from vfix_engine.imaging.phantom import load_landmarks
@@ -164,7 +162,10 @@ def test_what_is_doubtful_is_said() -> None:
     assert "8 poses" in robot_cautions(robot_of(robot, tracker, "file"))[0]
     robot, tracker = paired_poses()
     assert robot_cautions(robot_of(robot, tracker, "file")) == ()
-    assert "different moments" in robot_cautions(robot_of(robot, np.roll(tracker, 1, axis=0), "file"))[0]
+    with pytest.raises(InputError, match="different moments"):
+        robot_of(robot, np.roll(tracker, 1, axis=0), "file")
+    loose = replace(robot_of(robot, tracker, "file"), translation_residual_mm=1.5)
+    assert "different moments" in robot_cautions(loose)[0]
 
 
 def test_a_simulated_calibration_is_as_exact_as_it_says(calibrating: Calibrating, made: str) -> None:

@@ -334,9 +334,14 @@ def test_simulated_touches_say_that_they_are(editor: RegistrationEditor) -> None
     assert any("simulated pointer" in text for text in report.cautions)
     assert editor.touch(ids, 0.3, 7).content.pairs == content.pairs  # with the seed it comes again
     assert editor.touch(ids, 0.3).content.pairs != content.pairs
-    typed = editor.change_pair(ids[0], {"measured": [1.0, 2.0, 3.0]}).content
+    x, y, z = content.pairs[0].measured or (0.0, 0.0, 0.0)
+    typed = editor.change_pair(ids[0], {"measured": [x, y, z + 0.5]}).content
     assert typed.pairs[0].measured_from == "typed"
-    mixed = report_of(typed)
+    corrected = report_of(typed)
+    assert (corrected.state, corrected.usable) == ("fitted", True)
+    assert any("nothing here is of a real patient" in text for text in corrected.cautions)
+    at_a_patient = replace(typed.pairs[0], measured_from="file")
+    mixed = report_of(replace(typed, pairs=(at_a_patient, *typed.pairs[1:])))
     assert (mixed.state, mixed.usable) == ("misfit", False)
     assert "different frames" in mixed.words
     alone, document = editor.added_pair(None, [1.0, 2.0, 3.0])

@@ -86,7 +86,7 @@ def find_beads(
     The centre is the mean of voxel positions over the component and two voxels around it, weighted by HU − 500; with
     slices of 1 mm or more by HU − 100, since most voxels of a bead are then filled in part.
 
-    A bead of 3 mm is located to 0.03 mm on average in voxels of 0.4 × 0.6 mm and 0.4 mm in those of 1 × 2 mm. Smaller
+    A bead of 3 mm is located to 0.02 mm on average in voxels of 0.4 × 0.6 mm and 0.2 mm in those of 1 × 2 mm. Smaller
     ones vanish between slices of 2 mm: a caution says which size can be relied on.
 
     Li, Ishii & Taylor 2007, V.B: components above a threshold; the weights are vfix's.

@@ -119,8 +119,11 @@ def traced_path(points: ArrayLike, *, degree: int = 5, spacing_mm: float = 6.0, 
     degree = whole("the degree of the path", degree, 1, 5)
     spacing_mm, rest_mm = positive("spacing_mm", spacing_mm), positive("rest_mm", rest_mm)
     samples = checked_points("the traced points", points, 2)
-    places = _forth(_places(samples, rest_mm), rest_mm)
-    if len(places) < 2 or np.linalg.norm(places - places[0], axis=1).max() < 2.0 * rest_mm:
+    stops = _places(samples, rest_mm)
+    places = _forth(stops, rest_mm)
+    if not _leads_away(places, rest_mm):
+        if _leads_away(stops, rest_mm):
+            raise InputError("the pointer ended where it began; stop before it is drawn back, and trace one way only")
         raise InputError(
             f"the pointer moved by less than {2.0 * rest_mm:g} mm; trace a path, and give the samples in their order"
         )
@@ -130,6 +133,11 @@ def traced_path(points: ArrayLike, *, degree: int = 5, spacing_mm: float = 6.0, 
     fitted.setflags(write=False)
     rms = float(np.sqrt((distances**2).mean()))
     return TracedPath(fitted, path.degree, path.length, rms, float(distances.max()), len(samples), len(places))
+
+
+def _leads_away(places: Array, rest_mm: float) -> bool:
+    """Whether places (n, 3) are more than a rest."""
+    return len(places) > 1 and float(np.linalg.norm(places - places[0], axis=1).max()) >= 2.0 * rest_mm
 
 
 def _places(samples: Array, rest_mm: float) -> Array:

@@ -213,9 +213,12 @@ def checked_pairs(fixed: ArrayLike, moving: ArrayLike, weights: ArrayLike | None
 
 def _check_spread(name: str, points: Array, weights: Array, numbers: NDArray[np.intp]) -> None:
     """Refuses points (n, 3) that leave a rotation free; ``numbers`` are theirs in what was given."""
-    gaps = np.linalg.norm(points[:, None] - points[None], axis=2) + np.diag(np.full(len(points), np.inf))
-    a, b = np.unravel_index(int(gaps.argmin()), gaps.shape)
-    if gaps[a, b] < COINCIDENT_MM:
+    from scipy.spatial import cKDTree  # imported here: slow to load
+
+    distance, nearest = cKDTree(points).query(points, k=2)  # of each point to itself, and to the nearest other one
+    b = int(distance[:, 1].argmin())
+    if distance[b, 1] < COINCIDENT_MM:
+        a, b = sorted((b, int(nearest[b, 1]) if nearest[b, 1] != b else int(nearest[b, 0])))
         raise InputError(
             f"the {name} points {numbers[a] + 1} and {numbers[b] + 1} are in the same place; leave one of them out or "
             "measure it again"

@@ -188,6 +188,8 @@ def _transforms(text: str) -> list[tuple[str, list[float], list[float]]]:
 def _blocks(text: str) -> list[dict[str, str]]:
     """The lines of each transform in the file, by their names."""
     lines = [line.strip() for line in text.lstrip("\ufeff").splitlines()]
+    if lines and lines[-1].startswith(("Parameters:", "Transform:")) and not text.endswith(("\n", "\r")):
+        raise InputError("the file ends in the middle of a line: it was cut; save the transform again")
     if not lines or not lines[0].startswith(_MAGIC):
         raise InputError(f"no ITK transform in text form: its first line is '{_MAGIC}'; save the transform as .tfm")
     blocks: list[dict[str, str]] = []

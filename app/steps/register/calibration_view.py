@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TypedDict
 
 from app.services.registration import RegistrationContent
-from app.services.registration_calibration import pointer_cautions, robot_cautions, why_it_stays, why_not_to_base
-from app.services.registration_tools import PosesFrom
+from app.services.registration_calibration import why_it_stays, why_not_to_base
+from app.services.registration_tools import PosesFrom, pointer_cautions, robot_cautions
 from vfix_engine.frames import RegisteredTo
 
 

@@ -32,9 +32,11 @@ def register_hint(
     if not report.usable:
         return report.words
     if report.state == "refined" and not used:
-        return "Look how far the points, which took no part, are off; then press ‘Use for this plan’."
+        return "Look how far off the points are that took no part; then press ‘Use for this plan’."
     if report.fle_source == "none" and not used:
         return "Nothing is known of the error. Add points to see how far they are off; then press ‘Use for this plan’."
     if not used:
         return "Read the error at the targets; then press ‘Use for this plan’."
-    return "The plan uses this registration. Go on to Rehearse."
+    if report.state == "refined" or report.fle_source == "none":
+        return "The plan uses this registration. How far it may be off is not known; Plan says what that means."
+    return "The plan uses this registration. Go on to Plan: its verdict says what the error means for the tool."

@@ -20,6 +20,7 @@ export class TraceGroup {
     this.busy = false;
     this.told = ""; // of the last traced path, and of which plan
     this.toldOf = "";
+    this.path = ""; // its id; once it is undone nothing is told of it any more
     /** @type {ViewModel} */
     this.view = connection.state;
     this.record = new RecordButton("record-trace", "Start tracing with the pointer", (seconds) => this.during(() => send(this.address("/tracked"), { seconds, ...this.named() })));
@@ -44,20 +45,26 @@ export class TraceGroup {
     this.registration = registration;
     this.view = view;
     const { plan, pointer } = view;
-    this.changed([registration.id, registration.deleted, registration.fit.state, plan?.id, plan?.locked, pointer, this.busy, this.told], () => this.render(registration, view));
+    this.changed([registration.id, registration.deleted, registration.fit.state, plan?.id, plan?.locked, pointer, this.busy, this.told, this.isThere(view)], () => this.render(registration, view));
   }
 
   /**
    * @param {RegistrationSection} registration
    * @param {ViewModel} view
    */
-  render(registration, { plan, pointer }) {
+  render(registration, view) {
+    const { plan, pointer } = view;
     const why = whyNot(registration, plan);
     this.why.textContent = why;
     this.why.hidden = !why;
     for (const button of [this.practiceButton, this.tableButton]) button.disabled = Boolean(why) || this.busy;
     this.record.update(pointer ?? null, !why && !this.busy);
-    this.words.textContent = this.busy ? "Fitting the path …" : this.toldOf === plan?.id ? this.told : "";
+    this.words.textContent = this.busy ? "Fitting the path …" : this.isThere(view) ? this.told : "";
+  }
+
+  /** @param {ViewModel} view */
+  isThere({ plan, paths }) {
+    return plan?.id === this.toldOf && Boolean(paths?.items.some((path) => path.id === this.path));
   }
 
   /** @param {string} end */
@@ -76,7 +83,7 @@ export class TraceGroup {
     this.update(this.registration, this.view);
     try {
       const traced = await work();
-      [this.told, this.toldOf] = [traced.words, traced.plan.id];
+      [this.told, this.toldOf, this.path] = [`${traced.words} Undo in Plan takes it back.`, traced.plan.id, traced.path];
       await this.connection.request("registration.look");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });

@@ -18,7 +18,8 @@ def rehearse_hint(
     """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven.
 
     blocked: why the plan's registration cannot be used, '' where it can.
-    mode, phase: of the newest snapshot. ends: where the dry run ends before the path does, and why.
+    mode, phase: of the newest snapshot. ends: where the dry run ends before the path does, and why; or why the path is
+    not known to fit.
     """
     if points < 2:
         return "A rehearsal needs a path of two points at least. Go back to Plan."

@@ -94,7 +94,7 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
     assert opened.services.plans.get(opened.plan_id).registration == registration["id"]
     assert (used["name"], used["doubts"][0][:10]) == (registration["name"], "The points")
     assert "in 95 of 100 cases" in used["error_words"]
-    assert "Go on to Rehearse" in opened.step.hint()
+    assert "Go on to Plan" in opened.step.hint()
     assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
 
 
@@ -155,8 +155,7 @@ def test_marks_are_shown_while_the_step_is_open(opened: Opened) -> None:
     marks = opened.do("pair.select", pair_id=chosen)["fiducials"]["items"]
     assert [mark["selected"] for mark in marks] == [False, True, False, False, False]
     assert {mark["state"] for mark in marks} == {"confirmed"}
-    (layer,) = opened.step.layers()
-    assert layer.name == "register.fiducials"
+    assert "register.fiducials" in [layer.name for layer in opened.step.layers()]
     opened.step.active = False
     assert opened.shown()["fiducials"]["items"] == []
     assert opened.step.layers() == []

@@ -6,6 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from app.services.verdict import IN_SHORT
 from app.steps.rehearse.driven import Planned, SoFar
 from app.steps.rehearse.hints import rehearse_hint
 from app.steps.rehearse.view import details_section, holding_words
@@ -117,6 +118,9 @@ def test_the_hint_tells_where_the_dry_run_ends() -> None:
     assert hint.startswith("The dry run ends at 56 of 90 mm: bone on the shaft, 0.2 mm away. Start is possible")
     assert "dry run" not in rehearse_hint(5, "running", True, False, "path", "", 1, False, planned.ends_words)
     assert Planned(True, 90.0, 90.0, "", 1.0).ends_words == ""
+    doubted = Planned(True, 90.0, 90.0, "", 1.0, verdict=IN_SHORT["registration"])
+    hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, doubted.ends_words)
+    assert hint.startswith("Tight: the registration may be off by more than the clearance. Start is possible")
 
 
 def test_what_acts_without_slowing_the_tool_is_named() -> None:

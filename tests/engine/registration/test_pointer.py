@@ -125,6 +125,7 @@ def test_what_is_no_path_is_refused() -> None:
     still = np.zeros((200, 3)) + np.random.default_rng(1).normal(0.0, 0.1, (200, 3))
     for wrong, options, words in (
         (still, {}, "moved by less than"),
+        (np.vstack([CONTROL, CONTROL[::-1]]), {}, "ended where it began"),
         (CONTROL[:1], {}, "too few"),
         (np.where(CONTROL == 42.0, np.nan, CONTROL), {}, "not finite"),
         (CONTROL, {"degree": 6}, "degree"),

@@ -37,6 +37,15 @@ def composite(*members: tuple[str, str]) -> str:
     return "".join(["#Insight Transform File V1.0\n#Transform 0\nTransform: CompositeTransform_double_3_3\n", *blocks])
 
 
+def test_a_file_that_was_cut_within_its_parameters_is_refused() -> None:
+    whole = tfm_text(np.eye(4)).rstrip()
+    parameters = whole[: whole.index("FixedParameters")].rstrip()
+    for length in range(1, 8):
+        with pytest.raises(InputError, match="was cut"):
+            transform_from_tfm(parameters[:-length])
+    transform_from_tfm(whole)
+
+
 @pytest.mark.parametrize("name", ["a.tfm", "a.txt", "a.json", "A.TFM"])
 def test_what_is_written_is_read(tmp_path: Path, name: str) -> None:
     for seed in range(20):
