@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -155,7 +156,14 @@ def test_marks_are_shown_while_the_step_is_open(opened: Opened) -> None:
     marks = opened.do("pair.select", pair_id=chosen)["fiducials"]["items"]
     assert [mark["selected"] for mark in marks] == [False, True, False, False, False]
     assert {mark["state"] for mark in marks} == {"confirmed"}
-    assert "register.fiducials" in [layer.name for layer in opened.step.layers()]
+    residuals = [pair["residual_mm"] for pair in registration["pairs"]]
+    off = [math.dist(mark["position"], mark["measured"] or ()) for mark in marks]
+    assert off == pytest.approx(residuals, abs=2e-3)
+    layers = {layer.name: layer for layer in opened.step.layers()}
+    assert set(layers) == {"register.fiducials", "register.error"}
+    rows = [row for row in registration["errors"]["rows"] if row["s_mm"] is None]
+    balls = [(list(centre), radius) for centre, radius in layers["register.error"].key]  # type: ignore[attr-defined]
+    assert balls == [(row["position"], row["within_95_mm"]) for row in rows]
     opened.step.active = False
     assert opened.shown()["fiducials"]["items"] == []
     assert opened.step.layers() == []
