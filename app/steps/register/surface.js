@@ -27,7 +27,7 @@ export class SurfaceGroup {
     this.structure = h("select", { id: "surface-structure" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "surface-file", onchange: () => this.readTable() });
     this.tableButton = h("button", { type: "button", id: "read-surface", title: "Columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
-    this.touchButton = h("button", { type: "button", id: "touch-surface", title: "For practice: a simulated pointer touches places that it reaches from outside", onclick: () => this.touch() }, "Simulated");
+    this.touchButton = h("button", { type: "button", id: "touch-surface", title: "For practice: a simulated pointer touches places that it reaches from outside", onclick: () => this.touch() }, "Simulate");
     this.record = new RecordButton("stroke-surface", "Start stroking with the pointer", (seconds) => this.stroked(seconds));
     this.count = ownNumber("surface-count", 10, 2000, 10, 60);
     this.noise = ownNumber("surface-noise", 0, 20, 0.1, 0.3);
@@ -37,7 +37,7 @@ export class SurfaceGroup {
     this.state = h("p", { class: "words", id: "surface-state", role: "status" });
     this.refineButton = h("button", { type: "button", class: "wide", id: "refine-surface", onclick: () => this.refine() }, "Refine");
     this.figures = h("dl", { class: "facts", id: "surface-figures" });
-    this.warning = h("p", { class: "words caution", id: "surface-warning" }, "That residual is not the accuracy: touched points slide along the surface, and the worst are left out. Judge by the points, which took no part.");
+    this.warning = h("p", { class: "words caution", id: "surface-warning" }, "That residual is not the accuracy: touched points slide along the surface, and the worst are left out. Judge by the measured points: they took no part.");
     this.forgetButton = h("button", { type: "button", class: "wide", id: "forget-surface", onclick: () => this.forget() }, "Forget the touched points");
     this.element = folding("refine", group("Refine on a surface", null, h("p", { class: "words" }, WHAT),
       h("div", { class: "field" }, h("label", { class: "field-label", for: "surface-structure" }, "Touched structure"), this.structure),

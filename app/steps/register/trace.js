@@ -26,7 +26,7 @@ export class TraceGroup {
     this.record = new RecordButton("record-trace", "Start tracing with the pointer", (seconds) => this.during(() => send(this.address("/tracked"), { seconds, ...this.named() })));
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "trace-file", onchange: () => this.readTable() });
     this.tableButton = h("button", { type: "button", id: "read-trace", title: "Samples of the tip in their order: columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
-    this.practiceButton = h("button", { type: "button", id: "trace-simulated", title: "A simulated pointer follows the chosen path, with an error", onclick: () => this.practise() }, "Simulated");
+    this.practiceButton = h("button", { type: "button", id: "trace-simulated", title: "A simulated pointer follows the chosen path, with an error", onclick: () => this.practise() }, "Simulate");
     this.noise = ownNumber("trace-noise", 0, 20, 0.1, 0.3);
     this.why = h("p", { class: "words caution", id: "trace-why" });
     this.words = h("p", { class: "words", id: "trace-words", role: "status" });

@@ -106,9 +106,9 @@ export function refinementRows({ refinement, count }, fit) {
   if (!refinement) return [];
   const judged = fit.fre_mm === null ? "none to judge by" : `${fit.fre_mm.toFixed(2)} mm rms`;
   return [
-    ["Points, which took no part", judged, "How far the points above are off under the refined transform, rms"],
+    ["Measured points, which judge it", judged, "How far the points above are off under the refined transform, rms"],
     ["Moved by up to", `${refinement.moved_mm.toFixed(2)} mm`, "Largest displacement of a touched point"],
-    ["Held by it", `${refinement.stability.toFixed(2)} of 1`, "How much the surface resists the motion that it resists least; near 0 on a plane or a ball"],
+    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1`, "From 0 to 1: how much the surface resists the motion that it resists least; near 0 on a plane or a ball, where points slide"],
     ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "It is not the accuracy"],
   ];
 }
