@@ -2,70 +2,30 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from registration_contents import BEADS, NAMES, content_of, measured, pairs_of, pose
 from session_doubles import other_case
 
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
-from app.services.documents import Document
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import DocumentLocked, NotFound, PlanConflict
 from app.services.exchange import from_native_json, to_native_json
 from app.services.plan_diff import changes
 from app.services.plan_model import Plan
-from app.services.registration import REGISTRATION, FiducialPair, RegistrationContent, check_registration
+from app.services.registration import RegistrationContent
 from app.services.registration_editor import MeasuredPoint, RegistrationEditor
 from app.services.registration_errors import error_table, expected_errors
-from app.services.registration_files import export_text, name_of, read_measured, read_transform
 from app.services.registration_fit import refitted, report_of
 from app.services.registration_order import order_of
-from app.services.registration_surface import Refinement, TouchedSurface
-from app.services.registration_tools import PointerTip, RobotToTracker
 from app.services.simulated_touch import simulated_pose, simulated_touch
-from vfix_engine.errors import FrameError, InputError, PlanError, VfixError
+from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
-from vfix_engine.imaging.phantom import load_landmarks
 from vfix_engine.registration import register_points
-
-BEADS = [tuple(bead.centroid.tolist()) for bead in load_landmarks().beads]
-NAMES = [bead.name for bead in load_landmarks().beads]
-
-
-def pose() -> np.ndarray:
-    """How the head lies in these tests, from the image to the patient."""
-    transform = np.eye(4)
-    transform[:3, :3] = Rotation.from_euler("xyz", [20.0, -15.0, 40.0], degrees=True).as_matrix()
-    transform[:3, 3] = [120.0, -30.0, 55.0]
-    return transform
-
-
-def measured(places: list[tuple[float, ...]], sigma: float = 0.0, seed: int = 1) -> list[tuple[float, float, float]]:
-    at = np.array(places) @ pose()[:3, :3].T + pose()[:3, 3]
-    noisy = at + np.random.default_rng(seed).normal(0.0, sigma, at.shape)
-    return [(x, y, z) for x, y, z in noisy.tolist()]
-
-
-def pairs_of(places: list[Any], points: list[Any]) -> tuple[FiducialPair, ...]:
-    rows = enumerate(zip(places, points, strict=True))
-    return tuple(FiducialPair(f"F{i}", place, point, f"pair-{i}") for i, (place, point) in rows)
-
-
-def content_of(sigma: float = 0.0, count: int = 5, seed: int = 1) -> RegistrationContent:
-    points = measured(BEADS, sigma, seed)
-    pairs = [
-        FiducialPair(NAMES[i], BEADS[i], points[i], f"pair-{i}")  # type: ignore[arg-type]
-        for i in range(count)
-    ]
-    return refitted(RegistrationContent(pairs=tuple(pairs)))
 
 
 @pytest.fixture
@@ -232,83 +192,6 @@ def test_more_points_than_beads_are_kept(editor: RegistrationEditor) -> None:
         editor.reorder({ordered.pairs[0].id: ordered.pairs[1].id, ordered.pairs[1].id: ordered.pairs[1].id})
 
 
-def test_measured_points_of_a_table_go_by_label_or_in_order(editor: RegistrationEditor) -> None:
-    for place, name in zip(BEADS, NAMES, strict=True):
-        editor.added_pair(place, label=name)
-    points = measured(BEADS)
-    by_label = [MeasuredPoint(NAMES[i], points[i]) for i in (3, 1, 0)]
-    rows = [f"{point.label},{','.join(map(repr, point.position))}" for point in by_label]
-    table = "\n".join(["# frame=patient", "# unit=mm", "label,x,y,z", *rows, ""])
-    assert read_measured(table.encode(), RegistrationContent()) == tuple(by_label)
-    content = editor.set_measured(by_label).content
-    assert [pair.measured for pair in content.pairs] == [points[0], points[1], None, points[3], None]
-    assert {pair.measured_from for pair in content.pairs if pair.measured} == {"file"}
-    in_metres = "# unit=m\n# frame=tracker\nx,y,z\n0.001,0.002,-0.003\n"
-    assert read_measured(in_metres.encode(), RegistrationContent()) == (MeasuredPoint("", (1.0, 2.0, -3.0)),)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("# frame=patient\nlabel,x,y,z\na,1,2,3\n", "does not name its unit"),
-        ("# unit=mm\nlabel,x,y,z\na,1,2,3\n", "does not name its frame"),
-        ("# unit=mm\n# frame=LPS\nlabel,x,y,z\na,1,2,3\n", "the image's frame"),
-        ("# unit=mm\n# frame=base\nlabel,x,y,z\na,1,2,3\n", "registration is to the patient"),
-        ("# unit=mm\n# frame=moon\nlabel,x,y,z\na,1,2,3\n", "not known"),
-        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2\n", "must be numbers"),
-        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,nan\n", "not a finite"),
-        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3,4\n", "more values"),
-        ("# unit=mm\n# frame=patient\nname,a,b,c\na,1,2,3\n", "names its columns"),
-        ("# unit=mm\n# frame=patient\nlabel,x,y,z\n", "holds no points"),
-        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3", "has no end"),
-        ("# unit=mm\n# frame=patient\nx,x,y,z\n1,9,2,3\n", "two columns of the table are called 'x'"),
-        ("# unit=mm\n# frame=patient\nx,y,z\n1_0,2,3\n", "must be numbers"),
-        ("# unit=mm\n# frame=patient\nx,y,z\n٥٠,2,3\n", "must be numbers"),
-        ("# unit=mm\n# frame=patient\nx;y;z\n1,5;2;3\n", "with a point and not a comma"),
-        ('# unit=mm\n# frame=patient\n"x,y,z\n', "damaged"),
-        (
-            "# unit=mm\n# frame=patient\nlabel,x,y,z\nforehead,1,2,3\nchin,1,2,4\nforehead,1,2,5\n",
-            "two rows of the table are called 'forehead'",
-        ),
-        ("# unit=mm\n# frame=patient\nx,y,z\n" + "1,2,3\n" * 101 + "x\n", "more than 100 points"),
-    ],
-)
-def test_a_table_that_leaves_something_open_is_refused(text: str, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        read_measured(text.encode(), RegistrationContent())
-
-
-def test_points_without_a_label_are_not_called_the_same() -> None:
-    text = "# unit=mm\n# frame=patient\nlabel,x,y,z\n,1,2,3\n,1,2,4\n"
-    assert len(read_measured(text.encode(), RegistrationContent())) == 2
-
-
-@pytest.mark.parametrize("separator", [";", "\t"])
-def test_a_table_of_a_spreadsheet_is_read(separator: str) -> None:
-    text = "# unit=mm\n# frame=patient\nlabel,x,y,z\n{label},1.5,-2,3e1\n".replace(",", separator)
-    content = RegistrationContent()
-    assert read_measured(text.format(label="chin").encode(), content) == (MeasuredPoint("chin", (1.5, -2.0, 30.0)),)
-    assert read_measured(text.format(label="chin, left").encode(), content)[0].label == "chin, left"
-
-
-def test_errors_say_which_file_it_is() -> None:
-    with pytest.raises(InputError, match="the table is not UTF-8"):
-        read_measured(b"\xff\xfe", RegistrationContent())
-    with pytest.raises(InputError, match="the file of the transform is not UTF-8"):
-        read_transform("a.tfm", b"\xff\xfe")
-
-
-@pytest.mark.parametrize("moved", [1e4, 1e6, 1e15])
-def test_a_registration_beyond_reach_is_refused_for_that(moved: float) -> None:
-    transform = np.eye(4)
-    transform[1, 3] = -moved
-    content = RegistrationContent(transform=tuple(transform.ravel().tolist()), made_from="given")
-    with pytest.raises(InputError, match=r"moves by 1e\+\d+ mm, beyond 10000 mm"):
-        check_registration(content)
-    transform[1, 3] = -9999.0
-    check_registration(replace(content, transform=tuple(transform.ravel().tolist())))
-
-
 def test_the_simulated_pointer_has_the_noise_that_is_stated() -> None:
     """The rms length of 4,000 touches is the stated one within 3 %; the head lies still between touches."""
     place = BEADS[0]
@@ -402,91 +285,6 @@ def test_a_given_transform_is_judged_by_the_pairs(editor: RegistrationEditor, pl
     assert (fitted.made_from, report_of(fitted).fre_mm) == ("pairs", pytest.approx(0.0, abs=1e-9))
 
 
-def test_what_was_stored_before_comes_back_as_given() -> None:
-    pair = {"label": "A", "in_image": [1.0, 2.0, 3.0], "measured": [4.0, 5.0, 6.0]}
-    stored = {"to": "patient", "transform": pose().ravel().tolist(), "pairs": [pair, pair]}
-    content = REGISTRATION.content("vfix-registration/1", stored, {})
-    assert content.made_from == "given"
-    assert [pair.id for pair in content.pairs] == ["pair-1", "pair-2"]
-    np.testing.assert_array_equal(np.reshape(content.transform, (4, 4)), pose())
-    assert REGISTRATION.content(REGISTRATION.schema, REGISTRATION.write(content), {}) == content
-    empty = {"to": "patient", "transform": np.eye(4).ravel().tolist(), "pairs": []}
-    assert REGISTRATION.content("vfix-registration/1", empty, {}) == RegistrationContent()
-
-
-def test_what_it_was_measured_with_comes_back_as_it_was() -> None:
-    turned = tuple(pose().ravel().tolist())
-    pointer = PointerTip((18.0, -120.0, 0.1), 0.21, 0.05, 33.0, 60, "tracker")
-    robot = RobotToTracker(turned, 0.05, 0.2, tuple((np.eye(6) / 3.0).ravel().tolist()), 20, "file")
-    touched = TouchedSurface("bone", ((1.0, 2.0, 3.0),) * 12, "simulated", Refinement(0.15, 9, 1.2, 0.3))
-    content = RegistrationContent(transform=turned, made_from="surface", surface=touched, pointer=pointer, robot=robot)
-    stored = REGISTRATION.write(content)
-    assert REGISTRATION.content(REGISTRATION.schema, json.loads(json.dumps(stored)), {}) == content
-    for key in ("surface", "pointer", "robot"):
-        del stored[key]
-    before = REGISTRATION.content("vfix-registration/2", stored, {})
-    assert before == replace(content, surface=None, pointer=None, robot=None)
-
-
-@pytest.mark.parametrize(
-    ("part", "change"),
-    [
-        ("pointer", {"tip": [1.0, 2.0]}),
-        ("pointer", {"tip": "here"}),
-        ("pointer", {"residual_mm": -0.1}),
-        ("pointer", {"residual_mm": float("nan")}),
-        ("pointer", {"poses": True}),
-        ("pointer", {"measured_from": "typed"}),
-        ("robot", {"transform": (2.0 * np.eye(4)).ravel().tolist()}),
-        ("robot", {"transform": [1.0] * 15}),
-        ("robot", {"covariance": (-np.eye(6)).ravel().tolist()}),
-        ("robot", {"covariance": np.triu(np.ones((6, 6))).ravel().tolist()}),
-        ("robot", {"covariance": [float("inf")] * 36}),
-        ("robot", {"extra": 1}),
-        ("surface", {"points": []}),
-        ("surface", {"points": [[1.0, 2.0, 3.0]] * 2001}),
-        ("surface", {"points": [[1.0, 2.0, 3e9]]}),
-        ("surface", {"structure": "../bone"}),
-        ("surface", {"refinement": {"residual_mm": 0.1, "kept": 13, "moved_mm": 1.0, "stability": 0.2}}),
-        ("surface", {"refinement": {"residual_mm": 0.1}}),
-    ],
-)
-def test_what_it_cannot_have_been_measured_with_is_refused(part: str, change: dict[str, Any]) -> None:
-    turned = pose().ravel().tolist()
-    parts: dict[str, Any] = {
-        "pointer": {"tip": [1.0, 2.0, 3.0], "residual_mm": 0.1, "tip_error_mm": 0.1, "swing_deg": 30.0, "poses": 60,
-                    "measured_from": "file"},
-        "robot": {"transform": turned, "rotation_residual_deg": 0.1, "translation_residual_mm": 0.1,
-                  "covariance": np.eye(6).ravel().tolist(), "poses": 9, "measured_from": "file"},
-        "surface": {"structure": "bone", "points": [[1.0, 2.0, 3.0]] * 12, "measured_from": "file",
-                    "refinement": None},
-    }  # fmt: skip
-    good = {**REGISTRATION.write(RegistrationContent()), **parts}
-    REGISTRATION.content(REGISTRATION.schema, good, {})
-    with pytest.raises(VfixError):
-        REGISTRATION.content(REGISTRATION.schema, {**good, part: {**parts[part], **change}}, {})
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"made_from": "thin air"},
-        {"fle_mm": 0.0},
-        {"fle_mm": 51.0},
-        {"pairs": (FiducialPair("A", None, None, "p"), FiducialPair("B", None, None, "p"))},
-        {"pairs": (FiducialPair("A", None, None, "p", weight=0.0),)},
-        {"pairs": (FiducialPair("A", None, None, "p", measured_from="guessed"),)},  # type: ignore[arg-type]
-        {"pairs": (FiducialPair("A", None, None, "p q"),)},
-    ],
-)
-def test_what_cannot_be_is_refused(change: dict[str, Any]) -> None:
-    content = replace(RegistrationContent(), **change)
-    with pytest.raises(InputError):
-        REGISTRATION.check(content)
-    with pytest.raises(InputError):
-        REGISTRATION.content(REGISTRATION.schema, REGISTRATION.write(content), {})
-
-
 def test_a_plan_uses_a_registration_and_says_where_it_cannot(
     phantom_services: Services, editor: RegistrationEditor, plan: Plan
 ) -> None:
@@ -529,50 +327,3 @@ def test_a_registration_of_another_head_is_not_used(phantom_services: Services, 
         phantom_services.registering.use(plan.id, other.id)
     found = phantom_services.registering.registration_of(replace(plan, registration=other.id))
     assert (found.state, found.registration) == ("other_case", None)
-
-
-def test_the_frame_of_a_table_is_that_of_the_registration() -> None:
-    table = "# unit=mm\n# frame=robot\nlabel,x,y,z\na,1,2,3\n"
-    assert read_measured(table.encode(), RegistrationContent(to="base")) == (MeasuredPoint("a", (1.0, 2.0, 3.0)),)
-    with pytest.raises(FrameError):
-        read_measured(table.encode(), RegistrationContent())
-
-
-def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None:
-    with pytest.raises(InputError, match="no transform yet"):
-        export_text(editor.document, "tfm")
-    document = editor.become(content_of(0.3))
-    for form in ("tfm", "json"):
-        again = read_transform(f"head.{form}", export_text(document, form).encode())  # type: ignore[arg-type]
-        np.testing.assert_allclose(again.transform, document.content.transform, atol=1e-9)
-        assert (again.made_from, again.to, again.pairs) == ("given", "patient", ())
-    for name, data in (("a.h5", b"x"), ("a.tfm", b"nothing"), ("a.json", b"{}"), ("a.tfm", b"\xff\xfe")):
-        with pytest.raises(InputError):
-            read_transform(name, data)
-    tfm, told = export_text(document, "tfm"), json.loads(export_text(document, "json"))
-    assert tfm.startswith("#Insight Transform File V1.0\n# notice: Not for clinical use")
-    for line in ("# name: Beads", "# direction: from the image (LPS, mm) to the patient (mm)", "# simulated: no"):
-        assert line in tfm.splitlines()
-    assert (told["from"], told["to"], told["name"], told["error_source"]) == ("image", "patient", "Beads", "estimated")
-    assert told["fre_mm"] == pytest.approx(document.content.fre_mm, abs=1e-3)
-    base = editor.become(replace(content_of(0.3), to="base"))
-    assert read_transform("head.json", export_text(base, "json").encode()).to == "base"
-    assert name_of("C:\\scans\\head 1.tfm") == "head 1"
-    assert name_of("\x07.tfm") == "Imported registration"
-
-
-def test_an_itk_file_takes_the_patient_to_the_image() -> None:
-    """As ITK and 3D Slicer mean it, which simpleitk reads: the inverse of how the image lies on the patient."""
-    sitk = pytest.importorskip("SimpleITK")
-    text = export_text(
-        Document(
-            "r", "registration", "", "n", "c", "", content_of(), (), "", "", 1, False, None, False, False
-        ),
-        "tfm",
-    )  # fmt: skip
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "head.tfm"
-        file.write_text(text, encoding="utf-8")
-        read = sitk.ReadTransform(str(file))
-    for place, point in zip(BEADS, measured(BEADS), strict=True):
-        np.testing.assert_allclose(read.TransformPoint(point), place, atol=1e-6)

@@ -1,0 +1,143 @@
+"""Files of a registration: tables of measured points, transforms in and out."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from registration_contents import BEADS, NAMES, content_of, measured
+
+from app.services import Services
+from app.services.case_model import HEAD_PHANTOM
+from app.services.documents import Document
+from app.services.registration import RegistrationContent
+from app.services.registration_editor import MeasuredPoint, RegistrationEditor
+from app.services.registration_files import export_text, name_of, read_measured, read_transform
+from vfix_engine.errors import FrameError, InputError
+
+
+@pytest.fixture
+def editor(phantom_services: Services) -> Iterator[RegistrationEditor]:
+    made = phantom_services.registrations.create(HEAD_PHANTOM, "Beads")
+    yield phantom_services.registering.editor(made.id)
+    if phantom_services.registrations.get(made.id).locked:
+        phantom_services.registering.editor(made.id).set_locked(False)
+    phantom_services.registrations.delete(made.id)
+
+
+def test_measured_points_of_a_table_go_by_label_or_in_order(editor: RegistrationEditor) -> None:
+    for place, name in zip(BEADS, NAMES, strict=True):
+        editor.added_pair(place, label=name)
+    points = measured(BEADS)
+    by_label = [MeasuredPoint(NAMES[i], points[i]) for i in (3, 1, 0)]
+    rows = [f"{point.label},{','.join(map(repr, point.position))}" for point in by_label]
+    table = "\n".join(["# frame=patient", "# unit=mm", "label,x,y,z", *rows, ""])
+    assert read_measured(table.encode(), RegistrationContent()) == tuple(by_label)
+    content = editor.set_measured(by_label).content
+    assert [pair.measured for pair in content.pairs] == [points[0], points[1], None, points[3], None]
+    assert {pair.measured_from for pair in content.pairs if pair.measured} == {"file"}
+    in_metres = "# unit=m\n# frame=tracker\nx,y,z\n0.001,0.002,-0.003\n"
+    assert read_measured(in_metres.encode(), RegistrationContent()) == (MeasuredPoint("", (1.0, 2.0, -3.0)),)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("# frame=patient\nlabel,x,y,z\na,1,2,3\n", "does not name its unit"),
+        ("# unit=mm\nlabel,x,y,z\na,1,2,3\n", "does not name its frame"),
+        ("# unit=mm\n# frame=LPS\nlabel,x,y,z\na,1,2,3\n", "the image's frame"),
+        ("# unit=mm\n# frame=base\nlabel,x,y,z\na,1,2,3\n", "registration is to the patient"),
+        ("# unit=mm\n# frame=moon\nlabel,x,y,z\na,1,2,3\n", "not known"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2\n", "must be numbers"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,nan\n", "not a finite"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3,4\n", "more values"),
+        ("# unit=mm\n# frame=patient\nname,a,b,c\na,1,2,3\n", "names its columns"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\n", "holds no points"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3", "has no end"),
+        ("# unit=mm\n# frame=patient\nx,x,y,z\n1,9,2,3\n", "two columns of the table are called 'x'"),
+        ("# unit=mm\n# frame=patient\nx,y,z\n1_0,2,3\n", "must be numbers"),
+        ("# unit=mm\n# frame=patient\nx,y,z\n٥٠,2,3\n", "must be numbers"),
+        ("# unit=mm\n# frame=patient\nx;y;z\n1,5;2;3\n", "with a point and not a comma"),
+        ('# unit=mm\n# frame=patient\n"x,y,z\n', "damaged"),
+        (
+            "# unit=mm\n# frame=patient\nlabel,x,y,z\nforehead,1,2,3\nchin,1,2,4\nforehead,1,2,5\n",
+            "two rows of the table are called 'forehead'",
+        ),
+        ("# unit=mm\n# frame=patient\nx,y,z\n" + "1,2,3\n" * 101 + "x\n", "more than 100 points"),
+    ],
+)
+def test_a_table_that_leaves_something_open_is_refused(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        read_measured(text.encode(), RegistrationContent())
+
+
+def test_points_without_a_label_are_not_called_the_same() -> None:
+    text = "# unit=mm\n# frame=patient\nlabel,x,y,z\n,1,2,3\n,1,2,4\n"
+    assert len(read_measured(text.encode(), RegistrationContent())) == 2
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_table_of_a_spreadsheet_is_read(separator: str) -> None:
+    text = "# unit=mm\n# frame=patient\nlabel,x,y,z\n{label},1.5,-2,3e1\n".replace(",", separator)
+    content = RegistrationContent()
+    assert read_measured(text.format(label="chin").encode(), content) == (MeasuredPoint("chin", (1.5, -2.0, 30.0)),)
+    assert read_measured(text.format(label="chin, left").encode(), content)[0].label == "chin, left"
+
+
+def test_errors_say_which_file_it_is() -> None:
+    with pytest.raises(InputError, match="the table is not UTF-8"):
+        read_measured(b"\xff\xfe", RegistrationContent())
+    with pytest.raises(InputError, match="the file of the transform is not UTF-8"):
+        read_transform("a.tfm", b"\xff\xfe")
+
+
+def test_the_frame_of_a_table_is_that_of_the_registration() -> None:
+    table = "# unit=mm\n# frame=robot\nlabel,x,y,z\na,1,2,3\n"
+    assert read_measured(table.encode(), RegistrationContent(to="base")) == (MeasuredPoint("a", (1.0, 2.0, 3.0)),)
+    with pytest.raises(FrameError):
+        read_measured(table.encode(), RegistrationContent())
+
+
+def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None:
+    with pytest.raises(InputError, match="no transform yet"):
+        export_text(editor.document, "tfm")
+    document = editor.become(content_of(0.3))
+    for form in ("tfm", "json"):
+        again = read_transform(f"head.{form}", export_text(document, form).encode())  # type: ignore[arg-type]
+        np.testing.assert_allclose(again.transform, document.content.transform, atol=1e-9)
+        assert (again.made_from, again.to, again.pairs) == ("given", "patient", ())
+    for name, data in (("a.h5", b"x"), ("a.tfm", b"nothing"), ("a.json", b"{}"), ("a.tfm", b"\xff\xfe")):
+        with pytest.raises(InputError):
+            read_transform(name, data)
+    tfm, told = export_text(document, "tfm"), json.loads(export_text(document, "json"))
+    assert tfm.startswith("#Insight Transform File V1.0\n# notice: Not for clinical use")
+    for line in ("# name: Beads", "# direction: from the image (LPS, mm) to the patient (mm)", "# simulated: no"):
+        assert line in tfm.splitlines()
+    assert (told["from"], told["to"], told["name"], told["error_source"]) == ("image", "patient", "Beads", "estimated")
+    assert told["fre_mm"] == pytest.approx(document.content.fre_mm, abs=1e-3)
+    base = editor.become(replace(content_of(0.3), to="base"))
+    assert read_transform("head.json", export_text(base, "json").encode()).to == "base"
+    assert name_of("C:\\scans\\head 1.tfm") == "head 1"
+    assert name_of("\x07.tfm") == "Imported registration"
+
+
+def test_an_itk_file_takes_the_patient_to_the_image() -> None:
+    """As ITK and 3D Slicer mean it, which simpleitk reads: the inverse of how the image lies on the patient."""
+    sitk = pytest.importorskip("SimpleITK")
+    text = export_text(
+        Document(
+            "r", "registration", "", "n", "c", "", content_of(), (), "", "", 1, False, None, False, False
+        ),
+        "tfm",
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "head.tfm"
+        file.write_text(text, encoding="utf-8")
+        read = sitk.ReadTransform(str(file))
+    for place, point in zip(BEADS, measured(BEADS), strict=True):
+        np.testing.assert_allclose(read.TransformPoint(point), place, atol=1e-6)
