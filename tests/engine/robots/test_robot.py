@@ -123,7 +123,7 @@ def changed(tmp_path: Path, change: Any) -> Path:
     ("change", "word"),
     [
         (lambda d: d["joints"]["z_stage"].update(lower=5, upper=-5), "z stage"),
-        (lambda d: d["joints"]["y_stage"].update(upper=float("nan")), "nan"),
+        (lambda d: d["joints"]["y_stage"].update(upper=float("NaN is no number")), "nan"),
         (lambda d: d["joints"]["pitch"].update(speed=0), "pitch"),
         (lambda d: d["joints"]["pitch"].update(acceleration=-1), "pitch"),
         (lambda d: d["joints"]["pitch"].pop("acceleration"), "no acceleration"),
@@ -132,7 +132,7 @@ def changed(tmp_path: Path, change: Any) -> Path:
         (lambda d: d["joints"].update(yaw={"topspeed": 1}), "topspeed"),
         (lambda d: d["home"].update(yaw=3.0), "outside -1"),
         (lambda d: d["home"].update(yaw="much"), "much"),
-        (lambda d: d["home"].update(yaw=10**400), "usable"),
+        (lambda d: d["home"].update(yaw=10**400), "too large"),
         (lambda d: d.update(tool_frame="spoon"), "spoon"),
         (lambda d: d.update(base_frame="tool_holder", tool_frame="base"), "is not below"),
         (lambda d: d.update(base_frame="tool_holder"), "no joint"),

@@ -91,8 +91,8 @@ def changed(tmp_path: Path, name: str, change: Any) -> Path:
     ("change", "word"),
     [
         (lambda d: d["parts"][0].update(length=0), "length"),
-        (lambda d: d["parts"][0].update(radius=float("inf")), "radius"),
-        (lambda d: d["parts"][0].update(length=float("nan")), "length"),
+        (lambda d: d["parts"][0].update(radius=float("inf")), "Infinity is no number"),
+        (lambda d: d["parts"][0].update(length=float("nan")), "NaN is no number"),
         (lambda d: d["parts"][0].update(bend=175), "bend"),
         (lambda d: d["parts"][1].update(bend=10), "shaft"),
         (lambda d: d["parts"][1].update(name="tip"), "same name"),
