@@ -1,5 +1,6 @@
 """The server of OpenIGTLink: several clients, limits, and clients that misbehave."""
 
+import logging
 import socket
 import threading
 import time
@@ -26,6 +27,12 @@ class Heard:
         if message.name == "No":
             raise PlanError("the plan is locked.")
         return f"heard {message.name}"
+
+
+@pytest.fixture(autouse=True)
+def every_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests of the gateway in the same process hold the log to a few lines a minute."""
+    monkeypatch.setattr(logging.getLogger(module.__name__), "filters", [])
 
 
 @pytest.fixture

@@ -123,7 +123,7 @@ def changed(tmp_path: Path, change: Any) -> Path:
     ("change", "word"),
     [
         (lambda d: d["joints"]["z_stage"].update(lower=5, upper=-5), "z stage"),
-        (lambda d: d["joints"]["y_stage"].update(upper=float("NaN is no number")), "nan"),
+        (lambda d: d["joints"]["y_stage"].update(upper=float("nan")), "NaN is no number"),
         (lambda d: d["joints"]["pitch"].update(speed=0), "pitch"),
         (lambda d: d["joints"]["pitch"].update(acceleration=-1), "pitch"),
         (lambda d: d["joints"]["pitch"].pop("acceleration"), "no acceleration"),

@@ -248,7 +248,7 @@ def test_joints_bases_links_and_counts_that_are_none_are_refused() -> None:
     far, flipped, sheared, tilted = (np.eye(4) for _ in range(4))
     far[0, 3], flipped[1, 1], sheared[0, 1], tilted[3, 0] = 2e6, -1.0, 1e-3, 1e-3
     for base in (np.eye(3), 2.0 * np.eye(4), np.full((4, 4), math.nan), far, flipped, sheared, tilted):
-        with pytest.raises(RobotError, match="rigid|check the unit"):
+        with pytest.raises(RobotError, match=r"rigid|check the unit"):
             snake.frames(q, base)
     rounded = np.eye(4)
     rounded[0, 1] = 1e-7  # no more than a file with seven digits has
