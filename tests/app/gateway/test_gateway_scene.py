@@ -261,12 +261,12 @@ def test_a_flood_of_messages_is_read_at_the_relay_s_pace(planner: Planner, monke
         assert client is not None
         client.camera.on_update(lambda camera: arrived.append(camera.fov))
         start = time.monotonic()
-        for number in range(3000):
-            say(connection, **{**CAMERA, "fov": 0.5 + number / 10_000})
-        eventually(lambda: arrived)
-        time.sleep(0.5)
-        count, elapsed = len(arrived), time.monotonic() - start
+        with contextlib.suppress(ConnectionClosed):  # a busy machine may be slow to send: it goes on until it is ended
+            for number in range(100_000):
+                say(connection, **{**CAMERA, "fov": 0.5 + number / 1_000_000})
         assert close_code(connection) == 4429, "it did not end"
+        eventually(lambda: arrived)
+        count, elapsed = len(arrived), time.monotonic() - start
     assert 0 < count <= relay.BURST + relay.MAX_PER_SECOND * elapsed + 2
     eventually(lambda: not planner.scene_server._held)
 
