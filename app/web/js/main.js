@@ -142,6 +142,7 @@ class Page {
     }
     if (refused) this.scene.close();
     if (connected && (again || this.scene.isClosed)) this.scene.open();
+    else if (connected) this.scene.sayWhoWrites();
   }
 }
 

@@ -144,12 +144,20 @@ export class SceneFrame {
       this.layer = layer;
       this.drawn = null;
       this.drawIfSeen();
-      this.connection.send("view.labels", { by_page: true });
+      this.sayWhoWrites();
       this.update(this.connection.state);
     } catch (error) {
       console.error(error);
-      this.connection.send("view.labels", { by_page: false });
+      this.sayWhoWrites();
     }
+  }
+
+  /**
+   * Whether the page writes the words at places of the scene, or viser does. Said with each connection: the frame may
+   * be there before the planner has answered, and a new session knows nothing of it.
+   */
+  sayWhoWrites() {
+    if (this.connection.connected) this.connection.send("view.labels", { by_page: this.layer !== null });
   }
 
   undress() {

@@ -1,0 +1,26 @@
+// Who writes the words of the scene: the planner hears of it whichever is there first, the frame or the connection.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { SceneFrame } from "../../app/web/js/scene.js";
+import { noted } from "./page.js";
+
+function frame(connected) {
+  const connection = Object.assign(noted(), { connected });
+  return Object.assign(Object.create(SceneFrame.prototype), { connection, layer: {} });
+}
+
+test("who writes the words is not said into nothing, but with the connection that comes later", () => {
+  const scene = frame(false);
+  scene.sayWhoWrites();
+  assert.deepEqual(scene.connection.sent, []);
+  scene.connection.connected = true;
+  scene.sayWhoWrites();
+  assert.deepEqual(scene.connection.sent, [["view.labels", { by_page: true }]]);
+});
+
+test("where the canvas is not reached, viser writes", () => {
+  const scene = frame(true);
+  scene.layer = null;
+  scene.sayWhoWrites();
+  assert.deepEqual(scene.connection.sent, [["view.labels", { by_page: false }]]);
+});
