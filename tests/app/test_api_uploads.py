@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from endless_reader import BEGUN, NEVER_S, never_end
 from rest_client import CASE, PLAN, Client, flood, opened_client
 
 from app.api import cases as case_routes
@@ -24,13 +25,6 @@ def uploaded(services: Services) -> list[str]:
     return [path.name for path in services.settings.temporary_dir.rglob("*.obj")]
 
 
-NEVER_S = 300.0  # an import that is waited for would last so long
-
-
-def never_end(*_: object) -> None:
-    time.sleep(NEVER_S)
-
-
 def wait(client: Client, job: dict[str, str]) -> dict[str, object]:
     for _ in range(2400):  # two busy cores take their time
         answer: dict[str, object] = client.get(f"/api/jobs/{job['id']}").json()
@@ -41,10 +35,12 @@ def wait(client: Client, job: dict[str, str]) -> dict[str, object]:
 
 
 def wait_for_the_worker(services: Services, job: str) -> None:
+    """Until it reads."""
     deadline = time.monotonic() + 120.0
-    while services.jobs.get(job).stage != "Reading the surface":
-        assert time.monotonic() < deadline, services.jobs.get(job)
+    while not list(services.settings.temporary_dir.rglob(f"vfix-worker-*/{BEGUN}")):
+        assert (services.jobs.get(job).error, time.monotonic() < deadline) == (None, True), services.jobs.get(job)
         time.sleep(0.01)
+    assert services.jobs.get(job).stage == "Reading the surface"
 
 
 def test_an_upload_becomes_a_case(client: Client, phantom_services: Services) -> None:
