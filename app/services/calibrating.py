@@ -118,18 +118,14 @@ class Calibrating:
                 f"the registration is at revision {document.revision}, not {expected_revision}: somebody changed it. "
                 "Read it again."
             )
-        if document.deleted_at is not None:
-            raise InputError("the registration is deleted; restore it first.")
+        self._documents.kind.check_editable(document, even_locked=True)
         chosen = name or f"{document.name[: MAX_NAME - 16]} (robot's base)"
         return self._documents.create(document.case_id, chosen, taken_to_base(document.content))
 
     def _check_open(self, registration_id: str) -> None:
         """Before somebody swings a pointer in vain."""
         document = self._documents.get(registration_id)
-        if document.deleted_at is not None:
-            raise InputError("the registration is deleted; restore it first.")
-        if document.locked:
-            raise self._documents.kind.errors.locked("the registration is locked; unlock it to change it.")
+        self._documents.kind.check_editable(document)
         with_pointer(document.content, None)
 
     def _editor(self, registration_id: str) -> RegistrationEditor:

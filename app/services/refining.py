@@ -182,7 +182,7 @@ class Refining:
 
     def _editable(self, registration_id: str) -> StoredRegistration:
         document = self._document(registration_id)
-        self._registering.check_editable(document)
+        self._registering.documents.kind.check_editable(document)
         return document
 
     def _structure(self, document: StoredRegistration, structure_id: str | None) -> str:

@@ -194,14 +194,7 @@ class Registering:
     def _check(self, document: Document[RegistrationContent]) -> None:
         if not self._cases.get(document.case_id).has_volume:
             raise InputError(_NO_CT)
-        self.check_editable(document)
-
-    def check_editable(self, document: Document[RegistrationContent]) -> None:
-        """Raises InputError for a registration that is deleted or locked, before work that takes long."""
-        if document.deleted_at is not None:
-            raise InputError("the registration is deleted; restore it first.")
-        if document.locked:
-            raise self.documents.kind.errors.locked("the registration is locked; unlock it to change it.")
+        self.documents.kind.check_editable(document)
 
     # -- plans
 

@@ -11,6 +11,7 @@ import numpy as np
 from app.services.plan_points import MAX_COORDINATE, Position, check_position, number
 from vfix_engine.errors import InputError
 from vfix_engine.given import rigid_transform
+from vfix_engine.registration.chained_error import checked_covariance
 
 PosesFrom = Literal["file", "simulated", "tracker"]
 MAX_POSES = 10_000
@@ -95,11 +96,7 @@ def check_robot(robot: RobotToTracker | None) -> RobotToTracker | None:
     if len(robot.transform) != 16 or len(robot.covariance) != 36:
         raise InputError("the robot's calibration has a transform of 16 numbers and a covariance of 36.")
     check_rigid(robot.transform, "the transform from the tracker to the robot")
-    covariance = np.array(robot.covariance).reshape(6, 6)
-    scale = float(np.abs(covariance).max())
-    even = bool(np.isfinite(covariance).all()) and np.abs(covariance - covariance.T).max() <= 1e-9 * scale
-    if not even or np.linalg.eigvalsh(covariance).min() < -1e-9 * scale:
-        raise InputError("the covariance of the robot's calibration is none: it is symmetric and not negative.")
+    checked_covariance(np.array(robot.covariance).reshape(6, 6))
     for name in ("rotation_residual_deg", "translation_residual_mm"):
         _at_least_0(getattr(robot, name), f"the robot's {name}")
     _check_source(robot.poses, robot.measured_from)

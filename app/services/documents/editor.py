@@ -114,9 +114,6 @@ class DocumentEditor(Generic[Content]):
             return list_document(session, self._kind, row)
 
     def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> DocumentRow:
-        row, noun = find_row(session, self._kind, self._id, expected_revision), self._kind.noun
-        if row.deleted_at is not None:
-            raise self._kind.errors.refused(f"the {noun} is deleted; restore it first.")
-        if row.locked and not even_locked:
-            raise self._kind.errors.locked(f"the {noun} is locked; unlock it to change it.")
+        row = find_row(session, self._kind, self._id, expected_revision)
+        self._kind.check_editable(row, even_locked=even_locked)
         return row

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Generic
+from typing import Any, Generic, Protocol
 
 from app.services.documents.document import Content, Ref
 from app.services.errors import DocumentConflict, DocumentLocked
@@ -12,6 +12,16 @@ from vfix_engine.errors import InputError
 
 SETTINGS = "settings"  # key of a content's JSON that is kept apart from the history
 _MOST_UPGRADES = 100
+
+
+class Editable(Protocol):
+    """What tells whether something may be edited: a document, or its row in the store."""
+
+    @property
+    def deleted_at(self) -> object: ...
+
+    @property
+    def locked(self) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -53,6 +63,13 @@ class DocumentKind(Generic[Content]):
     def has_settings(self) -> bool:
         """Whether documents of this kind have settings."""
         return SETTINGS in self.write(self.empty())
+
+    def check_editable(self, document: Editable, *, even_locked: bool = False) -> None:
+        """Raises the kind's refusal for one that is deleted, and its lock for one that is locked."""
+        if document.deleted_at is not None:
+            raise self.errors.refused(f"the {self.noun} is deleted; restore it first.")
+        if document.locked and not even_locked:
+            raise self.errors.locked(f"the {self.noun} is locked; unlock it to change it.")
 
     def content(self, schema: str, stored: Any, settings: Any) -> Content:
         """The content out of a stored state. Raises InputError when it is damaged or of a newer schema."""
