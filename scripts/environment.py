@@ -16,7 +16,7 @@ VENV = ROOT / ".venv"
 LOCK = ROOT / "requirements.lock"
 TEST_LOCK = ROOT / "requirements-test.lock"
 NEEDED_PYTHON = (3, 11)
-NEEDED_DISK_BYTES = 3 * 2**30
+NEEDED_DISK_BYTES = 4 * 2**30
 
 
 class SetUpFailed(Exception):

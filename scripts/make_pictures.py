@@ -5,7 +5,7 @@
 Needs the test tools (`python3 scripts/test.py --setup-only`) and a browser, as the browser tests do. The head is
 registered as docs/registration_tutorial.md tells, then written as a folder of DICOM slices and planned on as
 docs/planning_tutorial.md tells, by the names that they tell; a name that is not on the page ends the script with an
-error. Takes some minutes.
+error. 3D Slicer's libraries draw what is exported for it. Takes some minutes.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ import sys
 import tempfile
 from pathlib import Path
 
+import httpx
 from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "browser")]
 
-from workstation import TOKEN, Planner, Workstation, launch  # noqa: E402
+from workstation import TOKEN, Planner, Rest, Workstation, launch  # noqa: E402
 
 from pictures import registration, sample_plan, tutorial  # noqa: E402
 from pictures.album import Album  # noqa: E402
@@ -47,13 +48,14 @@ def main() -> None:
                 context.set_default_timeout(60_000)
                 station = Workstation(context.new_page(), work)
                 station.page.goto(f"{planner.base}/?token={TOKEN}")
-                walk(NamedPage(station.ready(), album), folder, work)
+                with Rest(planner.base, TOKEN).client as client:
+                    walk(NamedPage(station.ready(), album), client, folder, work)
                 browser.close()
         finally:
             planner.stop()
 
 
-def walk(page: NamedPage, folder: Path, work: Path) -> None:
+def walk(page: NamedPage, client: httpx.Client, folder: Path, work: Path) -> None:
     """Every picture in turn; `folder` holds the slices, `work` takes what is exported."""
     page.press("Hide")  # the first steps of a newcomer
     sample_plan.planned(page)
@@ -61,6 +63,7 @@ def walk(page: NamedPage, folder: Path, work: Path) -> None:
     registration.touch_them(page)
     registration.measure_one_wrongly(page)
     registration.use_it(page)
+    registration.take_it_to_slicer(page, client, work)
     tutorial.import_the_folder(page, folder)
     tutorial.look_at_slices(page)
     tutorial.mark_the_orbit(page)

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import io
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
 from typing import Any
+
+import httpx
 
 from .named_page import NamedPage
 
 WRONG_BY_MM = 9.0
+SLICER = Path(__file__).with_name("slicer_scene.py")
 
 
 def _registration(page: NamedPage) -> dict[str, Any]:
@@ -63,3 +71,15 @@ def use_it(page: NamedPage) -> None:
     page.judged()
     page.page.locator("#profile").scroll_into_view_if_needed()
     page.take("registration_band")
+
+
+def take_it_to_slicer(page: NamedPage, planner: httpx.Client, work: Path) -> None:
+    """The folder as the planner sends it, drawn by 3D Slicer's own libraries."""
+    plan = page.station.state("plan")["id"]
+    answer = planner.get(f"/api/plans/{plan}/export/slicer").raise_for_status()
+    with zipfile.ZipFile(io.BytesIO(answer.content)) as packed:
+        packed.extractall(work / "slicer")
+    (scene,) = (work / "slicer").rglob("scene.mrml")
+    command = [sys.executable, str(SLICER), str(scene), "--picture", str(work / "slicer.png")]
+    subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
+    page.album.add("registration_slicer", (work / "slicer.png").read_bytes())

@@ -13,7 +13,7 @@ from app.services import Services
 from app.services.exchange_regions import region_markups
 from app.services.plan_shapes import SHAPE_KINDS, anchor, check_shape, moved, solids
 from app.services.plan_zones import PlanZone
-from app.steps.plan.region_meshes import NOTHING, region_mesh
+from app.services.region_meshes import NOTHING, region_mesh
 from app.steps.plan.region_words import DRAW_WORDS, zone_words
 
 FILE = Path(__file__).resolve().parents[1] / "web" / "region-shapes.json"

@@ -1,7 +1,13 @@
-"""The folder for 3D Slicer: its scene refers to every file, and libraries of others read the same places from them."""
+"""The folder for 3D Slicer: its scene refers to every file, and libraries of others read the same places from them.
 
+Among them are 3D Slicer's own, which open the scene and write it again.
+"""
+
+import importlib.util
 import io
 import json
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import replace
@@ -19,6 +25,7 @@ from app.cli import main
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.cases import Bead, Case, CaseFrame
+from app.services.exchange_markups import from_markups
 from app.services.plan_model import Plan, PlanContent, PlanPoint
 from app.services.plan_paths import PlanPath
 from app.services.plan_zones import PlanZone, RemovedBone
@@ -29,6 +36,7 @@ from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.registration.transform_files import read_transform
 
 # A rigid transform that is neither symmetric nor its own inverse.
 TURN = np.array([[0.0, -1.0, 0.0, 5.5], [0.0, 0.0, -1.0, -7.25], [1.0, 0.0, 0.0, 1 / 3], [0.0, 0.0, 0.0, 1.0]])
@@ -36,6 +44,8 @@ POINTS = (
     PlanPoint("a", "entry <&\"'>", (-29.512345678901, 1 / 3, -14.0), (0.6, 0.0, -0.8)),
     PlanPoint("b", "end", (1.5, -2.25, 7.0)),
 )
+READER = Path(__file__).resolve().parents[2] / "scripts" / "pictures" / "slicer_scene.py"
+TO_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 SPHERE = {"kind": "sphere", "centre": [1.0, 2.0, 3.0], "radius": 2.0}
 PLANE = {"kind": "half_space", "point": [3.0, -4.0, 5.0], "normal": [1.0, 2.0, -2.0]}
 BOX = {"kind": "box", "transform_box_to_patient": TURN.ravel().tolist(), "half_size": [1.0, 2.0, 3.0]}
@@ -80,6 +90,18 @@ def folder(phantom_services: Services, plan: Plan, tmp_path_factory: pytest.Temp
     names = phantom_services.slicer.write(plan, made)
     assert {path.name for path in made.iterdir()} == set(names)
     return made
+
+
+@pytest.fixture(scope="module")
+def in_slicer(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
+    """What 3D Slicer has in its scene, by name, and the folder of the files that it writes of it."""
+    if importlib.util.find_spec("slicer") is None:
+        pytest.skip("slicer-core is not published for this platform")
+    saved = tmp_path_factory.mktemp("saved")
+    command = [sys.executable, str(READER), str(folder / SCENE), "--save", str(saved)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), saved
 
 
 def elements(folder: Path) -> list[ET.Element]:
@@ -196,6 +218,63 @@ def test_itk_reads_the_registration_as_the_way_back(folder: Path) -> None:
     for place in POINTS:
         on_patient = TURN[:3, :3] @ place.position + TURN[:3, 3]
         np.testing.assert_allclose(transform.TransformPoint(on_patient.tolist()), place.position, rtol=0, atol=1e-6)
+
+
+def test_slicer_has_the_points_where_the_plan_has_them(in_slicer: tuple[dict[str, Any], Path]) -> None:
+    nodes, _ = in_slicer
+    for name, there in (
+        ("Way", [point.position for point in POINTS]),
+        ("Way targets", [(1.0, 2.0, 3.125)]),
+        ("Path 2", [(4.0, 5.0, 6.0), (7.0, 8.0, 9.0)]),
+        ("Beads", [(9.0, 8.0, 1 / 7)]),
+    ):
+        np.testing.assert_allclose(nodes[name]["places"], np.array(there) @ TO_RAS[:3, :3], rtol=0, atol=1e-9)
+    assert nodes["Way"]["labels"] == ["entry <&\"'>", "end"]
+    assert nodes["Way"]["visible"]
+    assert not nodes["Path 2"]["visible"]
+
+
+def test_slicer_has_the_regions_where_the_plan_has_them(in_slicer: tuple[dict[str, Any], Path]) -> None:
+    nodes, _ = in_slicer
+    plane, box, ball = nodes["Skull base"], nodes["Window"], nodes["Eye surface"]
+    np.testing.assert_allclose(plane["origin"], TO_RAS[:3, :3] @ PLANE["point"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(plane["normal"], TO_RAS[:3, :3] @ PLANE["normal"] / 3.0, rtol=0, atol=1e-9)
+    assert not plane["visible"]
+    np.testing.assert_allclose(box["size"], [2.0, 4.0, 6.0], rtol=0, atol=1e-9)
+    axes = np.array(box["axes"])  # where the box's own axes point, to either side
+    np.testing.assert_allclose(axes[:3, 3], (TO_RAS @ TURN)[:3, 3], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(np.abs(axes[:3, :3]), np.abs(TURN[:3, :3]), rtol=0, atol=1e-9)
+    centre = TO_RAS[:3, :3] @ SPHERE["centre"]
+    away = np.linalg.norm(np.array(ball["points"]) - centre, axis=1)
+    np.testing.assert_allclose(away, SPHERE["radius"], rtol=0, atol=1e-5)  # Slicer's surfaces are of single precision
+
+
+def test_slicer_has_the_head_where_the_case_has_it(in_slicer: tuple[dict[str, Any], Path]) -> None:
+    nodes, _ = in_slicer
+    volume, ct = a_volume(), nodes["ct"]
+    assert ct["size"] == [6, 5, 4]
+    assert ct["hu"] == [volume.hu[0, 0, 0], volume.hu[3, 2, 1]]
+    there = np.array(ct["ijk_to_ras"]) @ [1.0, 2.0, 3.0, 1.0]
+    np.testing.assert_allclose(there[:3], TO_RAS[:3, :3] @ volume.index_to_lps((1, 2, 3)), rtol=0, atol=1e-9)
+    corners = np.array([[0.1, 0, 0], [10, 0, 1 / 3], [0, 10, 0], [0, 0, 10]])
+    np.testing.assert_allclose(nodes["Bone"]["points"], corners @ TO_RAS[:3, :3], rtol=0, atol=1e-5)
+    assert nodes["Bone"]["triangles"] == 4
+
+
+def test_slicer_moves_the_image_onto_the_patient(in_slicer: tuple[dict[str, Any], Path]) -> None:
+    nodes, _ = in_slicer
+    np.testing.assert_allclose(nodes["Left/right: ü"]["to_world"], TO_RAS @ TURN @ TO_RAS, rtol=0, atol=1e-9)
+
+
+def test_what_slicer_writes_comes_back_as_it_was(in_slicer: tuple[dict[str, Any], Path], folder: Path) -> None:
+    """A path through 3D Slicer's own file, in the frame that it chooses, and a registration through its transform."""
+    _, saved = in_slicer
+    path = (saved / files(folder)["Way"].name).read_text("utf-8")
+    assert [(point.label, point.position) for point in from_markups(path).content.points] == [
+        (point.label, pytest.approx(point.position, abs=1e-6)) for point in POINTS
+    ]
+    transform = read_transform(saved / files(folder)["Left/right: ü"].name)
+    np.testing.assert_allclose(transform, TURN, rtol=0, atol=1e-6)
 
 
 def test_a_folder_that_holds_something_is_left_alone(phantom_services: Services, plan: Plan, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import re
 import secrets
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from app.services.case_model import Case
@@ -14,9 +15,10 @@ from app.services.cases import CaseService
 from app.services.documents import Documents
 from app.services.plan_model import NOTICE, Plan
 from app.services.planning import Planning
+from app.services.region_meshes import region_surface
 from app.services.registration import RegistrationContent
 from app.services.registration_fit import report_of
-from app.services.slicer.marks import marks_of
+from app.services.slicer.marks import REMOVED, marks_of
 from app.services.slicer.scene import SceneNode, scene_text
 from app.services.slicer.volume_file import write_nrrd
 from app.services.structures import Structure
@@ -27,7 +29,8 @@ from vfix_engine.imaging.mesh_files import write_ply
 
 SCENE = "scene.mrml"
 _BONE, _STRUCTURE = "#e2d8c6", "#e0b04c"
-_BONE_OPACITY = 0.6
+_BONE_OPACITY, _REGION_OPACITY = 0.6, 0.35
+_SHOWN_AS_SURFACES = {"sphere", "capsule", "capsules", "patch"}
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]+")
 _TO: dict[RegisteredTo, str] = {"patient": "the patient", "base": "the robot's base"}
 
@@ -71,7 +74,8 @@ class SlicerExport:
 
     def _fill(self, plan: Plan, folder: Path) -> tuple[str, ...]:
         case = self._cases.get(plan.case_id)
-        parts = [*self._volumes(case), *self._surfaces(case), *self._marks(plan, case), *self._transforms(case)]
+        parts = [*self._volumes(case), *self._surfaces(case), *self._regions(plan)]
+        parts += [*self._marks(plan, case), *self._transforms(case)]
         for node, write in parts:
             write(folder / node.file)
         (folder / SCENE).write_text(scene_text([node for node, _ in parts]), encoding="utf-8", newline="\n")
@@ -110,8 +114,28 @@ class SlicerExport:
         found: Parts = []
         for mark in marks_of(plan, case, curve, remark):
             words = str(mark.markup.get("description", NOTICE))
-            node = SceneNode(mark.kind, mark.name, names.of(mark.name), mark.colour, 1.0, mark.visible, words)
+            node = SceneNode(
+                mark.kind, mark.name, names.of(mark.name), mark.colour, 1.0, mark.visible, words,
+                glyph_mm=mark.glyph_mm, named=mark.named,
+            )  # fmt: skip
             found.append((node, _writer(mark.text())))
+        return found
+
+    def _regions(self, plan: Plan) -> Parts:
+        """Surfaces of what is to be spared or removed, where Slicer has no markup for its shape."""
+        names = _FileNames("region", ".ply")
+        regions = [(zone.name, zone.shape, zone.colour, zone.visible) for zone in plan.zones]
+        regions += [(region.name, region.shape, REMOVED, True) for region in plan.removed_bone]
+        found: Parts = []
+        for name, shape, colour, visible in regions:
+            if shape["kind"] not in _SHOWN_AS_SURFACES:
+                continue
+            try:
+                surface = region_surface(self._cases, plan.case_id, shape)
+            except InputError:  # a patch of a structure that is gone: its line tells where it was
+                continue
+            node = SceneNode("Model", f"{name} surface", names.of(name), colour, _REGION_OPACITY, visible)
+            found.append((node, partial(write_ply, mesh=surface)))
         return found
 
     def _transforms(self, case: Case) -> Parts:

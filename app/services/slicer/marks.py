@@ -15,23 +15,27 @@ from app.services.exchange_parts import CurveSample, to_json_text
 from app.services.exchange_regions import region_markups
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.plan_zones import PlanZone
+from app.services.region_meshes import axes_about
 from app.services.slicer.scene import NodeKind
 
 PATH, OTHER_PATH, NOT_REACHED = "#6db3f2", "#8a94a6", "#f0857d"
 TARGET, REMOVED, BEAD, SHAFT = "#e58fd0", "#d9a066", "#facc5c", "#ced4dc"
 _SHAFT_MM = 50.0
 _PLANE_MM = 60.0
+_POINT_MM, _LINE_MM = 2.0, 0.8  # diameters of points that are seen, and of those that vanish in their line
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A markup: what the scene says of it, and its JSON."""
+    """A markup: what the scene says of it, and its JSON. glyph_mm, named: as of a SceneNode."""
 
     kind: NodeKind
     name: str
     colour: str
     markup: dict[str, Any]
     visible: bool = True
+    glyph_mm: float | None = None
+    named: bool = True
 
     def text(self) -> str:
         """The content of its `.mrk.json`."""
@@ -40,17 +44,10 @@ class Mark:
 
 def marks_of(plan: Plan, case: Case, curve: Sequence[CurveSample], remark: str) -> list[Mark]:
     """Path as planned and as driven, targets, the other paths, shafts, regions and beads; LPS mm."""
-    colours = {"Curve": PATH, "Fiducial": TARGET}
     own = json.loads(to_markups(replace(plan, zones=(), removed_bone=()), curve, remark))["markups"]
-    marks = [
-        Mark(
-            one["type"], one["name"], NOT_REACHED if one["name"].endswith("not reached") else colours[one["type"]], one
-        )
-        for one in own
-        if one["controlPoints"]
-    ]
+    marks = [_of_plan(one, first=one is own[0]) for one in own if one["controlPoints"]]
     marks += [
-        Mark("Curve", path.name, OTHER_PATH, markup_node("Curve", path.name, path.points), visible=False)
+        Mark("Curve", path.name, OTHER_PATH, markup_node("Curve", path.name, path.points), False, _POINT_MM)
         for path in plan.paths
         if path.id != plan.path_id and path.points
     ]
@@ -62,6 +59,16 @@ def marks_of(plan: Plan, case: Case, curve: Sequence[CurveSample], remark: str) 
     return marks
 
 
+def _of_plan(markup: dict[str, Any], first: bool) -> Mark:
+    """The path as planned, which is the first, the path as driven with a point every half millimetre, or targets."""
+    if markup["type"] == "Fiducial":
+        return Mark("Fiducial", markup["name"], TARGET, markup)
+    if first:
+        return Mark("Curve", markup["name"], PATH, markup, glyph_mm=_POINT_MM)
+    colour = NOT_REACHED if markup["name"].endswith("not reached") else PATH
+    return Mark("Curve", markup["name"], colour, markup, glyph_mm=_LINE_MM, named=False)
+
+
 def _shafts(points: Sequence[PlanPoint]) -> Iterator[Mark]:
     """Directions of the shaft, from the tip towards the tail."""
     for number, point in enumerate(points, start=1):
@@ -70,18 +77,20 @@ def _shafts(points: Sequence[PlanPoint]) -> Iterator[Mark]:
         name = f"Shaft at {point.label or number}"
         x, y, z = (at + _SHAFT_MM * along for at, along in zip(point.position, point.direction, strict=True))
         ends = [PlanPoint("", "", point.position), PlanPoint("", "", (x, y, z))]
-        yield Mark("Line", name, SHAFT, markup_node("Line", name, ends) | {"locked": True})
+        markup = markup_node("Line", name, ends) | {"locked": True}
+        yield Mark("Line", name, SHAFT, markup, glyph_mm=_LINE_MM, named=False)
 
 
 def _regions(plan: Plan) -> Iterator[Mark]:
+    """Planes and boxes as such; of everything else its lines, hidden, since a surface beside them shows it."""
     for zone in plan.zones:
         if zone.shape["kind"] == "half_space":
             yield Mark("Plane", zone.name, zone.colour, _plane(zone), zone.visible)
             continue
         for one in region_markups(replace(plan, zones=(zone,), removed_bone=())):
-            yield Mark(one["type"], one["name"], zone.colour, one, zone.visible)
+            yield Mark(one["type"], one["name"], zone.colour, one, zone.visible and one["type"] == "ROI")
     for one in region_markups(replace(plan, zones=())):
-        yield Mark(one["type"], one["name"], REMOVED, one)
+        yield Mark(one["type"], one["name"], REMOVED, one, one["type"] == "ROI")
 
 
 def _plane(zone: PlanZone) -> dict[str, Any]:
@@ -109,12 +118,3 @@ def _plane(zone: PlanZone) -> dict[str, Any]:
         "size": [_PLANE_MM, _PLANE_MM, 0.0],
         "planeBounds": [-_PLANE_MM / 2, _PLANE_MM / 2, -_PLANE_MM / 2, _PLANE_MM / 2],
     }
-
-
-def axes_about(normal: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """A rotation (3, 3) whose third column is the direction of a normal (3,)."""
-    along = np.asarray(normal, dtype=np.float64)
-    along = along / np.linalg.norm(along)
-    first = np.cross(np.eye(3)[np.abs(along).argmin()], along)
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(along, first), along])

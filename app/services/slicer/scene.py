@@ -72,7 +72,8 @@ class SceneNode:
     """A node of the scene: its name, its file beside the scene, its colour '#rrggbb' and opacity.
 
     visible: whether it is shown when the scene is opened. description: what the node is, for people.
-    window: grey values of a volume, width and centre.
+    window: grey values of a volume, width and centre. glyph_mm: diameter of a markup's points, and of its lines half of
+    that; None for Slicer's own size, a share of the window. named: whether a markup's name is written beside it.
     """
 
     kind: NodeKind
@@ -83,6 +84,8 @@ class SceneNode:
     visible: bool = True
     description: str = ""
     window: tuple[float, float] | None = None
+    glyph_mm: float | None = None
+    named: bool = True
 
 
 def scene_text(nodes: Sequence[SceneNode]) -> str:
@@ -131,7 +134,12 @@ def _look(node: SceneNode) -> dict[str, str]:
     look = {"color": colour, "selectedColor": colour, "opacity": f"{node.opacity:g}", "visibility": shown}
     if node.kind == "Model":
         return look | {"visibility2D": "true", "sliceIntersectionThickness": "2", "backfaceCulling": "false"}
-    return look | {"activeColor": colour, "propertiesLabelVisibility": "true"}
+    look |= {"activeColor": colour, "propertiesLabelVisibility": "true" if node.named else "false"}
+    look["occludedVisibility"] = "true"  # faintly through bone
+    if node.glyph_mm is None:
+        return look
+    size = {"useGlyphScale": "false", "glyphSize": f"{node.glyph_mm:g}"}
+    return look | size | {"curveLineSizeMode": "UseLineDiameter", "lineDiameter": f"{node.glyph_mm / 2.0:g}"}
 
 
 def _slice(colour: str, volume: str) -> str:

@@ -19,8 +19,8 @@ from app.services.plan_editor import PlanEditor
 from app.services.plan_shapes import anchor, box_at, check_shape, moved, resized, size_of
 from app.services.plan_zones import COLOURS, PlanZone, RemovedBone
 from app.services.plans import Plan
+from app.services.region_meshes import region_mesh
 from app.steps.plan import region_commands as c
-from app.steps.plan.region_meshes import region_mesh
 from app.steps.plan.region_sections import DrawingView, RegionsSection, RegionView, StructureChoice
 from app.steps.plan.region_words import DRAW_WORDS, zone_words
 from app.views.plan_items import Position

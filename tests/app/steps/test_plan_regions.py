@@ -15,9 +15,9 @@ from app.services import Services
 from app.services.plan_shapes import anchor, moved, resized, size_of
 from app.services.plan_zones import COLOURS
 from app.services.plans import Plan
+from app.services.region_meshes import region_mesh
 from app.steps.plan import commands as c
 from app.steps.plan import region_commands as r
-from app.steps.plan.region_meshes import region_mesh
 from app.steps.plan.region_sections import RegionsSection
 from app.steps.plan.step import PlanStep
 from app.steps.plan.suggest_commands import ShaftCommand

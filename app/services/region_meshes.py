@@ -1,4 +1,4 @@
-"""Meshes that show regions of a plan in the scene."""
+"""Meshes that show regions of a plan, in the scene and in other programs."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from app.scene.shapes import rotation_z_to
 from app.services.cases import CaseService
 from vfix_engine.errors import InputError
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shape_patch import patch_around
 
 Mesh = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]  # vertices (n, 3) LPS mm, faces (m, 3)
@@ -24,10 +24,19 @@ NOTHING: Mesh = (np.zeros((3, 3), np.float32), np.array([[0, 1, 2]], np.uint32))
 def region_mesh(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Mesh:
     """The mesh of a shape; a point where the case has nothing there any more."""
     try:
-        made = _made(cases, case_id, shape)
+        made = region_surface(cases, case_id, shape)
     except InputError:
         return NOTHING
     return np.asarray(made.vertices, np.float32), np.asarray(made.faces, np.uint32)
+
+
+def region_surface(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> TriangleMesh:
+    """The surface of a shape, LPS mm; a half-space as a square of its plane.
+
+    Raises InputError where the case has nothing there any more.
+    """
+    made = _made(cases, case_id, shape)
+    return made if isinstance(made, TriangleMesh) else TriangleMesh(made.vertices, made.faces)
 
 
 def _made(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Any:
@@ -43,7 +52,7 @@ def _made(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Any:
             return box.apply_transform(np.reshape(shape["transform_box_to_patient"], (4, 4)))
         case "half_space":
             square = trimesh.creation.box((2.0 * PLANE_MM, 2.0 * PLANE_MM, 0.2))
-            return _at(square, rotation_z_to(np.array(shape["normal"], dtype=np.float64)), shape["point"])
+            return _at(square, axes_about(shape["normal"]), shape["point"])
         case "patch":
             surface = cases.structure_mesh(case_id, shape.get("structure", cases.get(case_id).anatomy.id))
             return patch_around(surface, shape["centre"], shape["radius"])
@@ -58,8 +67,17 @@ def _chain(points: list[Any], radius: float) -> Any:
         length = float(np.linalg.norm(end - start))
         if length > 1e-6:
             tube = trimesh.creation.cylinder(radius=radius, height=length, sections=24)
-            parts.append(_at(tube, rotation_z_to(end - start), 0.5 * (start + end)))
+            parts.append(_at(tube, axes_about(end - start), 0.5 * (start + end)))
     return trimesh.util.concatenate(parts)
+
+
+def axes_about(direction: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """A rotation (3, 3) whose third column is a direction (3,) of any length; its turn about it is left open."""
+    along = np.asarray(direction, dtype=np.float64)
+    along = along / np.linalg.norm(along)
+    first = np.cross(np.eye(3)[np.abs(along).argmin()], along)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(along, first), along])
 
 
 def _at(mesh: trimesh.Trimesh, rotation: npt.NDArray[np.float64], place: Any) -> trimesh.Trimesh:
