@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import time
-from typing import Any
 
 from app.messages.client import Client
 from app.services import Services
@@ -14,12 +13,12 @@ from app.services.switches import NO_SWITCHES, Switches
 from app.steps.base import Step
 from app.steps.rehearse.drive_record import NO_DRIVE, DriveRecord
 from app.steps.rehearse.driven import SoFar
-from app.steps.rehearse.preparation import Prepared, plan_key
+from app.steps.rehearse.preparation import PlanKey, Prepared, plan_key
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.views.plan_items import Position
 from app.views.views import Views
-from vfix_engine.errors import VfixError
+from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.simulation.snapshot import Snapshot
 
@@ -47,6 +46,7 @@ class DriveFollower(Step):
         self._taken_ms = 0  # when the snapshot was taken over
         self._changed = False  # the plan is another one than what is driven
         self._run_when_ready = False
+        self._stopped_for = ""  # why the robot was paused at the last tick
         self._unkept: dict[str, float] = {}  # settings that the plan could not keep when it was tried last
         self._plan_edited = False  # the plan in the store has changed by what was done here
         views.plan.on_opened(self._plan_opened)
@@ -111,7 +111,32 @@ class DriveFollower(Step):
         plan = self.views.plan.current
         self._changed = now.prepared is not None and not (plan is not None and now.is_for(self._key(plan)))
 
-    def _key(self, plan: Plan) -> Any:
+    def _withdrawn(self, now: DriveRecord) -> str:
+        """Why the robot that stands here is not driven: the plan goes by another registration now, or by none that can
+        be used; '' where it goes by the one that the robot was placed by.
+        """
+        plan, placed = self.views.plan.current, now.plan_key
+        if plan is None or now.state != "ready" or not isinstance(placed, PlanKey):
+            return ""
+        if placed.plan_id != plan.id or placed.registered == self._key(plan).registered:
+            return ""
+        try:
+            self._services.planning.registration(plan)
+        except PlanError as error:
+            return f"{error} The robot is not driven until then."
+        return (
+            "The plan goes by another registration than the robot was placed by. ‘Reset to entry’ places it anew."
+        )
+
+    def _stop_where_withdrawn(self, now: DriveRecord) -> str:
+        """The robot pauses where its registration has gone under it; returns words for the user, '' for none."""
+        words = self._withdrawn(now) if self._changed and now.snapshot is not None and now.snapshot.running else ""
+        if words and self.drive is not None:
+            self.drive.halt()
+        said, self._stopped_for = self._stopped_for, words
+        return "" if words == said else words
+
+    def _key(self, plan: Plan) -> PlanKey:
         """What a rehearsal of the plan depends on; its registration is read anew once something was stored."""
         of = (plan.id, plan.registration)
         if self._registered is None or self._registered[0] != of:

@@ -17,7 +17,7 @@ def rehearse_hint(
 ) -> str:
     """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven.
 
-    blocked: why the plan's registration cannot be used, '' where it can.
+    blocked: why the robot is not driven by the registration that it was placed by, '' where it is.
     mode, phase: of the newest snapshot. ends: where the dry run ends before the path does, and why; or why the path is
     not known to fit.
     """
@@ -36,7 +36,7 @@ def rehearse_hint(
     if not mine:
         return "You are watching. Another window holds the handle; Pause stops the robot all the same."
     if changed and blocked:
-        return f"{blocked} Until then the robot goes on as it was placed before; Reset to entry does not work."
+        return blocked
     if changed:
         return "The plan has changed. Reset to entry takes it as it is now; until then the path before is driven."
     if state == "paused":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from app.services import Services
 from app.services.case_settings import settings_in_case
 from app.services.instruments import plan_tool
-from app.services.plan_model import drive_parts
+from app.services.plan_model import Position, drive_parts
 from app.services.plan_shaft import shaft_of
 from app.services.planning import registered_key
 from app.services.plans import Plan
@@ -46,7 +46,7 @@ class Prepared:
     recording: Recording | None = None
     switches: Switches = NO_SWITCHES
     planned: Planned | None = None
-    plan_key: object = None
+    plan_key: PlanKey | None = None
 
     def target_index(self, target_id: str) -> int:
         """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
@@ -56,15 +56,20 @@ class Prepared:
         return ids.index(target_id)
 
 
-def plan_key(plan: Plan, registered: str = "") -> Any:
+class PlanKey(NamedTuple):
     """What a rehearsal depends on: another key, another placing. registered: key of the plan's registration."""
-    return (
-        plan.id,
-        plan.case_hash,
-        repr(drive_parts(plan)),
-        tuple((target.id, tuple(target.position)) for target in plan.targets),
-        registered,
-    )
+
+    plan_id: str
+    case_hash: str
+    parts: str
+    targets: tuple[tuple[str, Position], ...]
+    registered: str
+
+
+def plan_key(plan: Plan, registered: str = "") -> PlanKey:
+    """The key of a plan as it is now."""
+    targets = tuple((target.id, target.position) for target in plan.targets)
+    return PlanKey(plan.id, plan.case_hash, repr(drive_parts(plan)), targets, registered)
 
 
 def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) -> Prepared:

@@ -119,12 +119,20 @@ class RehearseStep(DriveFollower):
             raise PlanError(_NOT_HELD)
 
     def _start(self, drive: SharedDrive, plan: Plan) -> None:
-        """A robot that stands goes on along what it was placed for; one that is not there comes and runs then."""
+        """A robot that stands goes on along what it was placed for; one that is not there comes and runs then.
+
+        Never by a registration that is not the plan's any more: at the entry it is placed anew, else it stays there.
+        """
         self._take(drive)
+        self._registered = None  # read now, not when something was stored last
         now = self.read()
         at_entry = now.snapshot is None or now.snapshot.steps == 0
-        if now.state == "ready" and at_entry and now.switches != self.wanted.in_force:
+        withdrawn = self._withdrawn(now)
+        if now.state == "ready" and at_entry and (withdrawn or now.switches != self.wanted.in_force):
+            self._services.planning.registration(plan)
             self._open(drive, plan)
+        elif withdrawn:
+            raise PlanError(withdrawn)
         elif now.state == "ready":
             drive.run(self._client)
             return
@@ -197,6 +205,8 @@ class RehearseStep(DriveFollower):
             self._tell_tool(self.now)
         drawn, told, self._told = self.driven, self._told, self.wanted
         self._compare(self.now)
+        if words := self._stop_where_withdrawn(self.now):
+            self.views.note(words, error=True)
         return edited or self.driven is not drawn or told != self._told
 
     def _tell_tool(self, now: DriveRecord) -> None:
@@ -216,7 +226,10 @@ class RehearseStep(DriveFollower):
             self._open(drive, plan)
         elif now.state == "ready":
             self._run_when_ready = False
-            drive.run(self._client)
+            if words := self._withdrawn(now):
+                self.views.note(words, error=True)
+            else:
+                drive.run(self._client)
         elif now.state == "failed":
             self._run_when_ready = False
 
@@ -229,8 +242,7 @@ class RehearseStep(DriveFollower):
         free = self.drive is not None and now.holder is None
         planned = None if now.prepared is None else now.prepared.planned
         ends = "" if planned is None else planned.ends_words
-        used = None if plan is None or not self._changed else self._services.registering.registration_of(plan)
-        blocked = "" if used is None or used.state in ("none", "ready") else used.words
+        blocked = self._withdrawn(now) if self._changed else ""
         state, changed = now.shown_state, self._changed
         return rehearse_hint(points, state, now.mine, free, mode, phase, targets, changed, ends, blocked)
 
