@@ -18,15 +18,15 @@ const OUTDATED = 4426;
  */
 const REFUSALS = {
   4429: { waitMs: 10_000, words: "The planner closed the connection: this window sent more messages than it takes. It is tried again in 10 seconds." },
-  [OUTDATED]: { waitMs: Infinity, words: "This page is of another version than the planner that answers now. Reload the page. Plans are saved with every change." },
+  [OUTDATED]: { waitMs: Infinity, words: "This page is of another version than the planner that answers now. Reload the page. Every change is saved." },
   4503: { waitMs: 15_000, words: "Too many windows of this planner are open. Close one that is not needed, then try again." },
 };
 const LOCKED = {
   waitMs: 15_000,
   words: "The planner was started again with another token, and this window may no longer come in. "
-    + "Open the address that the planner printed when it started. Plans are saved with every change.",
+    + "Open the address that the planner printed when it started. Every change is saved.",
 };
-const GONE = "Connection lost – reconnecting … Plans are saved with every change. If the planner was ended, start it again.";
+const GONE = "Connection lost – reconnecting … Every change is saved. If the planner was ended, start it again and open the address that it prints.";
 
 // What streams by itself or follows a hand is dropped on a dead line without a word.
 const STREAMS = /^(heartbeat|grip\.release|drive|twist|slice\..*|view\..*|item\.drag)$/;
