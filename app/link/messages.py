@@ -89,8 +89,14 @@ Message = Transform | PointList | Text
 
 
 def pack(message: Message) -> bytes:
-    """Header of version 1 and body. Raises LinkFault for a name that is no ASCII text of up to 20 characters."""
-    kind, body = _packed(message)
+    """Header of version 1 and body.
+
+    Raises LinkFault for a name that is no ASCII text of up to 20 characters, and for a number beyond single precision.
+    """
+    try:
+        kind, body = _packed(message)
+    except OverflowError:
+        raise LinkFault(f"the message {message.name!r:.60} holds a number that is too large to be sent.") from None
     if not message.name.isascii() or not 0 < len(message.name) <= MAX_DEVICE_NAME:
         raise LinkFault(f"a message's name has 1 to {MAX_DEVICE_NAME} ASCII characters, not {message.name!r:.60}.")
     seconds = message.time_s or time.time()
@@ -138,7 +144,7 @@ def _packed(message: Message) -> tuple[str, bytes]:
         return "TRANSFORM", _MATRIX.pack(*message.matrix[:3].T.ravel())
     if isinstance(message, PointList):
         return "POINT", b"".join(_packed_point(point) for point in message.points)
-    text = message.text.encode("utf-8")[: 2**16 - 1]
+    text = cut_name(message.text, 2**16 - 1).encode("utf-8")
     return "STRING", struct.pack(">HH", _UTF8, len(text)) + text
 
 

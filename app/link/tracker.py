@@ -159,12 +159,13 @@ class TrackerClient:
             )
         return np.array([pose.transform for pose in found])
 
-    def recorded(self, seconds: float) -> list[Pose]:
-        """The poses of the last seconds, oldest first.
+    def recorded(self, seconds: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> list[Pose]:
+        """The poses of the last seconds, oldest first; point: (3,) of the tool's frame, whose way is of interest.
 
         Raises LinkFault where there are too few or more than are kept, or the tool was out of sight at the beginning,
-        at the end, or while it moved.
+        at the end, or while the point moved.
         """
+        of_tool = np.asarray(point, dtype=np.float64)
         end = time.monotonic()
         begin = end - seconds
         with self._lock:
@@ -177,7 +178,8 @@ class TrackerClient:
         if found[0].received_s - begin > STALE_S or end - found[-1].received_s > STALE_S:
             raise LinkFault(f"{self.name} was out of sight when the recording began or ended; hold it still there.")
         for one, other in pairwise(found):
-            gap_s, jump_mm = other.received_s - one.received_s, float(np.linalg.norm(other.position - one.position))
+            gap_s = other.received_s - one.received_s
+            jump_mm = float(np.linalg.norm((other.transform - one.transform)[:3] @ [*of_tool, 1.0]))
             if gap_s > STALE_S and jump_mm > _UNSEEN_MM:
                 raise LinkFault(
                     f"{self.name} was out of sight for {gap_s:.1f} s and moved by {jump_mm:.0f} mm meanwhile; record "

@@ -163,11 +163,11 @@ class Tracing:
         case = self._cases.get(case_id)
         volume = self._cases.volume(case)
         low, high = self._cases.case_surface(case_id).bounds if volume is None else volume.bounds
-        off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1).min()
+        off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1).max()
         if off > _FARTHEST_MM:
             raise InputError(
-                f"the traced path would lie {off:.0f} mm away from the head: were its samples measured in the frame of "
-                "this registration?"
+                f"the traced path would lie up to {off:.0f} mm away from the head: were its samples measured in the "
+                "frame of this registration?"
             )
 
 

@@ -33,6 +33,6 @@ def recorded_tips(tracker: TrackerClient | None, content: RegistrationContent, s
     if not 0.0 < span <= LONGEST_S:
         raise InputError(f"the pointer is recorded for up to {LONGEST_S:g} s, not for {span:g} s.")
     tip, matrix = tracked_through(content)
-    poses = np.array([pose.transform for pose in tracker.recorded(span)])
+    poses = np.array([pose.transform for pose in tracker.recorded(span, tip)])
     tips = poses[:, :3, :3] @ tip + poses[:, :3, 3]
     return np.asarray(tips @ matrix[:3, :3].T + matrix[:3, 3], dtype=np.float64)

@@ -15,8 +15,8 @@ from app.services.documents import Documents
 from app.services.errors import PlanLocked
 from app.services.live_link import LiveBoard, LiveLink, frames
 from app.services.live_link import incoming as module
-from app.services.live_link.incoming import Intake
-from app.services.live_link.outgoing import plan_messages, registration_message
+from app.services.live_link.incoming import MAX_REGISTRATIONS, Intake
+from app.services.live_link.outgoing import plan_messages, registration_messages
 from app.services.plan_model import Plan, PlanContent, PlanPoint
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
@@ -90,9 +90,45 @@ def test_only_the_registration_that_the_plan_goes_by_is_told(parts: Parts, plan:
     unmade = parts.registrations.create(plan.case_id, "Not made yet", RegistrationContent())
     listed = parts.registrations.list(plan.case_id)
     for without in (plan, replace(plan, registration=unmade.id)):
-        np.testing.assert_array_equal(registration_message(without, listed).matrix, np.eye(4))
-    message = registration_message(replace(plan, registration=own.id), listed)
-    np.testing.assert_array_equal(message.matrix, frames.registration_to_ras(TURN))
+        for message in registration_messages(without, listed):
+            np.testing.assert_array_equal(message.matrix, np.eye(4))
+    to_patient, to_base = registration_messages(replace(plan, registration=own.id), listed)
+    assert (to_patient.name, to_base.name) == ("Registration", "RegistrationToBase")
+    np.testing.assert_array_equal(to_patient.matrix, frames.registration_to_ras(TURN))
+    np.testing.assert_array_equal(to_base.matrix, np.eye(4))
+
+
+def test_a_registration_to_the_robots_base_has_a_name_of_its_own_both_ways(
+    parts: Parts, intake: Intake, plan: Plan
+) -> None:
+    """One to the patient that is equal is another one: the robot would be placed elsewhere by it."""
+    given = RegistrationContent("base", tuple(TURN.ravel().tolist()), made_from="given")
+    own = parts.registrations.create(plan.case_id, "Own", given)
+    used = replace(plan, registration=own.id)
+    to_patient, to_base = registration_messages(used, parts.registrations.list(plan.case_id))
+    np.testing.assert_array_equal(to_patient.matrix, np.eye(4))
+    np.testing.assert_array_equal(to_base.matrix, frames.registration_to_ras(TURN))
+    intake.hear(to_base)  # an echo
+    assert intake.settle() == []
+    moved = to_base.matrix.copy()
+    moved[0, 3] += 1.0
+    intake.hear(Transform("RegistrationToBase", moved))
+    intake.hear(Transform("Registration", to_base.matrix))
+    assert len(intake.settle()) == 2
+    assert sorted(one.content.to for one in parts.registrations.list(plan.case_id)) == ["base", "base", "patient"]
+
+
+def test_a_case_takes_a_bounded_number_of_registrations(parts: Parts, intake: Intake, plan: Plan) -> None:
+    def propose(number: int) -> list[str]:
+        matrix = np.eye(4)
+        matrix[0, 3] = 10.0 * (number + 1)
+        intake.hear(Transform("Registration", matrix))
+        return intake.settle()
+
+    for number in range(MAX_REGISTRATIONS):
+        assert "check it" in propose(number)[0]
+    assert "delete some of them" in propose(MAX_REGISTRATIONS)[0]
+    assert len(parts.registrations.list(plan.case_id)) == MAX_REGISTRATIONS
 
 
 def test_a_pose_and_a_registration_move_places_of_the_scene_as_they_move_those_of_the_image() -> None:

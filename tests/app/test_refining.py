@@ -29,6 +29,7 @@ from app.steps.register.hints import register_hint
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.registration import register_points
 
 BEADS = [bead.centroid.tolist() for bead in load_landmarks().beads]
 Floats = npt.NDArray[np.float64]
@@ -213,6 +214,22 @@ def test_points_that_contradict_a_refinement_are_told(phantom_services: Services
     assert any("slid along the surface" in caution for caution in report_of(slid).cautions)
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.95, False), (1.05, True)])
+def test_points_that_are_off_by_three_times_their_own_fit_contradict_a_refinement(
+    phantom_services: Services, editor: RegistrationEditor, share: float, told: bool
+) -> None:
+    touched(phantom_services, editor)
+    content = phantom_services.refining.refine(editor.id).content
+    points = np.array([pair.measured for pair in content.used_pairs])
+    beads = np.array([pair.in_image for pair in content.used_pairs])
+    transform = np.array(register_points(points, beads).transform)
+    own_mm = float(np.sqrt(np.square(beads @ transform[:3, :3].T + transform[:3, 3] - points).sum(axis=1).mean()))
+    off_mm = share * max(2.0, 3.0 * own_mm)
+    transform[0, 3] += np.sqrt(off_mm**2 - own_mm**2)  # the residuals of a fit have no mean
+    moved = RegistrationContent(**{**vars(content), "transform": tuple(transform.ravel().tolist())})
+    assert any("slid along the surface" in caution for caution in report_of(moved).cautions) is told
+
+
 def test_a_table_of_touched_points() -> None:
     rows = "".join(f"{x},0.5,2\n" for x in range(150))
     points = read_touched(f"# unit=um\n# frame=tracker\nx,y,z\n{rows}".encode(), RegistrationContent())
@@ -228,7 +245,7 @@ def test_bone_is_stroked_over_with_the_tracked_pointer(phantom_services: Service
     """A place for every millimetre, however slowly it goes; of a registration that nothing can be taken for, none."""
     along = np.concatenate([np.zeros(20), np.arange(0.0, 10.2, 0.2)])
     poses = [Pose(np.block([[np.eye(3), np.array([[x], [2.0], [3.0]])], [np.zeros((1, 3)), 1.0]]), 0.0) for x in along]
-    tracker = SimpleNamespace(recorded=lambda seconds: poses if seconds == 4.0 else [])
+    tracker = SimpleNamespace(recorded=lambda seconds, tip: poses if seconds == 4.0 else [])
     services = phantom_services
     refining = Refining(services.cases, services.registering, services.jobs, tracker)  # type: ignore[arg-type]
     surface = refining.touch_tracked(editor.id, 4.0).content.surface

@@ -128,7 +128,7 @@ class Recorder:
             transform[:3, :3], transform[:3, 3] = turn, at - turn @ tip
             self.poses.append(Pose(transform, 0.0))
 
-    def recorded(self, seconds: float) -> list[Pose]:
+    def recorded(self, seconds: float, point: object = None) -> list[Pose]:
         self.asked_s = seconds
         return self.poses
 
@@ -163,6 +163,17 @@ def test_the_tip_of_a_tracked_pointer_is_traced(
         tracing.tracked(plan.id, 1000.0, editor.id)
     with pytest.raises(InputError, match="--tracker"):
         services.tracing.tracked(plan.id, 12.0, editor.id)
+
+
+def test_a_path_of_which_a_part_lies_far_from_the_head_is_refused(
+    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+) -> None:
+    """Its first point is where it should be: samples of another frame may cross the head."""
+    pose = simulated_pose(HEAD_PHANTOM)
+    begin = np.array(plan.points[0].position)
+    away = begin + np.linspace(0.0, 1.0, 200)[:, None] * [0.0, -400.0, 0.0]
+    with pytest.raises(InputError, match=r"would lie up to \d{3} mm away from the head"):
+        phantom_services.tracing.add(plan.id, away @ pose[:3, :3].T + pose[:3, 3], "file", editor.id)
 
 
 def test_the_simulated_pointer_traces_before_its_own_head_only(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .points import Registration, checked_points, register_points
+from .points import ON_A_LINE, Registration, checked_points, register_points
 from .rigid_fit import residual_lengths, rigid_fits
 
 Array = NDArray[np.float64]
@@ -100,6 +100,12 @@ def match_points(fixed: ArrayLike, moving: ArrayLike) -> Match:
             f"{MOST_IN_LARGER} of the larger can be matched: leave out some, or give them in the same order"
         )
     orders = _orders(few, many)
+    orders = orders[_beside_a_line(many[orders]) & _beside_a_line(few[None])]
+    if not len(orders):
+        raise InputError(
+            "no order of these points can be fitted: they lie on a line, about which the rotation is not determined; "
+            "add a point beside it"
+        )
     rotations, translations = rigid_fits(few[None], many[orders], np.ones(len(few)))
     squares = (residual_lengths(few[None], many[orders], rotations, translations) ** 2).mean(axis=1)
     ranked = np.argsort(squares, kind="stable")
@@ -111,13 +117,20 @@ def match_points(fixed: ArrayLike, moving: ArrayLike) -> Match:
         first, second = (every, order) if few is a else (order, every)
         try:
             candidates.append(Candidate(first, second, register_points(a[first], b[second])))
-        except InputError as error:  # a subset on a line
+        except InputError as error:  # two of its points are in one place
             problem = error
         if len(candidates) == _SHOWN:
             break
     if not candidates:
-        raise problem or InputError("no order of these points can be fitted; they lie on a line")
+        raise problem or InputError("no order of these points can be fitted")
     return Match(tuple(candidates), float(fre[1]) if len(fre) > 1 else None)
+
+
+def _beside_a_line(points: Array) -> NDArray[np.bool_]:
+    """Which of sets of points (k, n, 3) determine a rotation, (k,)."""
+    spread = np.linalg.svd(points - points.mean(axis=1, keepdims=True), compute_uv=False)
+    beside: NDArray[np.bool_] = spread[:, 1] >= ON_A_LINE * spread[:, 0]
+    return beside
 
 
 def _orders(few: Array, many: Array) -> Indices:

@@ -1,7 +1,8 @@
 """What others send becomes a proposal: nothing that is open changes before somebody at the page takes it over.
 
 Points named 'Path' or 'Targets' become a version of the open plan, which the page compares with it in words and goes
-over to by one edit that undo takes back. A transform named 'Registration' becomes a registration of its own.
+over to by one edit that undo takes back. A transform named 'Registration' becomes a registration of its own to the
+patient, and one named 'RegistrationToBase' one to the robot's base.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from app.services.documents import Documents
 from app.services.errors import PlanLocked
 from app.services.live_link.board import LiveBoard
 from app.services.live_link.frames import SAME_MM, registration_to_ras, rigid, same_transform, to_ras
-from app.services.live_link.outgoing import PATH, REGISTRATION, TARGETS
+from app.services.live_link.outgoing import PATH, REGISTRATIONS, TARGETS
 from app.services.names import check_label
 from app.services.plan_model import (
     MAX_POINTS,
@@ -39,7 +40,7 @@ from vfix_engine.errors import PlanError, VfixError
 
 SETTLED_S = 1.0  # a hand that drags a point sends on; its proposal is made once it rests
 FROM = "From 3D Slicer"
-NO_REGISTRATION = "The identity as Registration says that there is none; nothing was stored."
+NO_REGISTRATION = "The identity as a registration says that there is none; nothing was stored."
 MAX_REGISTRATIONS = 20  # of a case that came so
 
 
@@ -71,7 +72,7 @@ class Intake:
         Raises VfixError with the reason where it is refused.
         """
         wanted = isinstance(message, PointList) and message.name in (PATH, TARGETS)
-        wanted |= isinstance(message, Transform) and message.name == REGISTRATION
+        wanted |= isinstance(message, Transform) and message.name in REGISTRATIONS.values()
         if not wanted or not isinstance(message, PointList | Transform):
             return ""
         plan = self._open_plan()
@@ -123,10 +124,10 @@ class Intake:
 
     def _register(self, plan: Plan, message: Transform) -> str:
         content = _registered(message)
-        transform = content.registration.transform
+        image = content.registration
         known = [one for one in self._registrations.list(plan.case_id) if not one.unreadable]
-        made = [one.content for one in known if one.content.made_from != "none"]
-        if any(same_transform(one.registration.transform, transform) for one in made):
+        made = [one.content.registration for one in known if one.content.made_from != "none"]
+        if any(one.to == image.to and same_transform(one.transform, image.transform) for one in made):
             return ""
         taken = {one.name for one in known}
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:
@@ -139,7 +140,8 @@ class Intake:
 def _registered(message: Transform) -> RegistrationContent:
     """Raises LinkFault where the matrix is not rigid."""
     transform = registration_to_ras(rigid(message.matrix))
-    return RegistrationContent("patient", tuple(transform.ravel().tolist()), made_from="given")
+    to = next(to for to, name in REGISTRATIONS.items() if name == message.name)
+    return RegistrationContent(to, tuple(transform.ravel().tolist()), made_from="given")
 
 
 def _unused(name: str, taken: set[str]) -> str:

@@ -12,7 +12,7 @@ from app.services.documents import Documents
 from app.services.live_link.board import LiveBoard
 from app.services.live_link.frames import pose_to_ras
 from app.services.live_link.incoming import Intake
-from app.services.live_link.outgoing import PLAN, TOOL, no_registration, plan_messages, registration_message
+from app.services.live_link.outgoing import PLAN, TOOL, no_registration, plan_messages, registration_messages
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
 from app.services.registration import RegistrationContent
@@ -70,13 +70,13 @@ class LiveLink:
     def _run(self) -> None:
         tick = 0
         while not self._ended.wait(_TICK_S):
-            self._tell_tool()
             tick += 1
-            if tick % _LOOK_EVERY == 0:
-                try:
+            try:
+                self._tell_tool()
+                if tick % _LOOK_EVERY == 0:
                     self._look()
-                except Exception:  # the link must not end with one plan that cannot be read
-                    _LOG.exception("the live link stumbled")
+            except Exception:  # the link must not end with one plan that cannot be read, or one pose
+                _LOG.exception("the live link stumbled")
 
     def _tell_tool(self) -> None:
         poses, transform = self._board.tool
@@ -107,9 +107,9 @@ class LiveLink:
         """Everything that is told of the open plan."""
         plan_id = self._board.plan_id
         if plan_id is None:
-            return [Text(PLAN, "No plan is open."), no_registration()]
+            return [Text(PLAN, "No plan is open."), *no_registration()]
         try:
             plan = self._plans.get(plan_id)
-            return [*plan_messages(plan), registration_message(plan, self._registrations.list(plan.case_id))]
+            return [*plan_messages(plan), *registration_messages(plan, self._registrations.list(plan.case_id))]
         except VfixError as error:
-            return [Text(STATUS, str(error)), no_registration()]
+            return [Text(STATUS, str(error)), *no_registration()]

@@ -9,12 +9,14 @@ import numpy as np
 from app.link import Message, Point, PointList, Text, Transform
 from app.link.messages import MAX_POINT_NAME, cut_name
 from app.services.documents import Document
-from app.services.live_link.frames import registration_to_ras, to_ras
+from app.services.live_link.frames import Array, registration_to_ras, to_ras
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.registration import RegistrationContent
 from app.services.registration_fit import report_of
+from vfix_engine.frames import RegisteredTo
 
-PATH, TARGETS, REGISTRATION, TOOL, PLAN = "Path", "Targets", "Registration", "ToolTip", "Plan"
+PATH, TARGETS, TOOL, PLAN = "Path", "Targets", "ToolTip", "Plan"
+REGISTRATIONS: dict[RegisteredTo, str] = {"patient": "Registration", "base": "RegistrationToBase"}
 _PATH_COLOUR, _TARGET_COLOUR = (109, 179, 242, 255), (229, 143, 208, 255)
 
 
@@ -33,17 +35,26 @@ def plan_messages(plan: Plan) -> list[Message]:
     ]
 
 
-def registration_message(plan: Plan, registrations: Sequence[Document[RegistrationContent]]) -> Transform:
-    """The registration that the plan goes by; the identity where there is none, or it is not made or does not fit."""
+def registration_messages(plan: Plan, registrations: Sequence[Document[RegistrationContent]]) -> list[Transform]:
+    """The registration that the plan goes by, under the name of what it leads to; the identity under the other one.
+
+    The identity under both where there is none, or it is not made or does not fit.
+    """
     used = [one for one in registrations if one.id == plan.registration and not one.unreadable]
     if not used or not report_of(used[0].content).usable:
         return no_registration()
-    return Transform(REGISTRATION, registration_to_ras(used[0].content.registration.transform))
+    image = used[0].content.registration
+    matrix = registration_to_ras(image.transform)
+    return [_transform(to, matrix if to == image.to else np.eye(4)) for to in REGISTRATIONS]
 
 
-def no_registration() -> Transform:
+def no_registration() -> list[Transform]:
     """Takes back what was told before: OpenIGTLink has no word for that, and the identity moves nothing in Slicer."""
-    return Transform(REGISTRATION, np.eye(4))
+    return [_transform(to, np.eye(4)) for to in REGISTRATIONS]
+
+
+def _transform(to: RegisteredTo, matrix: Array) -> Transform:
+    return Transform(REGISTRATIONS[to], matrix)
 
 
 def _listed(points: Sequence[PlanPoint], colour: tuple[int, int, int, int]) -> tuple[Point, ...]:

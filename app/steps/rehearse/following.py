@@ -124,9 +124,7 @@ class DriveFollower(Step):
             self._services.planning.registration(plan)
         except PlanError as error:
             return f"{error} The robot is not driven until then."
-        return (
-            "The plan goes by another registration than the robot was placed by. ‘Reset to entry’ places it anew."
-        )
+        return "The plan goes by another registration than the robot was placed by. ‘Reset to entry’ places it anew."
 
     def _stop_where_withdrawn(self, now: DriveRecord) -> str:
         """The robot pauses where its registration has gone under it; returns words for the user, '' for none."""

@@ -173,6 +173,38 @@ def test_nothing_is_averaged_of_a_tool_out_of_sight(fake: FakeTracker, tracker: 
         tracker.collect(0.8)
 
 
+@pytest.mark.parametrize(("hidden_s", "taken"), [(0.45, True), (0.55, False)])
+def test_nothing_is_averaged_of_a_tool_that_was_hidden_in_between(
+    monkeypatch: pytest.MonkeyPatch, hidden_s: float, taken: bool
+) -> None:
+    """It is in sight at the end again, but where it was meanwhile nobody knows."""
+    listener = TrackerClient("127.0.0.1", 1, "Tip")
+    times = [100.0, 100.05, 100.1, *(100.1 + hidden_s + 0.05 * n for n in range(6))]
+    poses = [Pose(np.eye(4), at) for at in times]
+    monkeypatch.setattr(listener, "_next", lambda seconds: (99.99, poses))
+    monkeypatch.setattr(TrackerClient, "state", "fresh")
+    if taken:
+        assert listener.collect(1.0).count == len(poses)
+    else:
+        with pytest.raises(LinkFault, match="hold the tool where the tracker sees it"):
+            listener.collect(1.0)
+
+
+def test_a_tip_that_moved_while_nobody_saw_it_is_told_though_its_body_stood_still(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: 100.0))
+    listener = TrackerClient("127.0.0.1", 1, "Tip")
+    turned = np.diag([-1.0, -1.0, 1.0, 1.0])  # in place, by half a turn
+    for number in range(40):
+        at = 98.0 + 0.05 * number
+        if not 98.9 < at < 99.5:
+            listener._poses.append(Pose(np.eye(4) if at < 99.0 else turned, at))
+    assert len(listener.recorded(2.0)) > 20
+    with pytest.raises(LinkFault, match=r"moved by 240 mm"):
+        listener.recorded(2.0, (120.0, 0.0, 0.0))
+
+
 def test_too_few_poses_are_no_place(fake: FakeTracker, tracker: TrackerClient) -> None:
     fake.send(True)
     wait_for_state(tracker, "fresh")

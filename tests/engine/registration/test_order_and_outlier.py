@@ -7,6 +7,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 from registration_cases import BEADS, placed, some_pose
+from scipy.optimize import brentq
 
 from vfix_engine.errors import InputError
 from vfix_engine.registration import find_outlier, match_points, register_points
@@ -73,6 +74,36 @@ def test_a_mirrored_layout_is_told_apart() -> None:
     found = match_points(measured(shape[[0, 1, 3, 2, 4]], 5, 0.1), shape)
     assert tuple(found.moving) == (0, 1, 3, 2, 4)
     assert not found.ambiguous
+
+
+@pytest.mark.parametrize(("fre_mm", "asked"), [(0.9, True), (1.1, False)])
+def test_a_second_order_below_a_millimetre_is_asked_about(fre_mm: float, asked: bool) -> None:
+    """However well the best one fits: points are not measured so well that it could be told from chance."""
+    side = 60.0
+    # An isosceles triangle that its third side tells from an equilateral one: turned by a third it is off by so much.
+    triangle = np.array([(0.0, 0.0, 0.0), (side, 0.0, 0.0), (side / 2, side * np.sqrt(0.75), 0.0)])
+
+    def second(higher: float) -> float:
+        points = triangle + np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (higher / 3, higher, 0.0)])
+        return match_points(points, points).second_fre_mm or 0.0
+
+    higher = brentq(lambda h: second(h) - fre_mm, 0.01, 20.0)
+    points = triangle + np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (higher / 3, higher, 0.0)])
+    found = match_points(points, points)
+    assert found.fre_mm < 1e-9
+    assert found.second_fre_mm == pytest.approx(fre_mm, rel=1e-3)
+    assert found.ambiguous is asked
+
+
+def test_points_on_a_line_among_others_do_not_hide_an_order_that_can_be_fitted() -> None:
+    """The best-fitting subset is on a line and determines no rotation; the next one is 4 mm off, and is found."""
+    few = np.array([(0.0, 0.0, 0.0), (50.0, 0.0, 0.0), (100.0, 3.0, 0.0)])
+    on_a_line = np.array([(0.0, 0.0, 200.0), (50.0, 0.0, 200.0), (100.0, 0.0, 200.0)])
+    beside = np.array([(0.0, 400.0, 0.0), (50.0, 408.0, 0.0), (100.0, 395.0, 0.0)])
+    found = match_points(few, np.concatenate([on_a_line, beside]))
+    assert set(found.moving.tolist()) == {3, 4, 5}
+    assert found.second_fre_mm is not None
+    assert found.second_fre_mm >= found.fre_mm
 
 
 def test_what_cannot_be_matched_is_refused() -> None:
