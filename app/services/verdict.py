@@ -21,7 +21,7 @@ from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.tool_depth import ToolDepth, axis_samples, tool_depth
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.dry_run import STATION_MM, DryRun
+from vfix_engine.simulation.dry_run import STATION_MM, TIGHT_MM, DryRun
 
 Floats = npt.NDArray[np.float64]
 Level = Literal["fits", "tight", "blocked", "unknown"]
@@ -30,7 +30,6 @@ Reason = Literal[
 ]  # fmt: skip
 TissueLevel = Literal["none", "pressed", "deep", "unknown"]
 
-TIGHT_MM = 0.2  # above the margin: a clearance below that is tight
 NOSTRIL_MM = 20.0  # of the entry: vestibule and rim of the nose, which give way further than mucosa
 DEEP_MM = 3.0  # of soft tissue, assumed: what is deeper is told as deep
 _SHORT_MM = 0.5  # a shorter length is not told in figures

@@ -14,7 +14,7 @@ from app.services import Services
 from app.services.embedded import SAMPLE_PLAN
 from app.services.exchange import to_native_json
 from app.services.remote_centre import path_of
-from app.services.verdict import DEEP_MM, TIGHT_MM, profile_of, tissue_level, verdict_of
+from app.services.verdict import DEEP_MM, profile_of, tissue_level, verdict_of
 from vfix_engine.errors import PlanError
 from vfix_engine.fixtures import Zone
 from vfix_engine.fixtures.zone_file import ZoneSet

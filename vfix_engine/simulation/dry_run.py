@@ -20,6 +20,7 @@ LEAST_FORCE_N = 1.0  # a weaker hand's run is made with this force: its steps wo
 DETOUR = 5.0  # a run that takes this many times the path's length in steps goes nowhere
 PATIENCE = 40  # held steps after which the tool is stuck
 STATION_MM = 0.5  # of arc length between the poses that `stations` picks
+TIGHT_MM = 0.2  # above the margin: a clearance below that is tight
 
 
 @dataclass(frozen=True)

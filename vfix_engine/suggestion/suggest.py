@@ -17,7 +17,7 @@ from ..geometry.proximity import Proximity
 from ..geometry.shaft_directions import ShaftDirections, roll_of
 from ..progress import ProgressCallback, no_progress
 from ..robots import RobotModel, Tool
-from ..simulation.dry_run import STATION_MM, DryRun
+from ..simulation.dry_run import STATION_MM, TIGHT_MM, DryRun
 from ..simulation.placing import place_robot
 from .room import Passage, Room
 from .shafts import Ranking, ranked_shafts
@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 # Balanced first: the others spare soft tissue, or keep away from bone.
 RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))
 STEADY = 3  # plans with one orientation for the whole path, beside those that change it
-TIGHT_MM = 0.2  # a clearance this little above the margin is tight
 _SAME_DEG = 3.0  # plans that differ by less than this everywhere are one
 _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its progress
 
