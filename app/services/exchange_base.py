@@ -26,10 +26,12 @@ from app.services.registration import RegistrationContent
 from app.services.registration_fit import report_of
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration, transform_image_to_base
+from vfix_engine.geometry.shaft_directions import roll_of, rolled_frame
 
 Array = npt.NDArray[np.float64]
 BaseForm = Literal["json", "csv"]
 JSON_SCHEMA, TABLE_SCHEMA = "vfix-plan-in-base/1", "vfix-plan-in-base-table/1"
+_STRAIGHT = 1e-6  # sine of the bend of a tool that has none
 _COLUMNS = ("kind", "label", "s_mm", "x", "y", "z", "shaft_x", "shaft_y", "shaft_z", "roll_deg")
 
 
@@ -38,6 +40,8 @@ class BasePoint:
     """A place in the base's frame, mm; direction: from the tip towards the tail of the shaft, of length 1, or None.
 
     kind: 'point' and 'target' of the plan, 'driven' of its dry run. s_mm: arc length along the path of a driven one.
+    roll_deg: of a bent tool about the direction, right-handed; 0 where it bends towards z of the frame that the place is
+    in, see `vfix_engine.geometry.shaft_directions.rolled_frame`; None where it is left open, or the tool is straight.
     """
 
     kind: Literal["point", "target", "driven"]
@@ -94,7 +98,7 @@ class BaseExport:
         for s, back, front in evaluation.run.stations():
             along = back[-1] - front[-1]  # of the last part, the shaft
             direction = tuple((along / np.linalg.norm(along)).tolist())
-            found.append(BasePoint("driven", "", tuple(front[0].tolist()), direction, None, s))
+            found.append(BasePoint("driven", "", tuple(front[0].tolist()), direction, _roll_deg(front, back), s))
         if evaluation.completed:
             return found, ""
         reached, length = evaluation.reached_mm, evaluation.length_mm
@@ -128,8 +132,24 @@ def _transform(plan: Plan, registration: ImageRegistration | None) -> Array:
 def _moved(point: BasePoint, transform: Array) -> BasePoint:
     turn, shift = transform[:3, :3], transform[:3, 3]
     position = tuple((turn @ np.array(point.position) + shift).tolist())
-    direction = None if point.direction is None else tuple((turn @ np.array(point.direction)).tolist())
-    return BasePoint(point.kind, point.label, position, direction, point.roll_deg, point.s_mm)
+    if point.direction is None:
+        return BasePoint(point.kind, point.label, position, None, None, point.s_mm)
+    direction, roll_deg = tuple((turn @ np.array(point.direction)).tolist()), None
+    if point.roll_deg is not None:
+        roll_deg = float(np.degrees(roll_of(turn @ rolled_frame(point.direction, np.radians(point.roll_deg)))))
+    return BasePoint(point.kind, point.label, position, direction, roll_deg, point.s_mm)
+
+
+def _roll_deg(front: Array, back: Array) -> float | None:
+    """The roll of a pose in its own frame; front, back: starts and ends (S, 3) of the tool's parts, from the tip on."""
+    shaft = front[-1] - back[-1]  # towards the tip
+    shaft /= np.linalg.norm(shaft)
+    bent = front[0] - back[0]
+    across = bent - (bent @ shaft) * shaft
+    if np.linalg.norm(across) < _STRAIGHT * np.linalg.norm(bent):
+        return None
+    across /= np.linalg.norm(across)
+    return float(np.degrees(roll_of(np.column_stack([np.cross(shaft, across), shaft, across]))))
 
 
 def _head(plan: Plan, transform: Array, registration: DrivenRegistration | None, remark: str) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rest_client import Client
+from scipy.spatial.transform import Rotation
 
 from app.cli import main
 from app.services import Services
@@ -84,6 +85,40 @@ def test_the_path_is_as_it_is_driven_with_the_shafts_directions(phantom_services
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, atol=1e-12)
     away = np.linalg.norm(run.segments_start[rows, -1] - run.tip[rows], axis=1)
     assert (away > np.linalg.norm(run.segments_end[rows, -1] - run.tip[rows], axis=1)).all()
+
+
+def test_the_bend_of_the_tool_is_told_in_the_bases_frame(phantom_services: Services, plan: Plan) -> None:
+    """The tool of the sample is bent: direction and roll of each pose say where its tip goes, before a turned base."""
+    turned = replace(
+        plan, robot=plan.robot | {"base": (np.reshape(plan.robot["base"], (4, 4)) @ TURN).ravel().tolist()}
+    )
+    run = phantom_services.planning.evaluate(plan).run
+    tilted = (
+        phantom_services.base_export
+    )  # the path is driven from where the plan's robot stands, and told in its frame
+    for placed in (plan, turned):
+        data = json.loads(tilted.text(placed, "json"))
+        whole = np.reshape(data["transform_image_to_base"], (4, 4))[:3, :3]
+        for row in data["path_as_driven"][::20]:
+            if placed is plan:
+                at = int(np.abs(run.s - row["s_mm"]).argmin())
+                bend = whole @ (run.segments_end[at, 0] - run.segments_start[at, 0])  # towards the tip
+                told = bend_of(row)
+                bend -= (bend @ row["direction"]) * np.array(row["direction"])
+                np.testing.assert_allclose(told, bend / np.linalg.norm(bend), atol=1e-6)
+        for row, point in zip(data["points"], plan.points, strict=True):
+            if point.roll_deg is not None:
+                own = bend_of({"direction": point.direction, "roll_deg": point.roll_deg})
+                np.testing.assert_allclose(bend_of(row), whole @ own, atol=1e-9)
+
+
+def bend_of(row: dict[str, Any]) -> Any:
+    """Where a tool bends to, of length 1, by the words of the docs: 'up' turned about the direction, right-handed."""
+    along = np.array(row["direction"])
+    up = np.array([0.0, 0.0, 1.0] if abs(along[2]) < 0.95 else [0.0, 1.0, 0.0])
+    up = up - (up @ along) * along
+    turn = Rotation.from_rotvec(np.radians(row["roll_deg"]) * along)
+    return turn.apply(up / np.linalg.norm(up))
 
 
 def test_a_registration_is_composed_and_named(phantom_services: Services, plan: Plan, registration: str) -> None:

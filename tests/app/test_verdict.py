@@ -20,6 +20,7 @@ from vfix_engine.fixtures import Zone
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.robots import Tool
+from vfix_engine.simulation.dry_run import TIGHT_MM
 
 
 def test_bone_and_soft_tissue_of_the_sample_plan_are_told_apart(phantom_services: Services) -> None:

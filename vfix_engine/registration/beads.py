@@ -28,6 +28,7 @@ _SHELL = 2  # voxels around those, whose values tell what the bead lies in
 _BONE_HU, _BONE_SHARE = 300.0, 0.15  # a bead on skin has less of its shell above this value
 _HELD_BY = 0.3  # of a bead's largest value: nothing above it reaches away from the bead
 _LONGEST = 1.7  # longest axis of a bead divided by its shortest
+_FEW_VOXELS = 4  # above the threshold: so few look like a ball wherever they are
 _SIZE, _COARSE_SIZE = 1.3, 1.7  # measured diameter divided by the given one, or the inverse, at most
 _MOST = 20_000  # components that are looked at
 
@@ -205,7 +206,8 @@ def _attached(dense: _Dense) -> bool:
 
     level = max(_BONE_HU, _HELD_BY * float(dense.hu[dense.own].max()))
     labels, _ = ndimage.label(dense.hu > level)
-    whole = np.isin(labels, labels[dense.own])
+    held = labels[dense.own]
+    whole = np.isin(labels, held[held > 0])  # 0 is what is around: a bright bead's own rim is below a third of its peak
     ends = [whole[0], whole[-1], whole[:, 0], whole[:, -1], whole[:, :, 0], whole[:, :, -1]]
     return any(bool(end.any()) for end in ends)
 
@@ -250,6 +252,11 @@ def _cautions(volume: Volume, diameter_mm: float | None, beads: list[Bead], left
         )
     if 0 < len(beads) < 3:
         cautions.append(f"Only {len(beads)} of the beads were found; a registration needs three.")
+    if faint := sum(bead.voxels <= _FEW_VOXELS for bead in beads):
+        cautions.append(
+            f"{faint} of the beads {'has' if faint == 1 else 'have'} at most {_FEW_VOXELS} voxels above the threshold "
+            "and may be bits of bone: look at each in the slices."
+        )
     border = sum("border" in place.reason for place in left_out)
     if border:
         cautions.append(f"{border} dense places lie at the border of the scan and are left out.")

@@ -80,6 +80,24 @@ def test_centres_are_within_the_measured_error(
     assert np.quantile(off, 0.95) < p95
 
 
+@pytest.mark.parametrize("diameter", [2.0, 3.0, 4.0])
+@pytest.mark.parametrize("hu", [2400.0, 2800.0, 3071.0])
+def test_bright_beads_are_found_as_dim_ones_are(hu: float, diameter: float) -> None:
+    """Metal is clipped at 3,071 HU by most scanners; a third of that is above the threshold, so it has a rim below."""
+    truth = on_the_skin(diameter, 3)
+    search = find_beads(noisy(place_beads(head((0.5, 0.5, 1.0), 3), truth, diameter, hu), 3))
+    assert len(search.beads) == len(truth)
+    off = np.linalg.norm(search.positions_mm[:, None] - truth[None], axis=2).min(axis=1)
+    assert off.max() < 0.15
+
+
+def test_a_bead_of_few_voxels_is_doubted() -> None:
+    truth = on_the_skin(2.0, 1)
+    coarse = find_beads(noisy(place_beads(head((1.0, 1.0, 2.0), 1), truth, 2.0), 1))
+    assert any(bead.voxels <= 4 for bead in coarse.beads)
+    assert any("may be bits of bone: look at each" in caution for caution in coarse.cautions)
+
+
 def test_an_oblique_and_a_left_handed_grid_are_placed() -> None:
     axes = Rotation.from_euler("xyz", [20, -35, 50], degrees=True).as_matrix() @ np.diag([1.0, 1.0, -1.0])
     truth = on_the_skin(3.0, 7)
