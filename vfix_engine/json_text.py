@@ -15,7 +15,8 @@ _TOO_DEEP = f"it is nested more than {MAX_DEPTH} deep"
 def parse_json(text: str | bytes) -> Any:
     """A JSON value without NaN and infinity, of bytes in UTF-8, 16 or 32.
 
-    No object has a key twice, of which readers take the first or the last. No number is too large for a float, and no text has a half of a surrogate pair, which nothing could write again.
+    No object has a key twice, of which readers take the first or the last. No number is too large for a float, and no
+    text has a half of a surrogate pair, which nothing could write again.
     How deep is not left to the interpreter, whose limit depends on where it is called.
 
     Raises:

@@ -23,7 +23,7 @@ def made(client: Client) -> Any:
 
 def test_from_beads_to_a_plan_that_uses_them(client: Client, phantom_services: Services, made: dict[str, Any]) -> None:
     path = f"/api/registrations/{made['id']}"
-    assert (made["made_from"], made["schema"], made["fit"]["state"]) == ("none", "vfix-registration/3", "waiting")
+    assert (made["made_from"], made["schema"], made["fit"]["state"]) == ("none", "vfix-registration/4", "waiting")
     job = client.post(f"{path}/beads", json={"diameter_mm": 4.0}).json()
     assert phantom_services.jobs.wait(job["id"], 120.0).state == "done"
     found = client.get(path).json()
