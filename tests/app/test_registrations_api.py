@@ -185,6 +185,10 @@ def test_a_transform_says_or_is_told_what_it_is_to(client: Client) -> None:
     assert (made["to"], made["fit"]["simulated"], made["said"]["to"]) == ("base", True, "base")
     assert "it is simulated" in made["fit"]["cautions"][0]
     assert client.patch(f"/api/registrations/{made['id']}", json={"to": "patient"}).status_code == 422
+    plan = f"/api/plans/{SAMPLE_PLAN}/registration"
+    client.request("PUT", plan, json={"registration": made["id"]})
+    assert client.get(plan).json()["doubts"] == made["fit"]["cautions"]
+    client.request("PUT", plan, json={"registration": None})
     for one in client.get(f"{CASE}/registrations").json():
         if one["name"].startswith("A"):
             client.delete(f"/api/registrations/{one['id']}")
