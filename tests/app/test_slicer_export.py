@@ -372,6 +372,17 @@ def test_the_command_line_writes_the_sample(
     assert len(driven) == 2  # the path as planned and as driven
 
 
+def test_two_plans_of_one_name_are_told_by_their_ids(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, phantom_services: Services, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("VFIX_HOME", str(phantom_services.settings.home))
+    made = [phantom_services.plans.create(HEAD_PHANTOM, "Twice").id for _ in range(2)]
+    assert main(["plan", "export-slicer", "Twice", str(tmp_path / "out"), "--json"]) == 2
+    assert f"name it by its id: {', '.join(made)}." in json.loads(capsys.readouterr().out)["error"]["message"]
+    for plan_id in made:
+        phantom_services.plans.delete(plan_id)
+
+
 def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(
     client: Client, phantom_services: Services, plan: Plan, folder: Path
 ) -> None:
