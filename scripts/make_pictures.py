@@ -63,7 +63,7 @@ def walk(page: NamedPage, client: httpx.Client, folder: Path, work: Path) -> Non
     registration.touch_them(page)
     registration.measure_one_wrongly(page)
     registration.use_it(page)
-    registration.take_it_to_slicer(page, client, work)
+    registration.take_it_to_slicer(page, work)
     tutorial.import_the_folder(page, folder)
     tutorial.look_at_slices(page)
     tutorial.mark_the_orbit(page)

@@ -15,7 +15,8 @@ _TOO_DEEP = f"it is nested more than {MAX_DEPTH} deep"
 def parse_json(text: str | bytes) -> Any:
     """A JSON value without NaN and infinity, of bytes in UTF-8, 16 or 32.
 
-    No number is too large for a float, and no text has a half of a surrogate pair, which nothing could write again.
+    No object has a key twice, of which readers take the first or the last. No number is too large for a float, and no
+    text has a half of a surrogate pair, which nothing could write again.
     How deep is not left to the interpreter, whose limit depends on where it is called.
 
     Raises:
@@ -24,7 +25,9 @@ def parse_json(text: str | bytes) -> Any:
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
     try:
-        data = json.loads(text, parse_constant=_no_constant, parse_float=_float, parse_int=_int)
+        data = json.loads(
+            text, parse_constant=_no_constant, parse_float=_float, parse_int=_int, object_pairs_hook=_object
+        )
     except RecursionError:
         raise ValueError(_TOO_DEEP) from None
     level = [data]
@@ -40,6 +43,15 @@ def _inside(item: Any) -> Iterable[Any]:
     if isinstance(item, dict):
         return item.values()
     return item if isinstance(item, list) else ()
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"the key {twice!a:.60} stands twice in one object")
+    return found
 
 
 def _check_texts(text: str, data: Any) -> None:

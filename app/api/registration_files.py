@@ -1,6 +1,6 @@
 """Files of registrations: measured points as a table, transforms in and out."""
 
-from typing import Annotated
+from typing import Annotated, Any, cast, get_args
 from urllib.parse import quote
 
 from fastapi import APIRouter, Query, Request, Response
@@ -18,13 +18,19 @@ from app.services.registration_files import (
     read_measured,
     read_transform,
 )
+from vfix_engine.errors import InputError
+from vfix_engine.frames import RegisteredTo
 
 router = APIRouter(tags=["registrations"], responses=ERRORS)
 
 MAX_BYTES = 1 << 20
 
 _TABLE = form_of({"file": ".csv with the columns label, x, y, z, its unit and its frame"}, {}, frame=False)
-_TRANSFORM = form_of({"file": ".tfm of ITK, or .json"}, {"name": "of the registration; else the file's"}, frame=False)
+_FIELDS: dict[str, str | dict[str, Any]] = {
+    "name": "of the registration; else the file's",
+    "to": {"type": "string", "enum": list(get_args(RegisteredTo)), "description": "where the file leaves it open"},
+}
+_TRANSFORM = form_of({"file": ".tfm of ITK, or .json"}, _FIELDS, frame=False)
 
 
 @router.post("/registrations/{registration_id}/measured", openapi_extra=_TABLE)
@@ -50,13 +56,16 @@ async def read_points(
 async def import_registration(
     case_id: Identifier, request: Request, services: ServicesDep, condition: ConditionDep
 ) -> RegistrationPublic:
-    """Make a registration of a transform from the image to the patient."""
-    file_name, data, fields = await receive_small(request, MAX_BYTES, ("name",))
+    """Make a registration of a transform from the image to the patient, or to the robot's base where the file says so.
+
+    A name that another registration of the case has gets a number.
+    """
+    file_name, data, fields = await receive_small(request, MAX_BYTES, ("name", "to"))
 
     def work() -> RegistrationPublic:
         services.cases.get(case_id)
-        content = read_transform(file_name, data)
-        done = services.registrations.create(case_id, fields.get("name") or name_of(file_name), content)
+        content = read_transform(file_name, data, _to(fields.get("to")))
+        done = services.registrations.create(case_id, fields.get("name") or name_of(file_name), content, numbered=True)
         condition.tell(done.revision)
         return RegistrationPublic.of(done)
 
@@ -80,3 +89,9 @@ def export_registration(
         media_type=MEDIA_TYPES[form],
         headers={"Content-Disposition": disposition, "X-Notice": NOTICE, "Cache-Control": "no-store"},
     )
+
+
+def _to(word: str | None) -> RegisteredTo | None:
+    if word not in (None, *get_args(RegisteredTo)):
+        raise InputError(f"to is {word!r:.20}; say {' or '.join(get_args(RegisteredTo))}.")
+    return cast(RegisteredTo | None, word)

@@ -18,6 +18,7 @@ from app.services.registration_editor import StoredRegistration
 from app.services.registration_errors import ErrorTable
 from app.services.registration_fit import FitReport, FitState, FleSource, report_of
 from app.services.registration_order import OrderAnswer
+from app.services.registration_said import said_to_json
 from app.services.registration_surface import surface_to_json
 from app.services.simulated_touch import DEFAULT_NOISE_MM
 from vfix_engine.frames import RegisteredTo
@@ -100,6 +101,16 @@ class FitPublic(BaseModel):
         return cls.model_validate(report, from_attributes=True)
 
 
+class SaidByFilePublic(BaseModel):
+    """What the file of a given transform says of it; only `simulated` counts. to: null where it leaves that open."""
+
+    to: RegisteredTo | None
+    simulated: bool
+    points: int | None
+    fre_mm: Length
+    fle_mm: Length
+
+
 class RegistrationPublic(BaseModel):
     """A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
 
@@ -124,6 +135,7 @@ class RegistrationPublic(BaseModel):
     fit: FitPublic
     pointer: PointerTipPublic | None
     robot: RobotToTrackerPublic | None
+    said: SaidByFilePublic | None
     created: str
     modified: str
     revision: int
@@ -137,7 +149,7 @@ class RegistrationPublic(BaseModel):
     @classmethod
     def of(cls, document: StoredRegistration) -> RegistrationPublic:
         content, report = document.content, report_of(document.content)
-        own = ("pairs", "beads", "search", "surface", "fit", "pointer", "robot", "schema_", "notice")
+        own = ("pairs", "beads", "search", "surface", "fit", "pointer", "robot", "said", "schema_", "notice")
         values: dict[str, Any] = {
             name: getattr(document, name, None) for name in cls.model_fields if name not in own and name not in _CONTENT
         }
@@ -150,7 +162,7 @@ class RegistrationPublic(BaseModel):
         ]
         search = None if content.search is None else asdict(content.search)
         parts = {"pairs": pairs, "beads": beads, "search": search, "surface": surface_to_json(content.surface),
-                 "schema": document.schema}  # fmt: skip
+                 "said": said_to_json(content.said), "schema": document.schema}  # fmt: skip
         tools = {"pointer": PointerTipPublic.of(content.pointer), "robot": RobotToTrackerPublic.of(content.robot)}
         return cls.model_validate({**values, **parts, **tools, "fit": FitPublic.of(report)})
 

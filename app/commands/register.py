@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from app.commands import register_calibration
 from app.commands import register_refine as refining
@@ -14,9 +14,11 @@ from app.services.documents import Document
 from app.services.registration import RegistrationContent
 from app.services.registration_editor import MeasuredPoint, StoredRegistration
 from app.services.registration_files import export_text, name_of, read_measured, read_transform
+from app.services.registration_fit import report_of
 from app.services.resolve import find, read_bytes
 from app.settings import Settings
 from vfix_engine.errors import InputError
+from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.beads import THRESHOLD_HU
 
 
@@ -56,6 +58,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["export"].add_argument("file", metavar="FILE", type=Path, help="ends in .tfm or .json")
     every["import"].add_argument("file", metavar="FILE", type=Path, help=".tfm of ITK and 3D Slicer, or .json")
     every["import"].add_argument("--name", help="of the registration; else the file's")
+    every["import"].add_argument(
+        "--to", choices=get_args(RegisteredTo), help="where the file leaves it open; else patient"
+    )
     register_calibration.add_arguments(every)
     return parser
 
@@ -72,10 +77,7 @@ def run(args: argparse.Namespace) -> int:
         _say(args, {"registrations": [summary(one) for one in found]}, [_line(one) for one in found])
         return 0
     if args.action == "import":
-        content = read_transform(args.file.name, read_bytes(args.file))
-        made = services.registrations.create(case_id, args.name or name_of(args.file.name), content)
-        _say(args, summary(made), [_line(made)])
-        return 0
+        return _import(services, case_id, args)
     if args.action == "trace":
         named = None if args.registration is None else _chosen(services, case_id, args.registration, make=False)
         return refining.trace(services, case_id, named, args)
@@ -132,6 +134,15 @@ def _export(services: Services, registration_id: str, args: argparse.Namespace) 
     document = services.registrations.get(registration_id)
     write_atomically(args.file, export_text(document, form).encode("utf-8"))
     _say(args, {**summary(document), "file": str(args.file)}, [f"{args.file} written. Not for clinical use."])
+    return 0
+
+
+def _import(services: Services, case_id: str, args: argparse.Namespace) -> int:
+    content = read_transform(args.file.name, read_bytes(args.file), args.to)
+    made = services.registrations.create(case_id, args.name or name_of(args.file.name), content, numbered=True)
+    report = report_of(made.content)
+    data = {**summary(made), "simulated": report.simulated, "cautions": list(report.cautions)}
+    _say(args, data, [_line(made), report.words, *report.cautions])
     return 0
 
 

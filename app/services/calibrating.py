@@ -120,7 +120,8 @@ class Calibrating:
             )
         self._documents.kind.check_editable(document, even_locked=True)
         chosen = name or f"{document.name[: MAX_NAME - 16]} (robot's base)"
-        return self._documents.create(document.case_id, chosen, taken_to_base(document.content))
+        content = taken_to_base(document.content)
+        return self._documents.create(document.case_id, chosen, content, numbered=name is None)
 
     def _check_open(self, registration_id: str) -> None:
         """Before somebody swings a pointer in vain."""

@@ -40,8 +40,8 @@ class BasePoint:
     """A place in the base's frame, mm; direction: from the tip towards the tail of the shaft, of length 1, or None.
 
     kind: 'point' and 'target' of the plan, 'driven' of its dry run. s_mm: arc length along the path of a driven one.
-    roll_deg: of a bent tool about the direction, right-handed; 0 where it bends towards z of the frame that the place is
-    in, see `vfix_engine.geometry.shaft_directions.rolled_frame`; None where it is left open, or the tool is straight.
+    roll_deg: of a bent tool about the direction, right-handed; 0 where it bends towards z of the place's own frame, see
+    `vfix_engine.geometry.shaft_directions.rolled_frame`; None where it is left open, or the tool is straight.
     """
 
     kind: Literal["point", "target", "driven"]

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 
 from app.services.case_model import Case, CaseFrame, Overlay
 from app.services.case_structures import CaseStructures
 from app.services.cases import CaseService
-from app.services.names import check_name
+from app.services.names import check_name, unused_name
 from app.services.overlays import Overlays
 from app.services.structures import BONE, Structure
 from app.store.errors import StorageError
@@ -98,8 +97,7 @@ class ImportService:
 
     def _unused(self, name: str, wanted: str | None) -> str:
         """A name that nobody asked for gets a number where another case has it."""
-        taken = {case.name for case in self._cases.list()} if wanted is None else set()
-        return next(one for n in count(1) if (one := name if n == 1 else f"{name} {n}") not in taken)
+        return unused_name(name, {case.name for case in self._cases.list()} if wanted is None else set())
 
     def add_structures(
         self,

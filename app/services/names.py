@@ -1,6 +1,8 @@
 """Names that people give: kept as typed, never read as markup, free of characters that hide or break something."""
 
+import re
 import unicodedata
+from collections.abc import Collection
 
 from vfix_engine.errors import InputError
 
@@ -31,6 +33,19 @@ def check_stored_name(text: object, what: str) -> str:
     if not _is_seen(name):
         raise InputError(f"the {what} is empty or invisible; give it a name of letters, digits or signs.")
     return name
+
+
+def unused_name(name: str, taken: Collection[str], *, last: bool = False) -> str:
+    """The name of what comes in: where one of these has it, with a number that is larger than those behind it.
+
+    last: also where only such numbers are left of it, so that what came last has the largest.
+    """
+    short = name[: MAX_NAME - 8]
+    found = [re.fullmatch(re.escape(short) + r" ([1-9]\d{0,5})", one, re.ASCII) for one in taken]
+    numbers = [int(match[1]) for match in found if match]
+    if name not in taken and not (last and numbers):
+        return name
+    return f"{short} {max(numbers, default=1) + 1}"
 
 
 def _seen_or_empty(label: str, what: str) -> str:

@@ -42,14 +42,20 @@ class PlanService:
         return plan_of(self.documents.get(plan_id))
 
     def create(
-        self, case_id: str, name: str, content: PlanContent | None = None, *, plan_id: str | None = None
+        self,
+        case_id: str,
+        name: str,
+        content: PlanContent | None = None,
+        *,
+        plan_id: str | None = None,
+        numbered: bool = False,
     ) -> Plan:
-        """Make a plan of a case; empty unless a content is given."""
+        """Make a plan of a case; empty unless a content is given. numbered: as of `Documents.create`."""
         checked = None if content is None else check_content(content)
-        return plan_of(self.documents.create(case_id, name, checked, document_id=plan_id))
+        return plan_of(self.documents.create(case_id, name, checked, document_id=plan_id, numbered=numbered))
 
     def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
-        """Make a plan out of an imported file. `name` wins over the file's.
+        """Make a plan out of an imported file. `name` wins over the file's; a name of another plan gets a number.
 
         Raises OtherCase when the file was made for another head, unless `other_case` says that this is known; the
         robot's placing and the registration are dropped then. Raises RobotError for a tool, its shape or a robot that
@@ -64,7 +70,7 @@ class PlanService:
             if not other_case:
                 raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
             content = replace(content, robot=without_placing(content.robot), registration=None)
-        return self.create(case_id, file.name if name is None else name, content)
+        return self.create(case_id, file.name if name is None else name, content, numbered=True)
 
     def _keep_urdf(self, file: PlanFile) -> None:
         """The robot's URDF comes into the store with its plan. Raises PlanError where nobody has it, and RobotError."""

@@ -21,6 +21,7 @@ from app.services.registration_beads import (
     search_from_json,
     search_to_json,
 )
+from app.services.registration_said import SaidByFile, check_said, said_from_json, said_to_json
 from app.services.registration_surface import TouchedSurface, check_surface, surface_from_json, surface_to_json
 from app.services.registration_tools import (
     PointerTip,
@@ -35,7 +36,8 @@ from app.services.registration_tools import (
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
 
-SCHEMA = "vfix-registration/3"
+SCHEMA = "vfix-registration/4"
+BEFORE_WORDS = "vfix-registration/3"
 BEFORE_CALIBRATIONS = "vfix-registration/2"
 BEFORE_SOURCES = "vfix-registration/1"
 MAX_PAIRS = 100
@@ -80,6 +82,7 @@ class RegistrationContent:
     fle_mm: rms length of the localisation error of one fiducial, as stated; None where it is estimated from the fit.
     beads, search: what was found in the CT, and how it was looked for. surface: what was touched for a refinement.
     pointer, robot: what it was measured with, where that was calibrated.
+    said: what the file of a given transform says of it, also while it is refined; None for no file.
     """
 
     to: RegisteredTo = "patient"
@@ -92,6 +95,12 @@ class RegistrationContent:
     surface: TouchedSurface | None = None
     pointer: PointerTip | None = None
     robot: RobotToTracker | None = None
+    said: SaidByFile | None = None
+
+    @property
+    def said_simulated(self) -> bool:
+        """Whether the file that the transform comes from says that it is simulated."""
+        return self.made_from in ("given", "surface") and self.said is not None and self.said.simulated
 
     @property
     def registration(self) -> ImageRegistration:
@@ -135,6 +144,7 @@ def registration_to_json(content: RegistrationContent) -> dict[str, Any]:
         "surface": surface_to_json(content.surface),
         "pointer": tool_to_json(content.pointer),
         "robot": tool_to_json(content.robot),
+        "said": said_to_json(content.said),
     }
 
 
@@ -165,6 +175,7 @@ def registration_from_json(data: Mapping[str, Any]) -> RegistrationContent:
             surface_from_json(data["surface"]),
             pointer_from_json(data["pointer"]),
             robot_from_json(data["robot"]),
+            said_from_json(data["said"]),
         )
     )
 
@@ -188,6 +199,7 @@ def check_registration(content: RegistrationContent) -> RegistrationContent:
     check_surface(content.surface)
     check_pointer(content.pointer)
     check_robot(content.robot)
+    check_said(content.said)
     return content
 
 
@@ -247,6 +259,11 @@ def _with_calibrations(data: dict[str, Any]) -> dict[str, Any]:
     return {**data, "surface": None, "pointer": None, "robot": None}
 
 
+def _with_words(data: dict[str, Any]) -> dict[str, Any]:
+    """What was stored before it was kept what a transform's file says of it."""
+    return {**data, "said": None}
+
+
 def _refs(content: RegistrationContent) -> tuple[Ref, ...]:
     return () if content.surface is None else (Ref("structure", content.surface.structure),)
 
@@ -262,7 +279,8 @@ REGISTRATION = DocumentKind(
     refs=_refs,
     upgrades={
         BEFORE_SOURCES: (BEFORE_CALIBRATIONS, _with_sources),
-        BEFORE_CALIBRATIONS: (SCHEMA, _with_calibrations),
+        BEFORE_CALIBRATIONS: (BEFORE_WORDS, _with_calibrations),
+        BEFORE_WORDS: (SCHEMA, _with_words),
     },
     undo_hint=("Take its newest edit back with POST /api/registrations/{id}/undo, or delete it."),
 )

@@ -175,7 +175,10 @@ def with_robot(content: RegistrationContent, robot: RobotToTracker | None) -> Re
 
 
 def registered_to(content: RegistrationContent, to: RegisteredTo) -> RegistrationContent:
-    """The content, registered to another frame. Raises InputError where it has measured points or a transform."""
+    """The content, registered to another frame. Raises InputError where it has measured points or a transform.
+
+    One from a file that leaves it open goes along, while nothing else was measured.
+    """
     if to == content.to:
         return content
     if why := why_it_stays(content):
@@ -187,10 +190,21 @@ def why_it_stays(content: RegistrationContent) -> str:
     """Why what a registration is to cannot be changed, in a sentence; '' where it can."""
     if not _is_measured(content):
         return ""
+    if content.made_from == "given" and not _has_points(content):
+        return _why_given_stays(content)
     return (
         "what a registration is to is chosen before anything is measured; forget what was measured, or make a new "
         "registration."
     )
+
+
+def _why_given_stays(content: RegistrationContent) -> str:
+    """Of a transform from a file beside which nothing was measured: its file may have left open what it is to."""
+    if content.said is not None and content.said.to is not None:
+        return "the file of this transform says what it is to; make another registration, or import another file."
+    if content.robot is not None:
+        return "the robot's calibration goes with this transform; import its file anew to say what it is to."
+    return ""
 
 
 def taken_to_base(content: RegistrationContent) -> RegistrationContent:
@@ -231,6 +245,8 @@ def why_not_to_base(content: RegistrationContent) -> str:
     sources: set[str] = {pair.measured_from for pair in content.pairs if pair.measured is not None}
     if content.surface is not None:
         sources.add(content.surface.measured_from)
+    if content.said_simulated:
+        sources.add("simulated")
     simulated = robot.measured_from == "simulated"
     if simulated and "tracker" in sources:
         return "the robot's calibration is simulated and the points are not; calibrate with real poses."
@@ -240,5 +256,8 @@ def why_not_to_base(content: RegistrationContent) -> str:
 
 
 def _is_measured(content: RegistrationContent) -> bool:
-    measured = any(pair.measured is not None for pair in content.pairs)
-    return measured or content.surface is not None or content.made_from == "given"
+    return _has_points(content) or content.made_from == "given"
+
+
+def _has_points(content: RegistrationContent) -> bool:
+    return content.surface is not None or any(pair.measured is not None for pair in content.pairs)

@@ -221,7 +221,12 @@ class RegistrationEditor:
         transform = tuple(float(value) for value in given.transform.ravel())
         return self._edit(
             lambda content: replace(
-                content, to=given.to, transform=transform, made_from="given", surface=unrefined(content.surface)
+                content,
+                to=given.to,
+                transform=transform,
+                made_from="given",
+                surface=unrefined(content.surface),
+                said=None,
             ),
             expected_revision,
         )

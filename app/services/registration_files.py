@@ -25,11 +25,18 @@ from app.services.plan_points import Position, check_position
 from app.services.registration import MAX_PAIRS, RegistrationContent
 from app.services.registration_editor import MeasuredPoint, StoredRegistration
 from app.services.registration_fit import FitReport, report_of
+from app.services.registration_said import FULL, SaidByFile, direction, said_of
 from app.services.registration_surface import MAX_TOUCHED
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.json_text import parse_json
-from vfix_engine.registration.transform_files import json_text, tfm_text, transform_from_json, transform_from_tfm
+from vfix_engine.registration.transform_files import (
+    json_text,
+    tfm_comments,
+    tfm_text,
+    transform_from_json,
+    transform_from_tfm,
+)
 
 Format = Literal["tfm", "json"]
 MEDIA_TYPES: dict[Format, str] = {"tfm": "text/plain", "json": "application/json"}
@@ -38,7 +45,6 @@ MAX_TRACED = 20_000  # samples of a path
 Floats = npt.NDArray[np.float64]
 
 _FRAMES: dict[str, RegisteredTo] = {"patient": "patient", "tracker": "patient", "base": "base", "robot": "base"}
-_FULL: dict[RegisteredTo, str] = {"patient": "the patient", "base": "the robot's base"}
 _KEYS = ("frame", "unit")
 
 
@@ -123,7 +129,8 @@ def _point(row: Mapping[str | None, str | None], scale: float, matrix: Floats | 
 def export_text(document: StoredRegistration, form: Format) -> str:
     """The transform from the image (moving) to the patient (fixed), as ITK's text format or JSON.
 
-    Both say whose registration it is, its direction, FRE, where its error is from, and whether it is simulated.
+    Both say whose registration it is, which way it goes, FRE, where its error is from, and whether it is simulated; the
+    comments of the first one also that its parameters go the other way.
     Raises InputError where there is no transform yet, or its points do not fit.
     """
     report = report_of(document.content)
@@ -133,9 +140,13 @@ def export_text(document: StoredRegistration, form: Format) -> str:
     content = document.content
     transform = content.registration.transform
     origin = _origin(document, report)
-    if form == "tfm":
-        return tfm_text(transform, [f"{key}: {value}" for key, value in origin.items() if value is not None])
-    return json_text(transform, moving="image", fixed=content.to, origin=origin)
+    if form == "json":
+        origin |= {"direction": direction(content.to)}
+        return json_text(transform, moving="image", fixed=content.to, origin=origin)
+    there = FULL[content.to]
+    parameters = f"the way back, from {there} to the image, as in every ITK file; 3D Slicer moves the image to {there}"
+    said = {"registration": direction(content.to), "parameters": parameters}
+    return tfm_text(transform, [f"{key}: {value}" for key, value in (origin | said).items() if value is not None])
 
 
 def _origin(document: StoredRegistration, report: FitReport) -> dict[str, Any]:
@@ -144,7 +155,6 @@ def _origin(document: StoredRegistration, report: FitReport) -> dict[str, Any]:
     return {
         "notice": f"{NOTICE}. A registration of vfix.",
         "name": document.name,
-        "direction": f"from the image (LPS, mm) to {_FULL[content.to]} (mm)",
         "made_from": content.made_from,
         "fre_mm": None if report.fre_mm is None else round(report.fre_mm, 4),
         "points": report.used,
@@ -154,18 +164,28 @@ def _origin(document: StoredRegistration, report: FitReport) -> dict[str, Any]:
     }
 
 
-def read_transform(file_name: str, data: bytes) -> RegistrationContent:
+def read_transform(file_name: str, data: bytes, to: RegisteredTo | None = None) -> RegistrationContent:
     """The content of a registration whose transform, from the image (moving) to the patient (fixed), a file holds.
 
-    Raises InputError for another kind of file, and for a transform that is not rigid.
+    to: what the user says that it leads to, for a file that leaves that open, as those of other programs do; else the
+    patient. Raises InputError for another kind of file, for a transform that is not rigid, and where the file says that
+    it leads elsewhere.
     """
     name, text = file_name.lower(), decode(data, "the file of the transform")
     if not name.endswith((".tfm", ".txt", ".json")):
         raise InputError("a transform is read from .tfm, .txt or .json; in 3D Slicer save it as text (.tfm).")
     in_json = name.endswith(".json")
     transform = transform_from_json(text) if in_json else transform_from_tfm(text)
-    to: RegisteredTo = "base" if in_json and parse_json(text)["to"] == "base" else "patient"
-    return RegistrationContent(to, tuple(float(value) for value in transform.ravel()), made_from="given")
+    said = _said_in_json(text) if in_json else said_of(tfm_comments(text))
+    if said.to is not None and to not in (None, said.to):
+        raise InputError(f"the file says that its transform leads to {FULL[said.to]}, not to {FULL[to]}.")
+    values = tuple(float(value) for value in transform.ravel())
+    return RegistrationContent(said.to or to or "patient", values, made_from="given", said=said)
+
+
+def _said_in_json(text: str) -> SaidByFile:
+    content = parse_json(text)
+    return said_of(list(content.items()), _FRAMES.get(content["to"]))
 
 
 def name_of(file_name: str) -> str:

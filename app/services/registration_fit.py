@@ -46,7 +46,8 @@ class FitReport:
     is no transform or no pair. residuals_mm: of every complete pair by its id, of those that are left out too.
     fle_mm: rms length of the localisation error of one fiducial, stated or estimated from the FRE, also where the fit
     contradicts what was stated; None for neither.
-    simulated: points of the fit were measured by a simulated pointer, or went through a simulated robot's calibration.
+    simulated: points of the fit were measured by a simulated pointer, or went through a simulated robot's calibration,
+    or the file of the transform says so.
     cautions: sentences.
     """
 
@@ -99,6 +100,7 @@ def refitted(content: RegistrationContent) -> RegistrationContent:
     """The content with the transform of its pairs; one that was given or refined on a surface stays."""
     if content.made_from in ("given", "surface"):
         return content
+    content = replace(content, said=None)
     if len(content.used_pairs) < FEWEST:
         return replace(content, transform=IDENTITY, made_from="none")
     try:
@@ -127,7 +129,7 @@ def report_of(content: RegistrationContent) -> FitReport:
         wrong=_wrong(pairs) if state in ("misfit", "fitted") else None,
         fle_mm=fle,
         fle_source=source,
-        simulated="simulated" in _sources(content) or _simulated_robot(content),
+        simulated="simulated" in _sources(content) or _simulated_robot(content) or content.said_simulated,
         cautions=_cautions(content, state, own, fit),
     )
 
@@ -141,7 +143,8 @@ def _state(content: RegistrationContent) -> tuple[FitState, str, Registration | 
     pairs = content.used_pairs
     if content.made_from == "given":
         judged = "The pairs do not change it; they show how far each is off." if pairs else ""
-        return "given", f"This transform was read from a file. {judged}".rstrip(), None
+        said = "" if content.said is None else content.said.words
+        return "given", " ".join(filter(None, ("This transform was read from a file.", said, judged))), None
     if content.made_from == "surface":
         return "refined", _refined_words(content), None
     missing = FEWEST - len(pairs)
@@ -258,6 +261,8 @@ def _cautions(
             )
     elif "simulated" in sources:
         found.append("The points were measured by a simulated pointer: nothing here is of a real patient.")
+    elif content.said_simulated:
+        found.append("The file of this transform says that it is simulated: nothing here is of a real patient.")
     elif _simulated_robot(content):
         found.append("The robot's calibration is simulated: nothing here is of a real robot.")
     if content.robot is not None and content.to == "base":

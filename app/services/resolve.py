@@ -262,7 +262,8 @@ def find(items: Sequence[Item], text: str, what: str) -> Item:
         known = ", ".join(f"{item.id} ({item.name})" for item in items[:10]) or "none"
         raise NotFound(f"there is no {what} {text!r:.80}; there are: {known}.")
     if len(matching) > 1:
-        raise InputError(f"{len(matching)} items are called {text!r:.80}; name it by its id.")
+        ids = ", ".join(item.id for item in matching[:10])
+        raise InputError(f"{len(matching)} items are called {text!r:.80}; name it by its id: {ids}.")
     return matching[0]
 
 

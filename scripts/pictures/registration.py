@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 from typing import Any
-
-import httpx
 
 from .named_page import NamedPage
 
@@ -73,11 +70,13 @@ def use_it(page: NamedPage) -> None:
     page.take("registration_band")
 
 
-def take_it_to_slicer(page: NamedPage, planner: httpx.Client, work: Path) -> None:
-    """The folder as the planner sends it, drawn by 3D Slicer's own libraries."""
-    plan = page.station.state("plan")["id"]
-    answer = planner.get(f"/api/plans/{plan}/export/slicer").raise_for_status()
-    with zipfile.ZipFile(io.BytesIO(answer.content)) as packed:
+def take_it_to_slicer(page: NamedPage, work: Path) -> None:
+    """The folder as the page's button gets it, drawn by 3D Slicer's own libraries."""
+    page.scroll_to("Export and import")
+    with page.page.expect_download(timeout=120_000) as waiting:
+        page.press("Folder for 3D Slicer (.zip)")
+    waiting.value.save_as(work / "slicer.zip")
+    with zipfile.ZipFile(work / "slicer.zip") as packed:
         packed.extractall(work / "slicer")
     (scene,) = (work / "slicer").rglob("scene.mrml")
     command = [sys.executable, str(SLICER), str(scene), "--picture", str(work / "slicer.png")]

@@ -72,7 +72,8 @@ class SlicerScene:
             node = self.scene.GetNthNode(number)
             for kind, told in _TOLD.items():
                 if node.IsA(kind):
-                    found[node.GetName()] = {"class": node.GetClassName(), **told(node)}
+                    own = {"class": node.GetClassName(), "description": node.GetDescription() or ""}
+                    found[node.GetName()] = {**own, **told(node)}
         return found
 
     def save(self, folder: Path) -> None:

@@ -166,6 +166,21 @@ def test_a_copy_beside_the_case_gets_identifiers_of_its_own(services: Services, 
     assert services.plans.get(own.id) == own
 
 
+def test_documents_of_one_name_come_in_with_a_number(
+    services: Services, other: Services, head: Case, tmp_path: Path
+) -> None:
+    for _ in range(2):
+        services.plans.create(head.id, "Way ü")
+        services.registrations.create(head.id, "R")
+    services.labels.create(head.id, "Tumour")
+    packed = tmp_path / "case.zip"
+    packed.write_bytes(archive_of(services, head.id))
+    made = other.archive_reader.read(packed)
+    assert sorted(one.name for one in other.plans.titles(made.id)) == ["Way ü", "Way ü 2", "Way ü 3"]
+    assert sorted(one.name for one in other.registrations.titles(made.id)) == ["R", "R 2", "R 3"]
+    assert [one.name for one in other.labels.documents.titles(made.id)] == ["Tumour", "Tumour"]
+
+
 def test_the_case_that_travels_with_vfix_is_carried_whole(services: Services, tmp_path: Path) -> None:
     path = tmp_path / "phantom.zip"
     path.write_bytes(archive_of(services, HEAD_PHANTOM))

@@ -212,6 +212,9 @@ def test_a_registration_to_the_base_is_made_from_one_to_the_patient(
         calibrating.to_base(made, expected_revision=before.revision - 1)
     based = calibrating.to_base(made, expected_revision=before.revision)
     assert based.name == "Calibrated (robot's base)"
+    second = calibrating.to_base(made)
+    assert second.name == "Calibrated (robot's base) 2"
+    phantom_services.registrations.delete(second.id)
     content = based.content
     assert (content.to, content.made_from, content.robot) == ("base", "pairs", before.content.robot)
     assert content.fre_mm == pytest.approx(before.content.fre_mm)

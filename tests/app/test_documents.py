@@ -29,7 +29,7 @@ def test_a_registration_is_the_identity_until_it_is_edited(
     made = registrations.create(case.id, "Beads")
     np.testing.assert_array_equal(made.content.registration.transform, np.eye(4))
     assert (made.content.to, made.content.pairs, made.content.fre_mm) == ("patient", (), None)
-    assert (made.kind, made.schema, made.case_hash) == ("registration", "vfix-registration/3", case.content_hash)
+    assert (made.kind, made.schema, made.case_hash) == ("registration", "vfix-registration/4", case.content_hash)
     assert (made.revision, made.refs, made.id[:13]) == (1, (), "registration-")
 
 

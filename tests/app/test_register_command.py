@@ -19,6 +19,7 @@ from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
 from app.services.reachable_surface import reachable_places
 from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.registration.transform_files import write_transform
 
 TURN = Rotation.from_euler("xyz", [10.0, 20.0, 30.0], degrees=True).as_matrix()
 SHIFT = np.array([100.0, 20.0, 5.0])
@@ -78,7 +79,13 @@ def test_from_the_ct_to_a_plan(said: Any, phantom_services: Services, tmp_path: 
     _, listed = said("list", HEAD_PHANTOM)
     assert {made.id, came["registration"]} <= {one["registration"] for one in listed["registrations"]}
     phantom_services.plans.delete(plan.id)
-    for registration in (made.id, came["registration"]):
+    status, second = said("import", HEAD_PHANTOM, str(file), "--name", "Came back")
+    assert (status, second["name"], second["to"], second["simulated"]) == (0, "Came back 2", "patient", False)
+    assert said("import", HEAD_PHANTOM, str(file), "--to", "base")[0] == 2
+    write_transform(tmp_path / "foreign.tfm", expected)
+    status, foreign = said("import", HEAD_PHANTOM, str(tmp_path / "foreign.tfm"), "--to", "base")
+    assert (status, foreign["name"], foreign["to"]) == (0, "foreign", "base")
+    for registration in (made.id, *(one["registration"] for one in (came, second, foreign))):
         phantom_services.registrations.delete(registration)
 
 

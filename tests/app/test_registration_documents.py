@@ -11,6 +11,7 @@ import pytest
 from registration_contents import pose
 
 from app.services.registration import REGISTRATION, FiducialPair, RegistrationContent, check_registration
+from app.services.registration_said import SaidByFile
 from app.services.registration_surface import Refinement, TouchedSurface
 from app.services.registration_tools import PointerTip, RobotToTracker
 from vfix_engine.errors import InputError, VfixError
@@ -47,10 +48,29 @@ def test_what_it_was_measured_with_comes_back_as_it_was() -> None:
     content = RegistrationContent(transform=turned, made_from="surface", surface=touched, pointer=pointer, robot=robot)
     stored = REGISTRATION.write(content)
     assert REGISTRATION.content(REGISTRATION.schema, json.loads(json.dumps(stored)), {}) == content
+    del stored["said"]
+    assert REGISTRATION.content("vfix-registration/3", stored, {}) == content
     for key in ("surface", "pointer", "robot"):
         del stored[key]
     before = REGISTRATION.content("vfix-registration/2", stored, {})
     assert before == replace(content, surface=None, pointer=None, robot=None)
+
+
+def test_what_its_file_says_comes_back_as_it_was() -> None:
+    said = SaidByFile("base", True, 0.2375, 5, 0.31)
+    content = RegistrationContent(to="base", made_from="given", said=said)
+    stored = json.loads(json.dumps(REGISTRATION.write(content)))
+    assert REGISTRATION.content(REGISTRATION.schema, stored, {}) == content
+    for change in (
+        {"to": "moon"},
+        {"simulated": "yes"},
+        {"fre_mm": -0.1},
+        {"fle_mm": "0.3"},
+        {"points": 0.5},
+        {"x": 1},
+    ):
+        with pytest.raises(InputError):
+            REGISTRATION.content(REGISTRATION.schema, {**stored, "said": {**stored["said"], **change}}, {})
 
 
 @pytest.mark.parametrize(

@@ -10,15 +10,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from registration_contents import BEADS, NAMES, content_of, measured
+from registration_contents import BEADS, NAMES, content_of, measured, pose
 
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.documents import Document
 from app.services.registration import RegistrationContent
+from app.services.registration_calibration import registered_to, simulated_robot, why_not_to_base
 from app.services.registration_editor import MeasuredPoint, RegistrationEditor
-from app.services.registration_files import export_text, name_of, read_measured, read_transform
+from app.services.registration_files import Format, export_text, name_of, read_measured, read_transform
+from app.services.registration_fit import report_of
+from app.services.registration_said import SaidByFile
 from vfix_engine.errors import FrameError, InputError
+from vfix_engine.registration.transform_files import json_text, tfm_text
 
 
 @pytest.fixture
@@ -116,14 +120,86 @@ def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None
             read_transform(name, data)
     tfm, told = export_text(document, "tfm"), json.loads(export_text(document, "json"))
     assert tfm.startswith("#Insight Transform File V1.0\n# notice: Not for clinical use")
-    for line in ("# name: Beads", "# direction: from the image (LPS, mm) to the patient (mm)", "# simulated: no"):
+    for line in (
+        "# name: Beads",
+        "# registration: from the image (LPS, mm) to the patient (mm)",
+        "# parameters: the way back, from the patient to the image, as in every ITK file; 3D Slicer moves the image to "
+        "the patient",
+        "# simulated: no",
+    ):
         assert line in tfm.splitlines()
+    assert told["direction"] == "from the image (LPS, mm) to the patient (mm)"
     assert (told["from"], told["to"], told["name"], told["error_source"]) == ("image", "patient", "Beads", "estimated")
     assert told["fre_mm"] == pytest.approx(document.content.fre_mm, abs=1e-3)
-    base = editor.become(replace(content_of(0.3), to="base"))
-    assert read_transform("head.json", export_text(base, "json").encode()).to == "base"
     assert name_of("C:\\scans\\head 1.tfm") == "head 1"
     assert name_of("\x07.tfm") == "Imported registration"
+
+
+@pytest.mark.parametrize("form", ["tfm", "json"])
+def test_a_file_says_what_it_is_to_and_that_it_is_simulated(editor: RegistrationEditor, form: Format) -> None:
+    """Figures of a file are words; that it is simulated counts, and is said of what is exported again."""
+    made = content_of(0.3)
+    pairs = tuple(replace(pair, measured_from="simulated") for pair in made.pairs)
+    document = editor.become(replace(made, to="base", pairs=pairs))
+    text = export_text(document, form)
+    again = read_transform(f"head.{form}", text.encode())
+    report, before = report_of(again), report_of(document.content)
+    assert (again.to, report.simulated, report.fre_mm, report.fle_mm, report.used) == ("base", True, None, None, 0)
+    assert report.cautions == (
+        "The file of this transform says that it is simulated: nothing here is of a real patient.",
+    )
+    assert before.fre_mm is not None
+    assert f"Said by the file, and not checked here: 5 points, FRE {before.fre_mm:.2f} mm, error of one" in report.words
+    assert again.said is not None
+    assert again.said.fle_mm == pytest.approx(before.fle_mm, abs=1e-3)
+    with pytest.raises(InputError, match="leads to the robot's base, not to the patient"):
+        read_transform(f"head.{form}", text.encode(), "patient")
+    with pytest.raises(InputError, match="says what it is to"):
+        registered_to(again, "patient")
+    document = editor.become(again)
+    assert read_transform(f"head.{form}", export_text(document, form).encode()).said_simulated
+    assert replace(again, made_from="surface").said_simulated
+    fitted = editor.become(replace(again, pairs=made.pairs, made_from="none")).content
+    assert (fitted.made_from, fitted.said, report_of(fitted).simulated) == ("pairs", None, False)
+
+
+def test_a_file_of_before_says_what_it_is_to_as_well() -> None:
+    text = tfm_text(pose(), ["direction: from the image (LPS, mm) to the robot's base (mm)", "simulated: yes, all"])
+    content = read_transform("a.tfm", text.encode())
+    assert (content.to, content.said_simulated) == ("base", True)
+    both = text.replace("# simulated", "# registration: from the image (LPS, mm) to the patient (mm)\n# simulated")
+    with pytest.raises(InputError, match="to the patient and to the robot's base"):
+        read_transform("a.tfm", both.encode())
+
+
+def test_a_file_that_leaves_open_what_it_is_to_is_the_users_to_say() -> None:
+    for name, text in (("a.tfm", tfm_text(pose())), ("a.json", json_text(pose()))):
+        open_ = read_transform(name, text.encode())
+        assert (open_.to, open_.said) == ("patient", SaidByFile())
+        assert read_transform(name, text.encode(), "base").to == "base"
+        corrected = registered_to(open_, "base")
+        assert (corrected.to, corrected.transform) == ("base", open_.transform)
+        assert registered_to(corrected, "patient") == open_
+        with pytest.raises(InputError, match="before anything is measured"):
+            registered_to(replace(open_, pairs=content_of().pairs), "base")
+        with pytest.raises(InputError, match="the robot's calibration goes with"):
+            registered_to(replace(corrected, robot=simulated_robot("case", 0.1, 1)), "patient")
+
+
+def test_a_figure_that_is_none_is_passed_over_and_what_is_no_no_is_simulated() -> None:
+    odd = {"simulated": "perhaps", "fre_mm": "inf", "points": 2.5, "error_of_a_point_mm": [0.3], "direction": ["x"]}
+    content = read_transform("a.json", json_text(pose(), fixed="patient", origin=odd).encode())
+    assert content.said == SaidByFile("patient", simulated=True)
+    for no in ("no", "No", False, None):
+        said = read_transform("a.json", json_text(pose(), origin={"simulated": no}).encode()).said
+        assert said is not None
+        assert not said.simulated
+
+
+def test_a_simulated_transform_goes_through_no_real_robot() -> None:
+    robot = replace(simulated_robot("case", 0.1, 1), measured_from="file")
+    content = replace(read_transform("a.tfm", tfm_text(pose(), ["simulated: yes"]).encode()), robot=robot)
+    assert "the points are simulated" in why_not_to_base(content)
 
 
 def test_an_itk_file_takes_the_patient_to_the_image() -> None:

@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from registration_contents import pose
 from rest_client import CASE, Client
 
 from app.services import Services
 from app.services.embedded import SAMPLE_PLAN
 from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.registration.transform_files import tfm_text
 
 
 @pytest.fixture
@@ -23,7 +25,7 @@ def made(client: Client) -> Any:
 
 def test_from_beads_to_a_plan_that_uses_them(client: Client, phantom_services: Services, made: dict[str, Any]) -> None:
     path = f"/api/registrations/{made['id']}"
-    assert (made["made_from"], made["schema"], made["fit"]["state"]) == ("none", "vfix-registration/3", "waiting")
+    assert (made["made_from"], made["schema"], made["fit"]["state"]) == ("none", "vfix-registration/4", "waiting")
     job = client.post(f"{path}/beads", json={"diameter_mm": 4.0}).json()
     assert phantom_services.jobs.wait(job["id"], 120.0).state == "done"
     found = client.get(path).json()
@@ -154,14 +156,42 @@ def test_a_transform_is_exported_and_imported(client: Client, made: dict[str, An
         assert came.status_code == 201
         assert (came.json()["made_from"], came.json()["name"], came.json()["fit"]["state"]) == (
             "given",
-            "Beads",
+            "Beads 2",
             "given",
         )
         np.testing.assert_allclose(came.json()["transform"], transform, atol=1e-9)
-        client.delete(f"/api/registrations/{came.json()['id']}")
+        again = client.post(f"{CASE}/registrations/import", files=files).json()
+        assert again["name"] == "Beads 3"
+        for one in (came.json(), again):
+            client.delete(f"/api/registrations/{one['id']}")
     broken = client.post(f"{CASE}/registrations/import", files={"file": ("a.tfm", b"no transform", "text/plain")})
     assert broken.status_code == 422
     assert "ITK" in broken.json()["error"]["message"]
+
+
+def test_a_transform_says_or_is_told_what_it_is_to(client: Client) -> None:
+    def imported(text: str, **fields: str) -> Any:
+        files = {"file": ("A.tfm", text.encode(), "text/plain")}
+        return client.post(f"{CASE}/registrations/import", files=files, data=fields)
+
+    foreign, turn = tfm_text(pose()), {"to": "base"}
+    ours = tfm_text(pose(), ["registration: from the image (LPS, mm) to the robot's base (mm)", "simulated: yes"])
+    came = imported(foreign).json()
+    assert (came["to"], came["said"]["to"], came["fit"]["simulated"]) == ("patient", None, False)
+    assert client.patch(f"/api/registrations/{came['id']}", json=turn).json()["to"] == "base"
+    assert imported(foreign, to="base").json()["to"] == "base"
+    assert imported(foreign, to="moon").status_code == imported(ours, to="patient").status_code == 422
+    made = imported(ours).json()
+    assert (made["to"], made["fit"]["simulated"], made["said"]["to"]) == ("base", True, "base")
+    assert "it is simulated" in made["fit"]["cautions"][0]
+    assert client.patch(f"/api/registrations/{made['id']}", json={"to": "patient"}).status_code == 422
+    plan = f"/api/plans/{SAMPLE_PLAN}/registration"
+    client.request("PUT", plan, json={"registration": made["id"]})
+    assert client.get(plan).json()["doubts"] == made["fit"]["cautions"]
+    client.request("PUT", plan, json={"registration": None})
+    for one in client.get(f"{CASE}/registrations").json():
+        if one["name"].startswith("A"):
+            client.delete(f"/api/registrations/{one['id']}")
 
 
 def touched_beads(client: Client, path: str) -> dict[str, Any]:

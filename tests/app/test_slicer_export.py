@@ -29,14 +29,15 @@ from app.services.exchange_markups import from_markups
 from app.services.plan_model import Plan, PlanContent, PlanPoint
 from app.services.plan_paths import PlanPath
 from app.services.plan_zones import PlanZone, RemovedBone
-from app.services.registration import RegistrationContent
+from app.services.registration import FiducialPair, RegistrationContent
+from app.services.registration_fit import refitted
 from app.services.slicer import SCENE
 from app.services.slicer.scene import SceneNode, scene_text
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.volume import Volume
-from vfix_engine.registration.transform_files import read_transform
+from vfix_engine.registration.transform_files import read_transform, tfm_comments
 
 # A rigid transform that is neither symmetric nor its own inverse.
 TURN = np.array([[0.0, -1.0, 0.0, 5.5], [0.0, 0.0, -1.0, -7.25], [1.0, 0.0, 0.0, 1 / 3], [0.0, 0.0, 0.0, 1.0]])
@@ -58,6 +59,16 @@ def a_volume() -> Volume:
     return Volume(hu, np.array([1 / 3, -70.0, 12.5]), np.array([0.4, 0.5, 1.25]), direction, window=(1500.0, 300.0))
 
 
+def touched() -> tuple[FiducialPair, ...]:
+    """Four points touched by the simulated pointer, some tenths of a millimetre off, and one that is left out."""
+    image = np.array([(0.0, 0.0, 0.0), (50.0, 1.0, 2.0), (3.0, 60.0, 4.0), (-5.0, 6.0, 40.0), (9.0, 9.0, 9.0)])
+    there = image @ TURN[:3, :3].T + TURN[:3, 3] + np.random.default_rng(3).normal(0.0, 0.2, image.shape)
+    return tuple(
+        FiducialPair(f"F{n + 1}", tuple(a), tuple(b), f"p-{n}", n < 4, measured_from="simulated")
+        for n, (a, b) in enumerate(zip(image.tolist(), there.tolist(), strict=True))
+    )
+
+
 @pytest.fixture(scope="module")
 def head(phantom_services: Services) -> Case:
     corners = np.array([[0.1, 0, 0], [10, 0, 1 / 3], [0, 10, 0], [0, 0, 10]])
@@ -69,6 +80,7 @@ def head(phantom_services: Services) -> Case:
     content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
     phantom_services.registrations.create(made.id, "Left/right: ü", content)
     phantom_services.registrations.create(made.id, "Not made yet", RegistrationContent())
+    phantom_services.registrations.create(made.id, "Touched", refitted(RegistrationContent(pairs=touched())))
     return made
 
 
@@ -80,6 +92,8 @@ def plan(phantom_services: Services, head: Case) -> Plan:
         zones=(PlanZone("z-1", "Eye", SPHERE), PlanZone("z-2", "Skull base", PLANE, visible=False)),
         removed_bone=(RemovedBone("r-1", "Window", BOX),),
     )
+    touched_id = next(one.id for one in phantom_services.registrations.titles(head.id) if one.name == "Touched")
+    content = replace(content, registration=touched_id)
     other = PlanPath("other", "Path 2", (PlanPoint("o", "", (4.0, 5.0, 6.0)), PlanPoint("p", "", (7.0, 8.0, 9.0))))
     return phantom_services.plans.create(head.id, "Way", replace(content, paths=(*content.paths, other)))
 
@@ -220,6 +234,50 @@ def test_itk_reads_the_registration_as_the_way_back(folder: Path) -> None:
         np.testing.assert_allclose(transform.TransformPoint(on_patient.tolist()), place.position, rtol=0, atol=1e-6)
 
 
+IN_USE = "Touched (simulated, used by the plan)"
+
+
+def test_a_transform_says_what_it_is_and_which_one_the_plan_goes_by(folder: Path) -> None:
+    words = {one.attrib["name"]: one.attrib["description"] for one in elements(folder) if "description" in one.attrib}
+    for part in (
+        "From the image to the patient.", "Four points are fitted. FRE 0.", "not how exact the tool is",
+        "Simulated: nothing here is of a real patient", "The plan goes by this registration.", "in 95 of 100 cases",
+        "measured by a simulated pointer",
+    ):  # fmt: skip
+        assert part in words[IN_USE]
+    assert "Not marked as simulated. The plan does not go by it." in words["Left/right: ü"]
+    file = files(folder)[IN_USE]
+    comments = dict(tfm_comments(file.read_text("utf-8")))
+    assert comments["simulated"] == "yes, nothing here is of a real patient"
+    assert {"notice", "name", "registration", "parameters", "fre_mm", "points", "error_of_a_point_mm"} <= set(comments)
+
+
+def test_the_points_of_a_registration_stand_in_both_frames(folder: Path) -> None:
+    pairs, found = touched()[:4], files(folder)
+    image, there = f"{IN_USE}: in the image", f"{IN_USE}: measured, in the frame of the patient"
+    np.testing.assert_allclose(places(found[image]), [pair.in_image for pair in pairs], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(places(found[there]), [pair.measured for pair in pairs], rtol=0, atol=1e-9)
+    for name in (image, there):
+        assert [point["label"] for point in markup(found[name])["controlPoints"]] == ["F1", "F2", "F3", "F4"]
+        assert "Simulated: nothing here is of a real patient" in markup(found[name])["description"]
+    assert "not of the image" in markup(found[there])["description"]
+
+
+def test_slicer_fits_the_points_to_what_the_transform_says(in_slicer: tuple[dict[str, Any], Path]) -> None:
+    """The rigid fit of both lists as Slicer has them, which its Fiducial Registration Wizard makes."""
+    nodes, _ = in_slicer
+    lists = [nodes[f"{IN_USE}: {what}"] for what in ("in the image", "measured, in the frame of the patient")]
+    assert not any(one["visible"] for one in lists)
+    source, target = (np.array(one["places"]) for one in lists)
+    away, there = source - source.mean(0), target - target.mean(0)
+    u, _, vt = np.linalg.svd(away.T @ there)
+    turn = (u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt).T
+    fitted = np.eye(4)
+    fitted[:3, :3], fitted[:3, 3] = turn, target.mean(0) - turn @ source.mean(0)
+    np.testing.assert_allclose(nodes[IN_USE]["to_world"], fitted, rtol=0, atol=1e-6)
+    assert "Simulated: nothing here is of a real patient" in nodes[IN_USE]["description"]
+
+
 def test_slicer_has_the_points_where_the_plan_has_them(in_slicer: tuple[dict[str, Any], Path]) -> None:
     nodes, _ = in_slicer
     for name, there in (
@@ -312,6 +370,17 @@ def test_the_command_line_writes_the_sample(
     assert {path.name for path in (tmp_path / "out").iterdir()} == set(answer["files"])
     driven = [one for one in elements(tmp_path / "out") if one.tag == "MarkupsCurve"]
     assert len(driven) == 2  # the path as planned and as driven
+
+
+def test_two_plans_of_one_name_are_told_by_their_ids(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, phantom_services: Services, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("VFIX_HOME", str(phantom_services.settings.home))
+    made = [phantom_services.plans.create(HEAD_PHANTOM, "Twice").id for _ in range(2)]
+    assert main(["plan", "export-slicer", "Twice", str(tmp_path / "out"), "--json"]) == 2
+    assert f"name it by its id: {', '.join(made)}." in json.loads(capsys.readouterr().out)["error"]["message"]
+    for plan_id in made:
+        phantom_services.plans.delete(plan_id)
 
 
 def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(

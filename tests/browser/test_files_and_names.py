@@ -43,7 +43,7 @@ HOSTILE = (
 
 
 def _download(station: Workstation, form: str, folder: Path) -> Path:
-    with station.page.expect_download() as waiting:
+    with station.page.expect_download(timeout=120_000) as waiting:
         station.page.click(f"button[data-format='{form}']")
     path = folder / f"plan.{form}"
     waiting.value.save_as(path)
@@ -77,6 +77,11 @@ def test_every_export_says_what_the_plan_says_and_comes_back(open_page: Open, re
     assert "clinical" in table
     assert all(label in table for label in labels)
     assert any(row for row in csv.reader(table.splitlines()))
+
+    with zipfile.ZipFile(_download(station, "slicer", tmp_path)) as packed:
+        names = packed.namelist()
+        assert "Exported/scene.mrml" in names
+        assert {name.rsplit("/", 1)[1].split("-")[0] for name in names} >= {"volume", "surface", "mark"}
 
     for name in ("plan.json", "plan.mrk.json", "plan.csv"):
         station.page.set_input_files("input[accept='.json,.csv,.fcsv']", tmp_path / name)

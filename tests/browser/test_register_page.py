@@ -222,6 +222,9 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     station.wait_for("the given one", lambda: registration(station).get("made_from") == "given")
     came = got(rest, f"/api/registrations/{registration(station)['id']}")
     np.testing.assert_allclose(came["transform"], stored["transform"], atol=1e-9)
+    assert came["name"] == "out"
+    expect(page.locator("#fit-state")).to_contain_text("Said by the file, and not checked here: 5 points, FRE 0.00 mm")
+    expect(page.locator("#export-words")).to_contain_text("onto the patient")
     station.wait_for("its words", lambda: "Nothing is known" in page.locator("#error-words").inner_text())
     assert station.errors == []
 

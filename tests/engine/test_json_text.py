@@ -27,6 +27,8 @@ def test_values_are_read_as_they_are() -> None:
         ("[-Infinity]", "no number"),
         ("{", "line 1"),
         (b"\xff", "utf-8"),
+        ('{"unit": "m", "unit": "mm"}', "the key 'unit' stands twice"),
+        ('[{"a": {"b": 1, "c": 2, "b": 1}}]', "the key 'b' stands twice"),
     ],
 )
 def test_what_cannot_be_computed_with_is_refused(text: str | bytes, words: str) -> None:

@@ -1,7 +1,7 @@
 // The Register step's words: what is known of a point, bars, orders.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { barScale, barShare, canPractise, fleWords, isReal, orderWords, pairWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/steps/register/words.js";
+import { barScale, barShare, canPractise, exportWords, fleWords, importedWords, isReal, orderWords, pairWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/steps/register/words.js";
 
 /** @param {object} fields */
 const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", weight: 1, residual_mm: 0.3, ...fields });
@@ -59,4 +59,13 @@ test("a refinement tells first what judges it, and its residual last", () => {
 
 test("a bound is rounded up at the digits that are shown", () => {
   assert.deepEqual([0.7, 0.701, 1, 0.699].map(roundedUp), [0.7, 0.71, 1, 0.7]);
+});
+
+test("what goes out says where it leads, and what came in where its file says it does", () => {
+  assert.match(exportWords("patient"), /points onto the patient:/);
+  assert.match(exportWords("base"), /points into the frame of the robot's base:/);
+  const came = (/** @type {object} */ fields) => importedWords(/** @type {any} */ ({ name: "A 2", to: "patient", fit: { simulated: false }, said: { to: "patient" }, ...fields }));
+  assert.equal(came({}), "The transform was read as ‘A 2’, to the patient. Points that you add show how far each is off.");
+  assert.match(came({ said: { to: null } }), /does not say what it is to and counts as to the patient; choose otherwise/);
+  assert.match(came({ to: "base", said: { to: "base" }, fit: { simulated: true } }), /to the robot's base\. Its file says that it is simulated/);
 });

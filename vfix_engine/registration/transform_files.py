@@ -53,6 +53,8 @@ _KINDS = {  # number of parameters; those with a centre have it as fixed paramet
     "TranslationTransform": 3,
     "IdentityTransform": 0,
 }
+_WITHOUT_CENTRE = ("TranslationTransform", "IdentityTransform")
+_NEXT = "#Transform "  # above each transform of a file, with its number
 _COMPOSITE = "CompositeTransform_"
 _DEFORMABLE = ("Spline", "DisplacementField", "DeformationField", "VelocityField", "Warp")  # parts of names
 
@@ -117,7 +119,7 @@ def transform_from_tfm(text: str) -> Array:
 
     Raises:
         InputError: no ITK text file, several transforms that are not composed, a deformable or unknown kind, wrong
-            numbers, a mirror, scale or shear.
+            numbers, no centre where the kind has one, a mirror, scale or shear, or a file that was cut.
     """
     forth = np.eye(4)
     for kind, parameters, fixed in _transforms(text):
@@ -129,6 +131,21 @@ def transform_from_tfm(text: str) -> Array:
         raise InputError("the composition of the file's transforms is not finite; save them anew")
     forth[:3, :3] = _rotation(forth[:3, :3])
     return inverse(forth)
+
+
+def tfm_comments(text: str) -> list[tuple[str, str]]:
+    """What the comments above the transform say as 'key: value', in their order; other comments are passed over.
+
+    Raises InputError where it is no ITK file.
+    """
+    found = []
+    for line in _lines(text)[1:]:
+        if not line.startswith("#") or line.startswith(_NEXT):
+            break
+        key, colon, value = line.lstrip("#").partition(":")
+        if colon:
+            found.append((key.strip(), value.strip()))
+    return found
 
 
 def json_text(
@@ -187,11 +204,11 @@ def _transforms(text: str) -> list[tuple[str, list[float], list[float]]]:
 
 def _blocks(text: str) -> list[dict[str, str]]:
     """The lines of each transform in the file, by their names."""
-    lines = [line.strip() for line in text.lstrip("\ufeff").splitlines()]
-    if lines and lines[-1].startswith(("Parameters:", "Transform:")) and not text.endswith(("\n", "\r")):
+    lines = _lines(text)
+    if not text.endswith(("\n", "\r")):  # ITK ends every line; in a number nobody sees that digits are missing
         raise InputError("the file ends in the middle of a line: it was cut; save the transform again")
-    if not lines or not lines[0].startswith(_MAGIC):
-        raise InputError(f"no ITK transform in text form: its first line is '{_MAGIC}'; save the transform as .tfm")
+    if next((line for line in reversed(lines) if line), "").startswith(_NEXT):
+        raise InputError("the file ends where its next transform begins: it was cut; save the transform again")
     blocks: list[dict[str, str]] = []
     for line in lines[1:]:
         name, colon, value = line.partition(":")
@@ -205,6 +222,14 @@ def _blocks(text: str) -> list[dict[str, str]]:
             raise InputError(f"'{name}' has to stand once, below its transform's name")
         blocks[-1][name] = value.strip()
     return blocks
+
+
+def _lines(text: str) -> list[str]:
+    """The lines of a file without blanks around them, its first one checked."""
+    lines = [line.strip() for line in text.lstrip("\ufeff").splitlines()]
+    if not lines or not lines[0].startswith(_MAGIC):
+        raise InputError(f"no ITK transform in text form: its first line is '{_MAGIC}'; save the transform as .tfm")
+    return lines
 
 
 def _transform(block: dict[str, str]) -> tuple[str, list[float], list[float]]:
@@ -240,12 +265,15 @@ def _numbers(name: str, block: dict[str, str]) -> list[float]:
 
 def _matrix_and_offset(kind: str, parameters: Sequence[float], fixed: Sequence[float]) -> tuple[Array, Array]:
     """Matrix M (3, 3) and offset (3,) of x → M x + offset; the offset is t + c − M c about a centre c, as in ITK."""
-    if kind in ("TranslationTransform", "IdentityTransform"):
+    if kind in _WITHOUT_CENTRE:
         return np.eye(3), np.array(parameters or np.zeros(3), dtype=np.float64)
     most = 4 if kind == "Euler3DTransform" else 3
-    if len(fixed) not in (0, 3, most):
-        raise InputError(f"a {kind} has its centre as three fixed parameters, not {len(fixed)}")
-    given, centre = np.array(parameters), np.array(fixed[:3] or [0.0, 0.0, 0.0])
+    if len(fixed) not in (3, most):
+        raise InputError(
+            f"a {kind} has its centre as three fixed parameters, not {len(fixed)}; without it the place is open: save "
+            "the transform again"
+        )
+    given, centre = np.array(parameters), np.array(fixed[:3])
     if kind == "Euler3DTransform":
         matrix = _euler(given[:3], zyx=len(fixed) == 4 and fixed[3] != 0.0)
     elif kind == "VersorRigid3DTransform":

@@ -11,3 +11,6 @@ from app.services.plan_versions import VERSION
 from app.services.registration import REGISTRATION
 
 KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL)}
+
+NUMBERED = (PLAN.name, REGISTRATION.name)
+"""Those that are called by their names: two of the same come in with a number."""

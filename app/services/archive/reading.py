@@ -7,7 +7,6 @@ import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from app.services.archive.checking import CheckedArchive
-from app.services.archive.kinds import KINDS
+from app.services.archive.kinds import KINDS, NUMBERED
 from app.services.archive.layout import CASE, FILE, file_entry, renamed
 from app.services.array_files import ArraysUnusable, check_arrays, is_zip
 from app.services.case_files import STORED, surface_info, volume_info
@@ -23,7 +22,7 @@ from app.services.case_model import Case, CaseContent, SurfaceInfo, VolumeInfo
 from app.services.case_reading import case_content_from_json, check_names
 from app.services.cases import CaseService
 from app.services.errors import TooLarge
-from app.services.names import MAX_NAME, check_name
+from app.services.names import check_name, unused_name
 from app.services.plan_points import check_id
 from app.services.referred import referred_files
 from app.store import Store
@@ -126,8 +125,9 @@ class ArchiveReader:
             row.document = found.content.to_json()
             session.add(row)
             session.flush()
+            taken: dict[str, set[str]] = {kind: set() for kind in NUMBERED}
             for document in found.documents:
-                _add_document(session, case["id"], renamed(document, names))
+                _add_document(session, case["id"], renamed(document, names), taken.get(document["kind"], set()))
         return self._cases.get(case["id"])
 
 
@@ -228,14 +228,15 @@ def _new_ids(session: Session, found: _Found) -> dict[str, str]:
 
 def _unused_name(session: Session, name: str) -> str:
     """The name, with a number where another case has it."""
-    taken = {row.name for row in session.query(CaseRow.name).where(CaseRow.deleted_at.is_(None))}
-    short = name[: MAX_NAME - 8]
-    return next(one for n in count(1) if (one := name if n == 1 else f"{short} {n}") not in taken)
+    return unused_name(name, {row.name for row in session.query(CaseRow.name).where(CaseRow.deleted_at.is_(None))})
 
 
-def _add_document(session: Session, case_id: str, document: dict[str, Any]) -> None:
-    columns = {key: document[key] for key in ("id", "kind", "case_hash", "name", "created", "modified", "revision")}
-    row = DocumentRow(**columns, case_id=case_id, deleted_at=None, locked=document["locked"], cursor=0)
+def _add_document(session: Session, case_id: str, document: dict[str, Any], taken: set[str]) -> None:
+    """Store a document of the archive. taken: names that others of the kind have, to which its own is added."""
+    name = unused_name(document["name"], taken)
+    taken.add(name)
+    columns = {key: document[key] for key in ("id", "kind", "case_hash", "created", "modified", "revision")}
+    row = DocumentRow(**columns, name=name, case_id=case_id, deleted_at=None, locked=document["locked"], cursor=0)
     row.settings = document["settings"]
     session.add(row)
     session.flush()

@@ -20,7 +20,7 @@ from app.services.documents.rows import (
     touch,
     write_state,
 )
-from app.services.names import MAX_NAME, check_name
+from app.services.names import MAX_NAME, check_name, unused_name
 from app.store import Store
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow
 
@@ -56,9 +56,18 @@ class Documents(Generic[Content]):
             return title_of(find_row(session, self.kind, document_id))
 
     def create(
-        self, case_id: str, name: str, content: Content | None = None, *, document_id: str | None = None
+        self,
+        case_id: str,
+        name: str,
+        content: Content | None = None,
+        *,
+        document_id: str | None = None,
+        numbered: bool = False,
     ) -> Document[Content]:
-        """Make a document of a case; empty unless a content is given."""
+        """Make a document of a case; empty unless a content is given.
+
+        numbered: it comes in from elsewhere, and gets a number where another one of the case has the name.
+        """
         check_name(name, f"{self.kind.noun}'s name")
         checked = self.kind.check(self.kind.empty() if content is None else content)
         document_id, now = document_id or f"{self.kind.name}-{secrets.token_hex(6)}", utc_now()
@@ -66,6 +75,8 @@ class Documents(Generic[Content]):
             case = session.get(CaseRow, case_id)
             if case is None or case.deleted_at is not None:
                 raise self.kind.errors.refused(f"the case of this {self.kind.noun} is not there or deleted.")
+            if numbered:
+                name = unused_name(name, {one.name for one in session.scalars(self._listed(case_id, False))})
             row = DocumentRow(
                 id=document_id,
                 kind=self.kind.name,

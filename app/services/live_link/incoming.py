@@ -8,7 +8,6 @@ patient, and one named 'RegistrationToBase' one to the robot's base.
 from __future__ import annotations
 
 import math
-import re
 import threading
 import time
 from collections.abc import Sequence
@@ -23,7 +22,7 @@ from app.services.errors import PlanLocked
 from app.services.live_link.board import LiveBoard
 from app.services.live_link.frames import SAME_MM, registration_to_ras, rigid, same_transform, to_ras
 from app.services.live_link.outgoing import PATH, REGISTRATIONS, TARGETS
-from app.services.names import check_label
+from app.services.names import check_label, unused_name
 from app.services.plan_model import (
     MAX_POINTS,
     Plan,
@@ -118,7 +117,7 @@ class Intake:
         if content is None:
             return ""
         taken = {one.name for one in self._versions.list(plan.id)}
-        name = _unused(f"{FROM}: {message.name}", taken)
+        name = unused_name(f"{FROM}: {message.name}", taken, last=True)
         self._versions.propose(plan.id, name, content)
         return f"Proposed as version {name!r} of {plan.name!r}; compare it and go over to it on the page."
 
@@ -132,9 +131,9 @@ class Intake:
         taken = {one.name for one in known}
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:
             raise PlanError(f"{MAX_REGISTRATIONS} registrations came from outside; delete some of them first.")
-        name = _unused(FROM, taken)
-        self._registrations.create(plan.case_id, name, content)
-        return f"Stored as registration {name!r}; check it before it is used."
+        name = unused_name(FROM, taken, last=True)
+        stored = self._registrations.create(plan.case_id, name, content, numbered=True)
+        return f"Stored as registration {stored.name!r}; check it before it is used."
 
 
 def _registered(message: Transform) -> RegistrationContent:
@@ -142,13 +141,6 @@ def _registered(message: Transform) -> RegistrationContent:
     transform = registration_to_ras(rigid(message.matrix))
     to = next(to for to, name in REGISTRATIONS.items() if name == message.name)
     return RegistrationContent(to, tuple(transform.ravel().tolist()), made_from="given")
-
-
-def _unused(name: str, taken: set[str]) -> str:
-    """The name with a number after those that are taken, so that what came last has the largest."""
-    numbered = [re.fullmatch(re.escape(name) + r"(?: (\d{1,9}))?", one) for one in taken]
-    numbers = [int(found[1] or 1) for found in numbered if found]
-    return f"{name} {max(numbers) + 1}" if numbers else name
 
 
 def _proposed(plan: Plan, message: PointList) -> PlanContent | None:

@@ -6,7 +6,7 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -17,14 +17,14 @@ from app.services.plan_model import NOTICE, Plan
 from app.services.planning import Planning
 from app.services.region_meshes import region_surface
 from app.services.registration import RegistrationContent
-from app.services.registration_fit import report_of
+from app.services.registration_editor import StoredRegistration
 from app.services.slicer.marks import REMOVED, marks_of
+from app.services.slicer.registrations import points_of, transforms_of
 from app.services.slicer.scene import SceneNode, scene_text
 from app.services.slicer.volume_file import write_nrrd
 from app.services.structures import Structure
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
-from vfix_engine.frames import RegisteredTo
 from vfix_engine.imaging.mesh_files import write_ply
 
 SCENE = "scene.mrml"
@@ -32,7 +32,6 @@ _BONE, _STRUCTURE = "#e2d8c6", "#e0b04c"
 _BONE_OPACITY, _REGION_OPACITY = 0.6, 0.35
 _SHOWN_AS_SURFACES = {"sphere", "capsule", "capsules", "patch"}
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]+")
-_TO: dict[RegisteredTo, str] = {"patient": "the patient", "base": "the robot's base"}
 
 Write = Callable[[Path], None]
 Parts = list[tuple[SceneNode, Write]]
@@ -75,7 +74,8 @@ class SlicerExport:
     def _fill(self, plan: Plan, folder: Path) -> tuple[str, ...]:
         case = self._cases.get(plan.case_id)
         parts = [*self._volumes(case), *self._surfaces(case), *self._regions(plan)]
-        parts += [*self._marks(plan, case), *self._transforms(case)]
+        registrations = [one for one in self._registrations.list(case.id) if not one.unreadable]
+        parts += [*self._marks(plan, case, registrations), *self._transforms(plan, registrations)]
         for node, write in parts:
             write(folder / node.file)
         (folder / SCENE).write_text(scene_text([node for node, _ in parts]), encoding="utf-8", newline="\n")
@@ -108,11 +108,11 @@ class SlicerExport:
         spared = [part(one, one.colour or _STRUCTURE, 1.0) for one in case.spared]
         return [part(case.anatomy, case.anatomy.colour or _BONE, _BONE_OPACITY), *spared]
 
-    def _marks(self, plan: Plan, case: Case) -> Parts:
+    def _marks(self, plan: Plan, case: Case, registrations: Sequence[StoredRegistration]) -> Parts:
         curve, remark = self._planning.curve(plan)
         names = _FileNames("mark", ".mrk.json")
         found: Parts = []
-        for mark in marks_of(plan, case, curve, remark):
+        for mark in [*marks_of(plan, case, curve, remark), *points_of(plan, registrations)]:
             words = str(mark.markup.get("description", NOTICE))
             node = SceneNode(
                 mark.kind, mark.name, names.of(mark.name), mark.colour, 1.0, mark.visible, words,
@@ -138,18 +138,13 @@ class SlicerExport:
             found.append((node, partial(write_ply, mesh=surface)))
         return found
 
-    def _transforms(self, case: Case) -> Parts:
+    def _transforms(self, plan: Plan, registrations: Sequence[StoredRegistration]) -> Parts:
         """Registrations of the case, which nothing in the scene lies under: the user says what they move."""
-        from vfix_engine.registration.transform_files import tfm_text  # imported here: slow to load
-
         names = _FileNames("registration", ".tfm")
-        found: Parts = []
-        for one in self._registrations.list(case.id):
-            if not one.unreadable and report_of(one.content).usable:
-                words = f"{NOTICE}. From the image to {_TO[one.content.to]}."
-                node = SceneNode("Transform", one.name, names.of(one.name), description=words)
-                found.append((node, _writer(tfm_text(one.content.registration.transform))))
-        return found
+        return [
+            (SceneNode("Transform", name, names.of(name), description=words), _writer(text))
+            for name, words, text in transforms_of(plan, registrations)
+        ]
 
 
 class _FileNames:

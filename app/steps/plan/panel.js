@@ -35,6 +35,7 @@ const EXPORTS = [
   ["json", "vfix plan (JSON)", "Everything, comes back as it was"],
   ["mrk.json", "3D Slicer markups (.mrk.json)", "Control points, dense curve with bone clearance, targets"],
   ["csv", "Table (.csv)", "Points and targets in mm"],
+  ["slicer", "Folder for 3D Slicer (.zip)", "Plan, head, CT and registrations as a scene that 3D Slicer opens; made in some seconds"],
 ];
 
 export default class PlanPanel {
@@ -96,7 +97,7 @@ export default class PlanPanel {
         h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
       group("Export and import", null, h("div", { class: "list" }, this.exports),
         h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser,
-        h("p", { class: "words" }, "The whole case as one file, with plans and registrations: Patient, ‘Save everything as one file …’. A folder for 3D Slicer: ‘vfix plan export-slicer’.")));
+        h("p", { class: "words" }, "The whole case as one file, with plans and registrations: Patient, ‘Save everything as one file …’. The folder for 3D Slicer: unpack it, and open its scene.mrml there.")));
   }
 
   /** @param {"point.insert_after" | "item.delete"} type */
@@ -267,7 +268,9 @@ export default class PlanPanel {
   export(format) {
     const { plan, plan_use: use } = this.connection.state;
     if (!plan) return;
-    download(`/api/plans/${encodeURIComponent(plan.id)}/export?format=${encodeURIComponent(format)}`);
+    const path = `/api/plans/${encodeURIComponent(plan.id)}/export`;
+    download(format === "slicer" ? `${path}/slicer` : `${path}?format=${encodeURIComponent(format)}`);
+    if (format === "slicer") note("The folder for 3D Slicer is being made; its download begins in some seconds.");
     if (use?.registration && format === "json") note(`The file names the registration ‘${use.name ?? use.registration}’ and does not hold it. To take both elsewhere, save the head in Patient; or export the transform in Register as well.`, { stay: true });
   }
 

@@ -9,6 +9,7 @@ import { ErrorsGroup, FitGroup } from "./fit.js";
 import { PointsGroup } from "./points.js";
 import { SurfaceGroup } from "./surface.js";
 import { TraceGroup } from "./trace.js";
+import { exportWords, importedWords } from "./words.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Row } from "/static/js/dom.js" */
@@ -16,8 +17,6 @@ import { TraceGroup } from "./trace.js";
 
 const WHAT = "A registration says how the CT lies on the patient: the same points are found in the CT and measured at the patient. A rehearsal in the CT alone needs none.";
 const EXPORTS = [["tfm", "ITK transform (.tfm)", "Opens in 3D Slicer and ITK"], ["json", "Transform (.json)", "The matrix with its frames and unit"]];
-
-const EXPORT_WORDS = "A transform moves the plan's points onto the patient: the files of Plan, ‘Export and import’, hold them in the image's frame. The folder for 3D Slicer, with plan, head and transforms, is made by ‘vfix plan export-slicer’. The whole case as one file: Patient, ‘Save everything as one file …’.";
 
 export default class RegisterPanel {
   /** @param {Parts} parts */
@@ -46,9 +45,10 @@ export default class RegisterPanel {
     this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
     this.dropButton = h("button", { type: "button", class: "wide", id: "drop-registration", onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
     this.exports = EXPORTS.map(([format, label, words]) => h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
+    this.exportWords = h("p", { class: "words", id: "export-words" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".tfm,.txt,.json", id: "transform-file", onchange: () => this.import() });
     this.parts = h("div", {}, this.beads.element, this.points.element, this.fit.element, this.errors.element,
-      group("5  Use", null, this.useWords, this.useButton, this.dropButton, h("div", { class: "fields" }, this.exports), h("p", { class: "words" }, EXPORT_WORDS)),
+      group("5  Use", null, this.useWords, this.useButton, this.dropButton, h("div", { class: "fields" }, this.exports), this.exportWords),
       this.surface.element, this.trace.element, this.calibration.element);
     this.list = h("ul", { class: "list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
@@ -84,7 +84,7 @@ export default class RegisterPanel {
     this.surface.update(registration, state.structures?.items ?? [], state.pointer);
     this.trace.update(registration, state);
     this.calibration.update(registration, state.pointer);
-    this.changedUse([state.plan_use, registration.fit.state, registration.made_from, registration.deleted], () => this.renderUse(registration, state.plan_use));
+    this.changedUse([state.plan_use, registration.fit.state, registration.made_from, registration.deleted, registration.calibration.to], () => this.renderUse(registration, state.plan_use));
   }
 
   /**
@@ -120,6 +120,7 @@ export default class RegisterPanel {
     this.useButton.hidden = !use || (use.here && use.state === "ready");
     this.useButton.disabled = !usable || Boolean(use?.locked);
     this.useButton.title = use?.locked ? "The plan is locked; unlock it in Plan." : usable ? "" : notUsable(registration);
+    this.exportWords.textContent = exportWords(registration.calibration.to);
     this.dropButton.hidden = !use?.registration;
     this.dropButton.disabled = Boolean(use?.locked);
     this.exports.forEach((button, index) => {
@@ -195,7 +196,7 @@ export default class RegisterPanel {
       /** @type {RegistrationPublic} */
       const made = await upload(`/api/cases/${encodeURIComponent(caseId)}/registrations/import`, form, () => {});
       await this.connection.request("registration.open", { registration_id: made.id });
-      note("The transform was read. Points that you add show how far each is off.");
+      note(importedWords(made), { stay: made.fit.simulated || !made.said?.to });
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     }

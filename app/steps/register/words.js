@@ -1,6 +1,6 @@
 // What the panel of the Register step says of points, errors and orders; nothing here touches the page.
 
-/** @import { ErrorRow, FitView, OrderView, PairEntry, TouchedView } from "/static/js/types.js" */
+/** @import { CalibrationView, ErrorRow, FitView, OrderView, PairEntry, RegistrationPublic, TouchedView } from "/static/js/types.js" */
 
 const LEAST_SCALE_MM = 1; // a full bar: residuals below it do not look large
 /** @type {Record<PairEntry["measured_from"], string>} */
@@ -119,4 +119,23 @@ export function refinementRows({ refinement, count }, fit) {
  */
 export function roundedUp(value) {
   return Math.ceil(value * 100 - 1e-9) / 100;
+}
+
+/**
+ * What a transform that goes out is for.
+ * @param {CalibrationView["to"]} to
+ */
+export function exportWords(to) {
+  const there = to === "base" ? "into the frame of the robot's base" : "onto the patient";
+  return `A transform moves the plan's points ${there}: the files of Plan, ‘Export and import’, hold them in the image's frame. The folder for 3D Slicer there has plan, head, transforms and points. The whole case as one file: Patient, ‘Save everything as one file …’.`;
+}
+
+/**
+ * What has to be known of a transform that came in.
+ * @param {RegistrationPublic} made
+ */
+export function importedWords({ name, to, fit, said }) {
+  const where = to === "base" ? "the robot's base" : "the patient";
+  const open = said?.to ? "" : ` The file does not say what it is to and counts as to ${where}; choose otherwise in ‘Pointer and robot’.`;
+  return `The transform was read as ‘${name}’, to ${where}.${open}${fit.simulated ? " Its file says that it is simulated: nothing here is of a real patient." : " Points that you add show how far each is off."}`;
 }

@@ -1145,6 +1145,7 @@ export interface RegistrationPublic {
   fit: FitPublic;
   pointer: PointerTipPublic | null;
   robot: RobotToTrackerPublic | null;
+  said: SaidByFilePublic | null;
   created: string;
   modified: string;
   revision: number;
@@ -1277,6 +1278,15 @@ export interface RobotToTrackerPublic {
   poses: number;
   measured_from: "file" | "simulated" | "tracker";
   cautions: string[];
+}
+
+/** What the file of a given transform says of it; only `simulated` counts. to: null where it leaves that open. */
+export interface SaidByFilePublic {
+  to: "patient" | "base" | null;
+  simulated: boolean;
+  points: number | null;
+  fre_mm: number | null;
+  fle_mm: number | null;
 }
 
 /**

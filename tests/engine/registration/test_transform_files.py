@@ -15,6 +15,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.registration.transform_files import (
     json_text,
     read_transform,
+    tfm_comments,
     tfm_text,
     transform_from_json,
     transform_from_tfm,
@@ -37,13 +38,44 @@ def composite(*members: tuple[str, str]) -> str:
     return "".join(["#Insight Transform File V1.0\n#Transform 0\nTransform: CompositeTransform_double_3_3\n", *blocks])
 
 
-def test_a_file_that_was_cut_within_its_parameters_is_refused() -> None:
-    whole = tfm_text(np.eye(4)).rstrip()
-    parameters = whole[: whole.index("FixedParameters")].rstrip()
-    for length in range(1, 8):
-        with pytest.raises(InputError, match="was cut"):
-            transform_from_tfm(parameters[:-length])
-    transform_from_tfm(whole)
+@pytest.mark.parametrize("line_end", ["\n", "\r\n"])
+def test_a_file_that_was_cut_anywhere_is_refused(line_end: str) -> None:
+    versor = file_text("VersorRigid3DTransform_double_3_3", "0.1 -0.2 0.3 7 8 9", "10.5 80.25 -47.75")
+    euler = file_text("Euler3DTransform_double_3_3", "0.1 -0.2 0.3 7 8 9", "10.5 80.25 -47.75 0")
+    for whole in (versor, euler, tfm_text(some_pose(2), ["simulated: yes"])):
+        whole = whole.replace("\n", line_end)
+        transform_from_tfm(whole)
+        for length in range(len(whole) - len(line_end) + 1):
+            with pytest.raises(InputError):
+                transform_from_tfm(whole[:length])
+
+
+def test_a_composite_that_was_cut_in_a_line_or_below_the_head_of_a_member_is_refused() -> None:
+    """A cut after a whole member is no cut that the file could tell: it does not say how many there are."""
+    versor = ("VersorRigid3DTransform_double_3_3", "0.1 -0.2 0.3 7 8 9")
+    whole, one = composite(versor, versor), composite(versor)
+    for length in range(len(whole)):
+        if length != len(one):
+            with pytest.raises(InputError):
+                transform_from_tfm(whole[:length])
+
+
+def test_a_transform_about_a_centre_says_the_centre() -> None:
+    versor = file_text("VersorRigid3DTransform_double_3_3", "0.1 -0.2 0.3 7 8 9", "")
+    for text in (versor, versor.replace("FixedParameters: \n", "")):
+        with pytest.raises(InputError, match="its centre as three fixed parameters, not 0"):
+            transform_from_tfm(text)
+    shift = file_text("TranslationTransform_double_3_3", "1 2 3", "")
+    for text in (shift, shift.replace("FixedParameters: \n", "")):
+        assert transform_from_tfm(text)[:3, 3] == pytest.approx([-1, -2, -3])
+
+
+def test_comments_that_say_something_are_told() -> None:
+    text = tfm_text(np.eye(4), ["simulated: yes, all", "by hand", "name: a: b"])
+    assert tfm_comments(text) == [("simulated", "yes, all"), ("name", "a: b")]
+    assert tfm_comments("\ufeff" + text.replace("\n", "\r\n")) == tfm_comments(text)
+    with pytest.raises(InputError, match="no ITK transform"):
+        tfm_comments("# name: a\n")
 
 
 @pytest.mark.parametrize("name", ["a.tfm", "a.txt", "a.json", "A.TFM"])
@@ -180,7 +212,7 @@ def test_a_quaternion_and_windows_line_ends_are_read() -> None:
     text = file_text("QuaternionRigidTransform_double_3_3", f"0 0 {half} {half} 1 2 3").replace("\n", "\r\n")
     expected = np.linalg.inv([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
     assert transform_from_tfm(text) == pytest.approx(expected, abs=1e-12)
-    matrix = file_text("MatrixOffsetTransformBase_double_3_3", f"{ROTATION} 1 2 3", "")
+    matrix = file_text("MatrixOffsetTransformBase_double_3_3", f"{ROTATION} 1 2 3")
     assert transform_from_tfm(matrix) == pytest.approx(expected, abs=1e-12)
 
 
@@ -189,6 +221,8 @@ def test_wrong_json_is_refused(wrong: str) -> None:
     with pytest.raises(InputError):
         transform_from_json(wrong)
     known = json.loads(json_text(np.eye(4)))
+    with pytest.raises(InputError, match="the key 'unit' stands twice"):
+        transform_from_json(json_text(np.eye(4)).replace('"unit"', '"unit": "m", "unit"'))
     with pytest.raises(InputError, match="a number of it is too large"):
         transform_from_json(json_text(np.eye(4)).replace("1.0", "9" * 5000, 1))
     for name, value in (("to", "moving"), ("axes", "RAS"), ("transform", np.diag([1, 1, -1, 1]).tolist())):
