@@ -111,7 +111,7 @@ export class Slices extends EventTarget {
     this.empty.hidden = available || !state.case;
     this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "This head came as a surface, without a CT. Slices need a CT volume.";
     this.foot.element.hidden = !available;
-    this.state = available ? state : null;
+    this.state = available ? { ...state } : null; // as it was found: the connection writes the next head into its own
     this.poses.update(state);
     this.updateCurve(state);
     this.followTool(state);
