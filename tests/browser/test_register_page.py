@@ -72,8 +72,44 @@ def typed_by_halves(station: Workstation) -> None:
     x.press("Enter")
     station.wait_for("the place", lambda: registration(station)["pairs"][0]["measured"] == [12, 13.5, 14])
     expect(page.locator("#touch-all")).to_be_hidden()
+    undone_as_shown(station)
     page.click("#forget-measured")
     station.wait_for("no place", lambda: registration(station)["pairs"][0]["measured"] is None)
+    undo = page.locator(".toast", has_text="was taken away").get_by_text("Undo")
+    expect(undo).to_be_visible()
+    page.fill("#pair-weight", "0,5")  # another edit: the button would take this one back
+    page.press("#pair-weight", "Enter")
+    station.wait_for("the weight", lambda: registration(station)["pairs"][0]["weight"] == 0.5)
+    expect(undo).to_have_count(0)
+    expect(page.locator("#pair-weight")).to_have_value("0.5")
+    page.press("#pair-weight", "Control+z")
+    station.wait_for("the old weight", lambda: registration(station)["pairs"][0]["weight"] == 1)
+    expect(page.locator("#pair-weight")).to_have_value("1")
+
+
+def undone_as_shown(station: Workstation) -> None:
+    """Undo in a field is the text's while it is typed in, and the planner's once that is done: both show the same."""
+    page = station.page
+    x = page.get_by_label("Measured, x")
+    measured = lambda: registration(station)["pairs"][0]["measured"]  # noqa: E731
+    x.press("End")
+    x.press("9")
+    x.press("Control+z")
+    expect(x).to_have_value("12")
+    assert measured()[0] == 12
+    x.press("End")
+    x.press("9")
+    x.press("Enter")
+    station.wait_for("the typed one", lambda: measured()[0] == 129)
+    x.press("Control+z")
+    station.wait_for("the undo", lambda: measured()[0] == 12)
+    expect(x).to_have_value("12")
+    x.press("Control+Shift+z")
+    station.wait_for("the redo", lambda: measured()[0] == 129)
+    expect(x).to_have_value("129")
+    page.click("#registration-undo")
+    station.wait_for("the undo of the button", lambda: measured()[0] == 12)
+    expect(x).to_have_value("12")
 
 
 def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefacts: Path) -> None:

@@ -1,7 +1,7 @@
 // The points: where each is in the image, where it was measured, and how far the two are apart under the fit.
 import { group, h, keyed, whenChanged } from "/static/js/dom.js";
 import { mm } from "/static/js/format.js";
-import { note, noteDone } from "/static/js/dialogs.js";
+import { note, noteEdit } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { send, upload } from "/static/js/rest.js";
 import { readPlace } from "/static/js/typed-place.js";
@@ -115,7 +115,7 @@ export class PointsGroup {
   }
 
   clear() {
-    noteDone(this.connection.request("pair.clear_measured"), "All measured points were taken away.", { label: "Undo", run: () => this.connection.send("registration.undo") });
+    noteEdit(this.connection, "registration", this.connection.request("pair.clear_measured"), "All measured points were taken away.");
   }
 
   /** @param {string | null} pairId null for all */

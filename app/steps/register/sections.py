@@ -153,6 +153,7 @@ class RegistrationSection(TypedDict):
     """
 
     id: str
+    revision: int
     name: str
     locked: bool
     deleted: bool
@@ -177,6 +178,7 @@ class PlanUseSection(TypedDict):
     """The registration that the open plan uses. here: it is the one that is open in this step.
 
     words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
+    has_balls: the error at the plan's targets is known, and drawn as balls about them.
     """
 
     plan: str
@@ -186,6 +188,7 @@ class PlanUseSection(TypedDict):
     words: str
     doubts: list[str]
     error_words: str
+    has_balls: bool
     here: bool
     locked: bool
 

@@ -43,6 +43,7 @@ def registration_view(
     content, search = document.content, document.content.search
     return {
         "id": document.id,
+        "revision": document.revision,
         "name": document.name,
         "locked": document.locked,
         "deleted": document.deleted_at is not None,
