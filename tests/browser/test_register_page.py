@@ -219,6 +219,8 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     page.get_by_text("Trace a path").click()
     page.click("#trace-simulated")
     expect(page.locator("#trace-words")).to_contain_text("‘Traced path 1’ was added and is the chosen path now")
+    page.evaluate("(id) => vfix.request('registration.duplicate', { registration_id: id })", key)
+    expect(page.locator("#trace-words")).to_have_text("")  # the path came through the other one
     traced = got(rest, f"/api/plans/{plan_id}")
     assert [path["name"] for path in traced["paths"]] == ["Path 1", "Traced path 1"]
     page.click("[data-step=plan]")
@@ -242,6 +244,7 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     assert registration(station)["fit"]["fre_mm"] > 5.0
     page.click("#match-order")
     expect(page.locator("#orders button.order")).to_have_count(1)
+    expect(page.locator("#orders button.order")).to_be_in_viewport()
     # In the table the point at the first pair is that of the fifth bead.
     expect(page.locator("#orders li")).to_have_count(5)
     expect(page.locator("#orders li").nth(4)).to_contain_text("F5 gets the place of F1")

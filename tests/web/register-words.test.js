@@ -1,7 +1,7 @@
 // The Register step's words: what is known of a point, bars, orders.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { barScale, barShare, canPractise, fleWords, isReal, orderWords, pairWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/steps/register/words.js";
+import { barScale, barShare, canPractise, fleWords, isReal, listWords, orderWords, pairWords, practiceWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/steps/register/words.js";
 
 /** @param {object} fields */
 const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", weight: 1, residual_mm: 0.3, ...fields });
@@ -59,4 +59,17 @@ test("a refinement tells first what judges it, and its residual last", () => {
 
 test("a bound is rounded up at the digits that are shown", () => {
   assert.deepEqual([0.7, 0.701, 1, 0.699].map(roundedUp), [0.7, 0.71, 1, 0.7]);
+});
+
+test("bars are told of only where there are some", () => {
+  assert.doesNotMatch(listWords([pair({ residual_mm: null })]), /bar/u);
+  assert.match(listWords([pair({ residual_mm: 4.1 })]), /full at 4\.1 mm\. Press/u);
+  assert.match(listWords([]), /Confirm beads above/u);
+});
+
+test("where simulating went is told with what brings it back", () => {
+  const simulated = pair({ measured_from: "simulated" });
+  assert.equal(practiceWords([simulated]), "");
+  assert.equal(practiceWords([pair({})]), "", "who measures has not practised");
+  assert.match(practiceWords([simulated, pair({ label: "chin" })]), /^‘chin’ was not measured .* ‘Forget measurement’/u);
 });

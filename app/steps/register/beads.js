@@ -133,6 +133,7 @@ function fillBead(row, bead, locked, selected) {
     const said = { yes: "confirmed", no: "rejected" }[button.dataset.judge ?? ""];
     if (!said) continue;
     button.disabled = locked;
+    button.textContent = (bead.state === said ? { yes: "Confirmed", no: "Rejected" } : { yes: "Confirm", no: "Reject" })[/** @type {"yes" | "no"} */ (button.dataset.judge)];
     button.setAttribute("aria-pressed", String(bead.state === said));
     button.setAttribute("aria-label", `${button.textContent} ${name.textContent}`);
   }

@@ -65,12 +65,14 @@ export class FitGroup {
    * @param {boolean} locked
    */
   renderOrders(orders, locked) {
+    const found = this.orders.hidden && Boolean(orders);
     this.orders.hidden = !orders;
     if (!orders) return;
     const take = (/** @type {number} */ candidate) => orderCard(orders.candidates[candidate], candidate, orders.ambiguous ? orders.candidates.length : 1, locked, () => this.connection.send("order.take", { candidate }));
     const offered = orders.ambiguous ? [...orders.candidates.keys()].map(take) : orders.unchanged ? [] : [take(0)];
     const forget = h("button", { type: "button", class: "plain", onclick: () => this.connection.send("order.forget") }, offered.length ? "Leave the order as it is" : "Close");
     this.orders.replaceChildren(h("p", { class: orders.ambiguous ? "words caution" : "words" }, orders.words), ...offered, forget);
+    if (found) (this.orders.querySelector(".order-card") ?? this.orders).scrollIntoView({ block: "nearest" });
   }
 }
 

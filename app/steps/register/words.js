@@ -51,6 +51,29 @@ export function canPractise(pairs) {
 }
 
 /**
+ * What the list of points is for; the bars are told of where there are some.
+ * @param {PairEntry[]} pairs
+ */
+export function listWords(pairs) {
+  if (!pairs.length) return "Confirm beads above, or put the crosshair on a point and add it.";
+  const scale = barScale(pairs);
+  const bars = pairs.some((pair) => pair.residual_mm !== null)
+    ? ` The bar shows how far the two are apart under the fit, and is full at ${scale.toFixed(scale < 10 ? 1 : 0)} mm.` : "";
+  return `Each point is seen in the image and measured at the patient.${bars} Press a point for its coordinates.`;
+}
+
+/**
+ * Why points can no longer be touched by the simulated pointer, and what to do; '' where that is not the question.
+ * @param {PairEntry[]} pairs
+ */
+export function practiceWords(pairs) {
+  if (canPractise(pairs) || !pairs.some((pair) => pair.measured && pair.measured_from === "simulated")) return "";
+  const real = pairs.filter(isReal).map((pair) => `‘${pair.label || "Point"}’`);
+  const those = real.length === 1 ? `${real[0]} was` : `${real.join(", ")} were`;
+  return `${those} not measured by the simulated pointer, which does not write over that. To simulate again: choose the point and press ‘Forget measurement’, or press ‘Clear’ for all.`;
+}
+
+/**
  * Where the error of a row is expected.
  * @param {ErrorRow} row
  */

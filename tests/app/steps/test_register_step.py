@@ -133,6 +133,11 @@ def test_a_wrong_pair_is_named_and_left_out(opened: Opened) -> None:
     left = opened.do("pair.change", pair_id=pair["id"], enabled=False)["registration"]
     assert (left["fit"]["wrong"], left["fit"]["used"]) == (None, 4)
     assert left["pairs"][2]["residual_mm"] > 5.0
+    assert "Three points" not in opened.step.hint()
+    few = opened.do("pair.change", pair_id=left["pairs"][3]["id"], enabled=False)["registration"]["fit"]
+    assert few["used"] == 3
+    assert "up to 8.0 mm off: ‘F3’, ‘F4’. Measure one of them again" in few["cautions"][-1]
+    assert opened.step.hint() == few["cautions"][-1]  # three points that fit are no reason to go on
 
 
 def test_the_order_is_asked_for_and_forgotten_when_the_points_change(opened: Opened) -> None:
