@@ -17,6 +17,11 @@ pytestmark = pytest.mark.browser
 # Of a robot's flange, as x, y, z, w of unit quaternions, about several axes.
 TURNS = ("0,0,0,1", "0.28,0,0,0.96", "0,0.28,0,0.96", "0,0,0.28,0.96", "-0.28,0,0,0.96", "0,-0.28,0,0.96")
 
+# How much of the head the axial slice shows across, mm.
+ACROSS_MM = """() => {
+  const { stage, port } = vfix.slices.panes[0];
+  return Math.min(stage.clientWidth, stage.clientHeight) * (port?.perPixel ?? Infinity);
+}"""
 Open = Callable[..., Workstation]
 
 
@@ -158,6 +163,8 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     expect(page.locator("#pair-label")).to_have_value(name)
     x = page.get_by_label("Measured, x")
     station.wait_for("its coordinates", x.input_value)
+    station.wait_for("a closer look at it", lambda: page.evaluate(ACROSS_MM) < 31)
+    station.picture("register-chosen")
     x.fill(str(float(x.input_value()) + 9.0))
     x.press("Enter")
     # Of the five good touches one may be a suspect by chance.

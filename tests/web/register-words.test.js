@@ -53,7 +53,7 @@ test("a refinement tells first what judges it, and its residual last", () => {
   assert.deepEqual(refinementRows(touched, /** @type {any} */ ({ fre_mm: 0.5 })), []);
   touched.refinement = { residual_mm: 0.071, kept: 45, moved_mm: 0.91, stability: 0.233 };
   const rows = refinementRows(touched, /** @type {any} */ ({ fre_mm: 1.073 }));
-  assert.deepEqual(rows.map(([, words]) => words), ["1.07 mm rms", "0.91 mm", "0.23 of 1", "0.07 mm rms, 45 of 60"]);
+  assert.deepEqual(rows.map(([, words]) => words), ["1.07 mm rms", "0.91 mm", "0.23 of 1, held well", "0.07 mm rms, 45 of 60"]);
   assert.equal(refinementRows(touched, /** @type {any} */ ({ fre_mm: null }))[0][1], "none to judge by");
 });
 
@@ -72,4 +72,10 @@ test("where simulating went is told with what brings it back", () => {
   assert.equal(practiceWords([simulated]), "");
   assert.equal(practiceWords([pair({})]), "", "who measures has not practised");
   assert.match(practiceWords([simulated, pair({ label: "chin" })]), /^‘chin’ was not measured .* ‘Forget measurement’/u);
+});
+
+test("how far a surface holds against sliding is judged", () => {
+  const held = (stability) => refinementRows(/** @type {any} */ ({ count: 60, refinement: { residual_mm: 0.1, kept: 45, moved_mm: 1, stability } }), /** @type {any} */ ({ fre_mm: 1 }))[2][1];
+  assert.match(held(0.05), /held weakly/u);
+  assert.match(held(0.004), /may slide/u);
 });

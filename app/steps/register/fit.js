@@ -119,7 +119,7 @@ export class ErrorsGroup {
     this.table = h("table", { class: "points", id: "error-table", "aria-label": "Expected error of the registration, in mm" }, head, this.body);
     this.fle = numberInput("fle", 0.01, 50, 0.05, (value) => connection.send("registration.fle", { fle_mm: value }), () => connection.send("registration.fle", { fle_mm: null }));
     this.fle.placeholder = "estimated";
-    this.ballWords = h("p", { class: "words", id: "ball-words" }, h("span", { class: "ball-swatch" }), "Balls about the targets, in the scene here and in Plan: the tool is within them in 95 of 100 cases.");
+    this.ballWords = h("p", { class: "words", id: "ball-words" }, h("span", { class: "ball-swatch" }), "Balls about the targets, in the scene here and in Plan, whose rings are seen through bone: the tool is within them in 95 of 100 cases.");
     this.element = group("4  Error where the tool works", null, this.words, this.table, this.ballWords,
       h("details", { class: "folded" }, h("summary", {}, "How exactly one point is measured"), h("div", { class: "fields" },
         h("p", { class: "words" }, "Estimated from the fit, which is rough with few points. State it where the tracker's error is known; skin that moves adds to it."), field("Localisation error, mm rms", this.fle))));

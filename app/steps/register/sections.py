@@ -12,6 +12,7 @@ from app.services.registration_surface import TouchedFrom
 from app.steps.register.calibration_view import CalibrationView
 
 BeadState = Literal["found", "confirmed", "rejected"]
+MarkState = Literal[BeadState, "left_out"]
 
 
 class RegistrationEntry(TypedDict):
@@ -194,13 +195,16 @@ class PlanUseSection(TypedDict):
 
 
 class FiducialMark(TypedDict):
-    """A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit."""
+    """A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit.
+
+    state: of a bead, or 'left_out' of a point that the fit leaves out.
+    """
 
     id: str
     label: str
     position: Position
     measured: Position | None
-    state: BeadState
+    state: MarkState
     selected: bool
 
 

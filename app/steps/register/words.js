@@ -2,6 +2,7 @@
 
 /** @import { ErrorRow, FitView, OrderView, PairEntry, TouchedView } from "/static/js/types.js" */
 
+const [HELD, WELL_HELD] = [0.02, 0.1]; // of stability: 45 points of 0.3 mm tell the least held motion to 0.55 and 0.25 mm
 const LEAST_SCALE_MM = 1; // a full bar: residuals below it do not look large
 /** @type {Record<PairEntry["measured_from"], string>} */
 const SOURCES = { typed: "typed", file: "from a table", simulated: "simulated touch", tracker: "from the tracker" };
@@ -131,9 +132,18 @@ export function refinementRows({ refinement, count }, fit) {
   return [
     ["Measured points, which judge it", judged, "How far the points above are off under the refined transform, rms"],
     ["Moved by up to", `${refinement.moved_mm.toFixed(2)} mm`, "Largest displacement of a touched point"],
-    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1`, "From 0 to 1: how much the surface resists the motion that it resists least; near 0 on a plane or a ball, where points slide"],
+    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1, ${holdWords(refinement.stability)}`, "From 0 to 1: how much the surface resists the motion that it resists least; near 0 on a plane or a ball, where points slide"],
     ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "It is not the accuracy"],
   ];
+}
+
+/**
+ * What the hold of a surface means: the error of the motion that is held least goes with one over its root.
+ * @param {number} stability
+ */
+function holdWords(stability) {
+  if (stability >= WELL_HELD) return "held well";
+  return stability >= HELD ? "held weakly: touch other sides too" : "may slide: touch edges and other sides";
 }
 
 /**

@@ -727,13 +727,17 @@ export interface FiducialsSection {
   items: FiducialMark[];
 }
 
-/** A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit. */
+/**
+ * A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit.
+ *
+ * state: of a bead, or 'left_out' of a point that the fit leaves out.
+ */
 export interface FiducialMark {
   id: string;
   label: string;
   position: [number, number, number];
   measured: [number, number, number] | null;
-  state: "found" | "confirmed" | "rejected";
+  state: "found" | "confirmed" | "rejected" | "left_out";
   selected: boolean;
 }
 

@@ -137,6 +137,7 @@ def test_a_wrong_pair_is_named_and_left_out(opened: Opened) -> None:
     few = opened.do("pair.change", pair_id=left["pairs"][3]["id"], enabled=False)["registration"]["fit"]
     assert few["used"] == 3
     assert "up to 8.0 mm off: ‘F3’, ‘F4’. Measure one of them again" in few["cautions"][-1]
+    assert [mark["state"] for mark in opened.shown()["fiducials"]["items"]].count("left_out") == 2
     assert opened.step.hint() == few["cautions"][-1]  # three points that fit are no reason to go on
 
 
