@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from app.scene.view import SceneView
 
 OPACITY = 0.25
-RING_MM = 0.25  # thickness
+RING_MM = 0.6  # thickness
 
 Position = tuple[float, float, float]
 
@@ -29,7 +29,7 @@ class ErrorBalls:
         """owner: the step that shows them; two of them have nodes of their own."""
         self._scene, self._owner = view.scene, owner
         self._nodes: list[Any] = []
-        self._rings = Lines(view, f"/{owner}/error/rings", palette.TARGET, RING_MM)
+        self._rings = Lines(view, f"/{owner}/error/rings", palette.ERROR_RING, RING_MM)
 
     def show(self, balls: Sequence[tuple[Position, float]]) -> None:
         """balls: centre, LPS mm, and radius in mm."""
