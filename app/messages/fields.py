@@ -12,6 +12,7 @@ Coordinate = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]  # [m
 Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
 Direction = Literal[-1, 0, 1]
 Axis = Literal["axial", "coronal", "sagittal"]
+Revision = Annotated[int, Field(ge=0, le=2**53)]
 RequestId = Annotated[int, Field(ge=0, le=2**53)]
 
 

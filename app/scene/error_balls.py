@@ -1,16 +1,23 @@
-"""What targets may be off by behind a registration, as translucent balls about them."""
+"""What targets may be off by behind a registration, as translucent balls about them.
+
+Targets lie within the head: each ball has a ring, which is seen through bone as the path is.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from app.scene import palette
+from app.scene.lines import Lines, joined, ring
 
 if TYPE_CHECKING:
     from app.scene.view import SceneView
 
 OPACITY = 0.25
+RING_MM = 0.6  # thickness
 
 Position = tuple[float, float, float]
 
@@ -22,10 +29,13 @@ class ErrorBalls:
         """owner: the step that shows them; two of them have nodes of their own."""
         self._scene, self._owner = view.scene, owner
         self._nodes: list[Any] = []
+        self._rings = Lines(view, f"/{owner}/error/rings", palette.ERROR_RING, RING_MM)
 
     def show(self, balls: Sequence[tuple[Position, float]]) -> None:
         """balls: centre, LPS mm, and radius in mm."""
-        self.remove()
+        self._clear()
+        rings = [joined(ring(np.array(centre), radius)) for centre, radius in balls]
+        self._rings.show(np.concatenate(rings) if rings else np.empty((0, 2, 3)))
         self._nodes = [
             self._scene.add_icosphere(
                 f"/{self._owner}/error/{index}",
@@ -40,6 +50,10 @@ class ErrorBalls:
         ]
 
     def remove(self) -> None:
+        self._clear()
+        self._rings.remove()
+
+    def _clear(self) -> None:
         for node in self._nodes:
             node.remove()
         self._nodes = []

@@ -19,12 +19,18 @@ if TYPE_CHECKING:
 RADIUS_MM = 2.6
 REJECTED_MM = 1.4
 CROSS_MM = 3.2  # half the length of its lines: they look out of the ball
-COLOURS = {"found": palette.FOUND_BEAD, "confirmed": palette.FIDUCIAL, "rejected": palette.UNKNOWN}
+CROSS_PX = 2.0  # their thickness; lines in mm would be seen through bone, where their ball and its label are not
+COLOURS = {
+    "found": palette.FOUND_BEAD,
+    "confirmed": palette.FIDUCIAL,
+    "rejected": palette.UNKNOWN,
+    "left_out": palette.UNKNOWN,
+}
 
 
 @dataclass(frozen=True)
 class FiducialShape:
-    """A ball as it is drawn, LPS mm. state: 'found', 'confirmed' or 'rejected'. measured: where, in the image."""
+    """A ball as it is drawn, LPS mm. state: a key of COLOURS. measured: where it was measured, in the image."""
 
     id: str
     label: str
@@ -80,7 +86,11 @@ class FiducialNodes:
         arms = [[centre - arm, centre + arm] for arm in CROSS_MM * np.eye(3)]
         lines = np.array([*arms, [centre, ball]], dtype=np.float32)
         return self._view.scene.add_line_segments(
-            f"{name}_measured", lines, palette.SELECTED if shape.selected else palette.MEASURED, thickness=0.5
+            f"{name}_measured",
+            lines,
+            palette.SELECTED if shape.selected else palette.MEASURED,
+            thickness=CROSS_PX,
+            thickness_units="screen",
         )
 
     def remove(self) -> None:

@@ -9,6 +9,7 @@ BONE = (226, 216, 198)
 ACCENT = (109, 179, 242)
 SELECTED = (255, 255, 255)
 TARGET = (229, 143, 208)
+ERROR_RING = (176, 38, 134)  # the targets', darker: it is seen faintly, over bone
 UNKNOWN = (84, 92, 106)  # far from every colour of the scale, its pale middle too
 TOOL = (206, 212, 220)
 ROBOT = (92, 104, 120)

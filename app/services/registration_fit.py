@@ -48,7 +48,7 @@ class FitReport:
     contradicts what was stated; None for neither.
     simulated: points of the fit were measured by a simulated pointer, or went through a simulated robot's calibration,
     or the file of the transform says so.
-    cautions: sentences.
+    cautions: sentences. few: the one of them that says that too few points are fitted to notice a wrong one, or ''.
     """
 
     state: FitState
@@ -62,6 +62,7 @@ class FitReport:
     fle_source: FleSource
     simulated: bool
     cautions: tuple[str, ...]
+    few: str = ""
 
     @property
     def usable(self) -> bool:
@@ -119,6 +120,7 @@ def report_of(content: RegistrationContent) -> FitReport:
     residuals = dict(zip([p.id for p in complete], content.residuals_mm(complete), strict=True)) if known else {}
     own = [residuals[pair.id] for pair in pairs] if known else []
     fle, source = _fle(content, state, fit)
+    few = _few(complete, residuals) if state == "fitted" and len(pairs) == FEWEST else ""
     return FitReport(
         state=state,
         words=words,
@@ -130,7 +132,8 @@ def report_of(content: RegistrationContent) -> FitReport:
         fle_mm=fle,
         fle_source=source,
         simulated="simulated" in _sources(content) or _simulated_robot(content) or content.said_simulated,
-        cautions=_cautions(content, state, own, fit),
+        cautions=(*_cautions(content, state, own, fit), *([few] if few else [])),
+        few=few,
     )
 
 
@@ -180,7 +183,7 @@ def _misfit(pairs: Sequence[FiducialPair], fit: Registration) -> str:
     if fit.fre_mm > NO_FIT_MM:
         return (
             f"These points do not fit: they are {fit.fre_mm:.1f} mm apart, rms, under the best fit. Their order "
-            "may be another one, or one or more of them were measured wrongly: match the order in Register, or "
+            "may be another one, or one or more of them were measured wrongly: match their order, or "
             "measure them again."
         )
     return ""
@@ -281,9 +284,20 @@ def _cautions(
         )
     if state == "refined":
         found += _slid(pairs, residuals)
-    if state == "fitted" and len(pairs) == FEWEST:
-        found.append("Three points fit almost always: a wrong one among them is not noticed. Measure a fourth.")
     return tuple(found)
+
+
+def _few(complete: Sequence[FiducialPair], residuals: Mapping[str, float]) -> str:
+    """What three points do not tell, and what to do: points that were left out make the others fit better."""
+    words = (
+        "Three points fit almost always: a wrong one among them is not noticed, and the error may be told too small."
+    )
+    left = [pair for pair in complete if not pair.enabled]
+    if not left:
+        return f"{words} Measure a fourth."
+    names = ", ".join(f"‘{pair.label}’" if pair.label else "a point without a name" for pair in left)
+    farthest = max(residuals[pair.id] for pair in left)
+    return f"{words} Left out, and up to {farthest:.1f} mm off: {names}. Measure one of them again, or another point."
 
 
 def _sources(content: RegistrationContent) -> set[str]:

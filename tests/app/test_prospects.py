@@ -171,7 +171,7 @@ def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) 
     corridor = step.sections(False)["corridor"]
     assert corridor["state"] == "waits"  # placed again, the picture of the hand's last place greyed
     assert phantom_services.plans.get(plan.id).revision == plan.revision + 1
-    step.handle(c.EditCommand(type="undo"))
+    step.handle(c.Undo(type="undo"))
     assert phantom_services.plans.get(plan.id).points == plan.points
     # A target that is dragged changes nothing of the path.
     judged.stored.current = Corridor("done", evaluation=evaluation)
@@ -211,7 +211,7 @@ def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Servic
     wanted = np.array([3.0, -30.0, -4.0]) / np.linalg.norm([3.0, -30.0, -4.0])
     assert phantom_services.plans.get(plan.id).points[0].direction == pytest.approx(wanted.tolist())
     assert phantom_services.plans.get(plan.id).revision == before.revision + 1
-    step.handle(c.EditCommand(type="undo"))
+    step.handle(c.Undo(type="undo"))
     assert phantom_services.plans.get(plan.id).points == before.points
     # A hand that does not move stores nothing, and one on a locked plan neither.
     revision = phantom_services.plans.get(plan.id).revision

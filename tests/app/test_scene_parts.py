@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 import trimesh
@@ -9,6 +13,8 @@ import viser
 
 from app.scene import camera, palette, shapes
 from app.scene.camera import Lens
+from app.scene.error_balls import ErrorBalls
+from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.picking import BonePicker, Plane, hit_items, hit_plane
 from vfix_engine.geometry.mesh import TriangleMesh
 
@@ -136,3 +142,37 @@ def test_the_pinned_viser_still_has_the_names_that_are_relied_on() -> None:
     assert "update_timestamp" in viser._viser._CameraHandleState.__dataclass_fields__
     assert hasattr(viser.SceneApi, "on_click")
     assert hasattr(viser.SceneNodeDragEvent, "__dataclass_fields__")
+
+
+class _Drawn:
+    """What is drawn of a scene: the calls that add nodes, by the nodes' names."""
+
+    def __init__(self) -> None:
+        self.scene, self.labels, self.calls = self, self, dict[str, dict[str, Any]]()
+
+    def add_icosphere(self, name: str, *sizes: float, **fields: Any) -> Any:
+        self.calls[name] = fields
+        return SimpleNamespace(remove=lambda: None)
+
+    def add_line_segments(self, name: str, points: Any, colour: Any, **fields: Any) -> Any:
+        self.calls[name] = {"points": np.asarray(points), **fields}
+        return SimpleNamespace(points=np.asarray(points), visible=True, remove=lambda: None)
+
+    def add(self, name: str, *words: Any, **fields: Any) -> Any:
+        return SimpleNamespace(remove=lambda: None)
+
+    def atomic(self) -> Any:
+        return nullcontext()
+
+
+def test_balls_of_an_error_have_rings_in_mm_and_crosses_lines_in_pixels() -> None:
+    """The page draws lines in mm through bone: targets lie behind it, crosses are as visible as their beads."""
+    drawn: Any = _Drawn()
+    ErrorBalls(drawn).show([((1.0, 2.0, 3.0), 0.5), ((9.0, 2.0, 3.0), 2.0)])
+    rings = drawn.calls["/plan/error/rings"]
+    assert rings["thickness_units"] == "world"
+    reach = np.linalg.norm(rings["points"].reshape(2, -1, 3) - [[[1.0, 2.0, 3.0]], [[9.0, 2.0, 3.0]]], axis=-1)
+    np.testing.assert_allclose(reach, np.broadcast_to([[0.5], [2.0]], reach.shape))
+    FiducialNodes(drawn).show([FiducialShape("a", "F1", (0, 0, 0), "left_out", False, (1, 0, 0))])
+    assert drawn.calls["/registration/a_left_out_0_measured"]["thickness_units"] == "screen"
+    assert drawn.calls["/registration/a_left_out_0"]["color"] == palette.UNKNOWN

@@ -17,6 +17,11 @@ pytestmark = pytest.mark.browser
 # Of a robot's flange, as x, y, z, w of unit quaternions, about several axes.
 TURNS = ("0,0,0,1", "0.28,0,0,0.96", "0,0.28,0,0.96", "0,0,0.28,0.96", "-0.28,0,0,0.96", "0,-0.28,0,0.96")
 
+# How much of the head the axial slice shows across, mm.
+ACROSS_MM = """() => {
+  const { stage, port } = vfix.slices.panes[0];
+  return Math.min(stage.clientWidth, stage.clientHeight) * (port?.perPixel ?? Infinity);
+}"""
 Open = Callable[..., Workstation]
 
 
@@ -72,8 +77,44 @@ def typed_by_halves(station: Workstation) -> None:
     x.press("Enter")
     station.wait_for("the place", lambda: registration(station)["pairs"][0]["measured"] == [12, 13.5, 14])
     expect(page.locator("#touch-all")).to_be_hidden()
+    undone_as_shown(station)
     page.click("#forget-measured")
     station.wait_for("no place", lambda: registration(station)["pairs"][0]["measured"] is None)
+    undo = page.locator(".toast", has_text="was taken away").get_by_text("Undo")
+    expect(undo).to_be_visible()
+    page.fill("#pair-weight", "0,5")  # another edit: the button would take this one back
+    page.press("#pair-weight", "Enter")
+    station.wait_for("the weight", lambda: registration(station)["pairs"][0]["weight"] == 0.5)
+    expect(undo).to_have_count(0)
+    expect(page.locator("#pair-weight")).to_have_value("0.5")
+    page.press("#pair-weight", "Control+z")
+    station.wait_for("the old weight", lambda: registration(station)["pairs"][0]["weight"] == 1)
+    expect(page.locator("#pair-weight")).to_have_value("1")
+
+
+def undone_as_shown(station: Workstation) -> None:
+    """Undo in a field is the text's while it is typed in, and the planner's once that is done: both show the same."""
+    page = station.page
+    x = page.get_by_label("Measured, x")
+    measured = lambda: registration(station)["pairs"][0]["measured"]  # noqa: E731
+    x.press("End")
+    x.press("9")
+    x.press("Control+z")
+    expect(x).to_have_value("12")
+    assert measured()[0] == 12
+    x.press("End")
+    x.press("9")
+    x.press("Enter")
+    station.wait_for("the typed one", lambda: measured()[0] == 129)
+    x.press("Control+z")
+    station.wait_for("the undo", lambda: measured()[0] == 12)
+    expect(x).to_have_value("12")
+    x.press("Control+Shift+z")
+    station.wait_for("the redo", lambda: measured()[0] == 129)
+    expect(x).to_have_value("129")
+    page.click("#registration-undo")
+    station.wait_for("the undo of the button", lambda: measured()[0] == 12)
+    expect(x).to_have_value("12")
 
 
 def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefacts: Path) -> None:
@@ -122,6 +163,8 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     expect(page.locator("#pair-label")).to_have_value(name)
     x = page.get_by_label("Measured, x")
     station.wait_for("its coordinates", x.input_value)
+    station.wait_for("a closer look at it", lambda: page.evaluate(ACROSS_MM) < 31)
+    station.picture("register-chosen")
     x.fill(str(float(x.input_value()) + 9.0))
     x.press("Enter")
     # Of the five good touches one may be a suspect by chance.
@@ -183,6 +226,8 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     page.get_by_text("Trace a path").click()
     page.click("#trace-simulated")
     expect(page.locator("#trace-words")).to_contain_text("‘Traced path 1’ was added and is the chosen path now")
+    page.evaluate("(id) => vfix.request('registration.duplicate', { registration_id: id })", key)
+    expect(page.locator("#trace-words")).to_have_text("")  # the path came through the other one
     traced = got(rest, f"/api/plans/{plan_id}")
     assert [path["name"] for path in traced["paths"]] == ["Path 1", "Traced path 1"]
     page.click("[data-step=plan]")
@@ -206,6 +251,7 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     assert registration(station)["fit"]["fre_mm"] > 5.0
     page.click("#match-order")
     expect(page.locator("#orders button.order")).to_have_count(1)
+    expect(page.locator("#orders button.order")).to_be_in_viewport()
     # In the table the point at the first pair is that of the fifth bead.
     expect(page.locator("#orders li")).to_have_count(5)
     expect(page.locator("#orders li").nth(4)).to_contain_text("F5 gets the place of F1")

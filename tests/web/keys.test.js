@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { Keys, letGoOfEverything } from "../../app/web/js/keys.js";
+import { watchTyping } from "../../app/web/js/fields.js";
 import { keyEvent, layOutPage, noted } from "./page.js";
 
 let page;
@@ -127,5 +128,39 @@ test("undo is the plan's while a list has the focus, and the text's in a field",
   assert.deepEqual(connection.sent, [["undo"]]);
   keys.down(keyEvent("KeyZ", { ctrlKey: true, target: { tagName: "INPUT", type: "number" } }));
   keys.down(keyEvent("ArrowDown", { target: { tagName: "SELECT" } }));
+  assert.equal(connection.sent.length, 1);
+});
+
+test("undo is the planner's in a field that shows what the planner has, and the text's while it is typed in", () => {
+  const connection = noted({ step: { name: "plan", input: "edit" } });
+  const keys = new Keys(connection);
+  const field = Object.assign(new EventTarget(), { tagName: "INPUT", type: "text", value: "1", dataset: {}, getAttribute: () => null });
+  watchTyping(field);
+  page.document.activeElement = field;
+  const type = (value) => {
+    field.dispatchEvent(new Event("beforeinput"));
+    field.value = value;
+    field.dispatchEvent(new Event("input"));
+  };
+  const undo = () => keys.down(keyEvent("KeyZ", { ctrlKey: true, target: field }));
+  type("12");
+  undo();
+  assert.deepEqual(connection.sent, []);
+  field.dispatchEvent(new Event("change")); // Enter: the field keeps the focus
+  undo();
+  assert.deepEqual(connection.sent, [["undo"]]);
+  type("123");
+  type("12"); // taken back to what stood there
+  undo();
+  assert.equal(connection.sent.length, 2);
+});
+
+test("a slider has no undo of its own, and in a question undo is the text's", () => {
+  const connection = noted({ step: { name: "plan", input: "edit" } });
+  const keys = new Keys(connection);
+  keys.down(keyEvent("KeyZ", { ctrlKey: true, target: { tagName: "INPUT", type: "range" } }));
+  assert.deepEqual(connection.sent, [["undo"]]);
+  page.document.querySelector = () => ({});
+  keys.down(keyEvent("KeyZ", { ctrlKey: true, target: { tagName: "SELECT" } }));
   assert.equal(connection.sent.length, 1);
 });

@@ -1,7 +1,7 @@
 // The Register step's words: what is known of a point, bars, orders.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { barScale, barShare, canPractise, exportWords, fleWords, importedWords, isReal, orderWords, pairWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/steps/register/words.js";
+import { barScale, barShare, canPractise, exportWords, fleWords, importedWords, isReal, listWords, orderWords, pairWords, practiceWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/steps/register/words.js";
 
 /** @param {object} fields */
 const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", weight: 1, residual_mm: 0.3, ...fields });
@@ -53,7 +53,7 @@ test("a refinement tells first what judges it, and its residual last", () => {
   assert.deepEqual(refinementRows(touched, /** @type {any} */ ({ fre_mm: 0.5 })), []);
   touched.refinement = { residual_mm: 0.071, kept: 45, moved_mm: 0.91, stability: 0.233 };
   const rows = refinementRows(touched, /** @type {any} */ ({ fre_mm: 1.073 }));
-  assert.deepEqual(rows.map(([, words]) => words), ["1.07 mm rms", "0.91 mm", "0.23 of 1", "0.07 mm rms, 45 of 60"]);
+  assert.deepEqual(rows.map(([, words]) => words), ["1.07 mm rms", "0.91 mm", "0.23 of 1, held well", "0.07 mm rms, 45 of 60"]);
   assert.equal(refinementRows(touched, /** @type {any} */ ({ fre_mm: null }))[0][1], "none to judge by");
 });
 
@@ -68,4 +68,23 @@ test("what goes out says where it leads, and what came in where its file says it
   assert.equal(came({}), "The transform was read as ‘A 2’, to the patient. Points that you add show how far each is off.");
   assert.match(came({ said: { to: null } }), /does not say what it is to and counts as to the patient; choose otherwise/);
   assert.match(came({ to: "base", said: { to: "base" }, fit: { simulated: true } }), /to the robot's base\. Its file says that it is simulated/);
+});
+
+test("bars are told of only where there are some", () => {
+  assert.doesNotMatch(listWords([pair({ residual_mm: null })]), /bar/u);
+  assert.match(listWords([pair({ residual_mm: 4.1 })]), /full at 4\.1 mm\. Press/u);
+  assert.match(listWords([]), /Confirm beads above/u);
+});
+
+test("where simulating went is told with what brings it back", () => {
+  const simulated = pair({ measured_from: "simulated" });
+  assert.equal(practiceWords([simulated]), "");
+  assert.equal(practiceWords([pair({})]), "", "who measures has not practised");
+  assert.match(practiceWords([simulated, pair({ label: "chin" })]), /^‘chin’ was not measured .* ‘Forget measurement’/u);
+});
+
+test("how far a surface holds against sliding is judged", () => {
+  const held = (stability) => refinementRows(/** @type {any} */ ({ count: 60, refinement: { residual_mm: 0.1, kept: 45, moved_mm: 1, stability } }), /** @type {any} */ ({ fre_mm: 1 }))[2][1];
+  assert.match(held(0.05), /held weakly/u);
+  assert.match(held(0.004), /may slide/u);
 });

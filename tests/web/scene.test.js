@@ -1,7 +1,7 @@
 // Who writes the words of the scene: the planner hears of it whichever is there first, the frame or the connection.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { SceneFrame } from "../../app/web/js/scene.js";
+import { SceneFrame, hasErrorBalls } from "../../app/web/js/scene.js";
 import { noted } from "./page.js";
 
 function frame(connected) {
@@ -23,4 +23,11 @@ test("where the canvas is not reached, viser writes", () => {
   scene.layer = null;
   scene.sayWhoWrites();
   assert.deepEqual(scene.connection.sent, [["view.labels", { by_page: false }]]);
+});
+
+test("the legend names balls of the registration's error only where they are drawn", () => {
+  const shown = (name, rest) => hasErrorBalls(/** @type {any} */ ({ step: { name }, plan: { targets: [{}] }, ...rest }));
+  assert.equal(shown("plan", { plan_use: { state: "ready", error_words: "Nothing is known of the error.", has_balls: false } }), false);
+  assert.equal(shown("plan", { plan_use: { state: "ready", error_words: "The error is below 1 mm.", has_balls: true } }), true);
+  assert.equal(shown("rehearse", { plan_use: { has_balls: true } }), false);
 });

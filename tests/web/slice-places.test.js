@@ -12,7 +12,7 @@ test("a place is told by its sides, with a true minus for HU alone", () => {
 });
 
 test("typed places are understood in any order, and three numbers as R A S", () => {
-  for (const words of ["R 24.5 A 10 S 3", "s3 a10 r24.5", "R 24.5, A 10.0, S 3 mm", "24.5 10 3", "24.5, 10, 3", "L −24.5 P -10 I −3"]) {
+  for (const words of ["R 24.5 A 10 S 3", "s3 a10 r24.5", "R 24.5, A 10.0, S 3 mm", "24.5 10 3", "24.5, 10, 3", "24,5 10 3", "R 24,5 A 10,0 S 3", "R 24,5, A 10, S 3", "L −24.5 P -10 I −3"]) {
     assert.deepEqual(placeOf(words), [-24.5, -10, 3], words);
   }
   assert.deepEqual(placeOf("L 1 P 2 I 3"), [1, 2, -3]);

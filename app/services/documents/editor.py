@@ -24,6 +24,7 @@ from app.services.documents.rows import (
 )
 from app.store import Store
 from app.store.models import DocumentRow, DocumentStateRow
+from vfix_engine.errors import InputError
 
 MAX_STATES = 500  # states of a document's history that are kept
 
@@ -117,3 +118,12 @@ class DocumentEditor(Generic[Content]):
         row = find_row(session, self._kind, self._id, expected_revision)
         self._kind.check_editable(row, even_locked=even_locked)
         return row
+
+
+def check_still_newest(offered: int | None, revision: int) -> None:
+    """Refuse the undo of one edit where another one is the newest by now.
+
+    offered: the revision that the edit led to; None for an undo of whatever is the newest. revision: the present one.
+    """
+    if offered is not None and offered != revision:
+        raise InputError("something else was edited since, so this is not undone. Undo takes back the newest edit.")

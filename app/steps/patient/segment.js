@@ -1,6 +1,7 @@
 // Segmentation: a structure out of the open head's CT, by a threshold that the slices show while it is chosen.
 import { fillOptions, group, h } from "/static/js/dom.js";
 import { note } from "/static/js/dialogs.js";
+import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { fixed } from "/static/js/format.js";
 import { post } from "/static/js/rest.js";
 import { thresholdPreview } from "/static/js/threshold-preview.js";
@@ -38,10 +39,11 @@ export class SegmentGroup {
     this.tint = h("input", { type: "checkbox", id: "segment-tint", onchange: () => this.publish() });
     this.islands = h("select", { id: "segment-islands", onchange: () => this.showParts() });
     fillOptions(this.islands, /** @type {[string, string][]} */ (ISLANDS));
-    this.least = h("input", { type: "number", id: "segment-least", min: 0, step: 1, value: "10", oninput: () => this.publish(), "aria-label": "Smallest island in cubic millimetres" });
+    this.least = ownNumber("segment-least", 0, 1e6, 1, 10);
+    this.least.setAttribute("aria-label", "Smallest island in cubic millimetres");
     this.leastField = this.field("Smallest island, mm³", this.least);
     this.crop = new CropBox(() => this.publish());
-    this.smooth = h("input", { type: "number", id: "segment-smooth", min: 0, max: 3, step: 0.1, value: "0" });
+    this.smooth = ownNumber("segment-smooth", 0, 3, 0.1, 0);
     this.name = h("input", { type: "text", id: "segment-name", maxLength: 80, value: PRESETS.bone.name });
     this.button = h("button", { type: "button", class: "wide", id: "segment-make", onclick: () => this.make() }, "Make surface");
     this.working = jobs.beside((job) => job.kind === "segmentation");
@@ -166,8 +168,8 @@ export class SegmentGroup {
       high_hu: high >= HIGHEST ? EVERY_HIGH : high,
       crop_mm: this.crop.box,
       largest: this.islands.value === "largest",
-      least_mm3: this.islands.value === "least" ? Number(this.least.value) : 0,
-      smooth_mm: Number(this.smooth.value),
+      least_mm3: this.islands.value === "least" ? Number(heldNumber(this.least)) : 0,
+      smooth_mm: Number(heldNumber(this.smooth)),
     };
   }
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Identifier, Name, Position
+from app.messages.fields import Command, Identifier, Name, Position, Revision
 from app.steps.plan import clearance_commands
 from app.steps.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS
 from app.steps.plan.second_volume import SECOND_VOLUME_COMMANDS
@@ -57,7 +57,14 @@ class AddMode(Command):
 
 
 class EditCommand(Command):
-    type: Literal["undo", "redo", "ghost.confirm", "ghost.cancel", "dry_run.again"]
+    type: Literal["redo", "ghost.confirm", "ghost.cancel", "dry_run.again"]
+
+
+class Undo(Command):
+    """Take the newest edit of the open plan back; with a revision only where nothing was edited since."""
+
+    type: Literal["undo"]
+    revision: Revision | None = None
 
 
 class Lock(Command):
@@ -97,6 +104,7 @@ COMMANDS: tuple[type[Command], ...] = (
     RenameItem,
     AddMode,
     EditCommand,
+    Undo,
     Lock,
     PickOnSlice,
     ChooseRobot,

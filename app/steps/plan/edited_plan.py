@@ -134,6 +134,7 @@ class EditedPlan:
         plan, items, path = self.plan, self.items(), self.path()
         return {
             "id": plan.id,
+            "revision": plan.revision,
             "name": plan.name,
             "frame": plan.frame,
             "unit": plan.unit,

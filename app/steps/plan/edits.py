@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from app.messages.fields import Command
+from app.services.documents import check_still_newest
 from app.steps.plan import commands as c
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS, DrawRegion
@@ -63,6 +64,9 @@ class Edits:
                 edited.choose_tool(command.name, shape)
             case c.ItemCommand():
                 return self._item(edited, command)
+            case c.Undo():
+                check_still_newest(command.revision, edited.plan.revision)
+                return edited.undo()
             case c.EditCommand():
                 return self._plain(edited, command.type)
             case SuggestionCommand() | HideSuggestion() | ShaftCommand() | RollShaft():
@@ -88,7 +92,6 @@ class Edits:
             self._run_again()
             return ""
         act: dict[str, Callable[[], str | None]] = {
-            "undo": edited.undo,
             "redo": edited.redo,
             "ghost.confirm": edited.confirm,
             "ghost.cancel": lambda: self._cancel(edited),

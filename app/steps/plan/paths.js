@@ -1,7 +1,7 @@
 // The paths of a plan, of which one is chosen, where it enters, and the plan's notes.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
-import { askName, noteDone } from "/static/js/dialogs.js";
+import { askName, noteEdit } from "/static/js/dialogs.js";
 import { field } from "/static/js/fields.js";
 
 /** @import { Row } from "/static/js/dom.js" */
@@ -72,7 +72,6 @@ export class PathsGroup {
 
   /** @param {PathView} path */
   remove(path) {
-    noteDone(this.connection.request("path.delete", { path_id: path.id }), `${path.name} was deleted.`,
-      { label: "Undo", run: () => this.connection.send("undo") });
+    noteEdit(this.connection, "plan", this.connection.request("path.delete", { path_id: path.id }), `${path.name} was deleted.`);
   }
 }

@@ -2,7 +2,7 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { placeOf, placeWords } from "/static/js/slices/place-words.js";
-import { complain, escapePutsBack, field, heldNumber, isWrong, numberInput, putBack, showNumber } from "/static/js/fields.js";
+import { complain, escapePutsBack, field, heldNumber, isTyped, isWrong, numberInput, ownNumber, putBack, showNumber, watchTyping } from "/static/js/fields.js";
 import { unfold } from "/static/js/folding.js";
 
 /** @import { Row } from "/static/js/dom.js" */
@@ -36,8 +36,7 @@ export class RegionsGroup {
     this.unfolded = null;
     /** @type {HTMLSelectElement} */
     this.kind = h("select", { id: `${purpose}-kind`, "aria-label": "Shape", onchange: () => this.renderDrawing(this.connection.state.regions) }, KINDS[purpose].map(([value, label]) => h("option", { value }, label)));
-    this.size = numberInput(`${purpose}-size`, 0.1, 200, 0.5, () => {});
-    this.size.value = "3";
+    this.size = ownNumber(`${purpose}-size`, 0.1, 200, 0.5, 3);
     this.sizeField = field("Radius", "mm", this.size);
     /** @type {HTMLSelectElement} */
     this.side = h("select", { id: `${purpose}-side`, "aria-label": "The tool stays" }, SIDES.map(([value, label]) => h("option", { value }, label)));
@@ -110,7 +109,7 @@ export class RegionsGroup {
       return;
     }
     const kind = /** @type {Kind} */ (this.kind.value);
-    const size = Number(this.size.value);
+    const size = Number(heldNumber(this.size));
     const sizes_mm = kind === "box" ? [size / 2, size / 2, size / 2] : [size];
     this.connection.send("region.draw", { purpose: this.purpose, kind, sizes_mm, free_side: /** @type {Commands["region.draw"]["free_side"]} */ (this.side.value) });
   }
@@ -163,6 +162,7 @@ class RegionEditor {
     this.sizes = [0, 1, 2].map((axis) => numberInput(id(`size-${axis}`), 0.1, 400, 0.5, () => this.resize()));
     /** @type {HTMLInputElement} */
     this.place = h("input", { type: "text", id: id("place"), autocomplete: "off", placeholder: "R 24.5 A 10 S 3", title: "Right or left, front (A) or back (P), up (S) or down (I), in mm", onchange: () => this.move() });
+    for (const input of [this.name, this.place]) watchTyping(input);
     /** @type {HTMLInputElement} */
     this.visible = h("input", { type: "checkbox", id: id("visible"), onchange: () => this.send({ visible: this.visible.checked }) });
     this.visibleField = h("label", { class: "check" }, this.visible, "Shown in the head");
@@ -231,7 +231,7 @@ class RegionEditor {
     if (!item) return;
     const spare = item.purpose === "spare";
     for (const control of this.controls) control.disabled = locked;
-    if (document.activeElement !== this.name || this.named?.id !== item.id) this.name.value = item.name;
+    if (!isTyped(this.name) || this.named?.id !== item.id) this.name.value = item.name;
     this.colour.value = item.colour;
     this.soft.value = item.soft ? "soft" : "hard";
     showNumber(this.margin, item.margin_mm);
@@ -254,7 +254,7 @@ class RegionEditor {
     this.sideWords.textContent = item.sub.split(" · ")[0];
     this.placeRow.hidden = !item.place;
     this.place.dataset.known = item.place ? placeWords(item.place) : "";
-    if ((document.activeElement === this.place || isWrong(this.place)) && this.placed === item.id) return; // somebody types in it
+    if ((isTyped(this.place) || isWrong(this.place)) && this.placed === item.id) return; // somebody types in it
     this.placed = item.id;
     putBack(this.place);
   }

@@ -96,6 +96,7 @@ class PlanSection(ItemsSection):
     """The open plan; degree and length of its spline are 0 without one."""
 
     id: str
+    revision: int
     name: str
     frame: str
     unit: str

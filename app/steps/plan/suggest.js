@@ -1,5 +1,5 @@
 // Suggested paths, the table of tools, and the shaft's direction at the selected point.
-import { clearErrors, note, noteDone } from "/static/js/dialogs.js";
+import { clearErrors, note, noteEdit } from "/static/js/dialogs.js";
 import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
 import { numberInput, putBack, showNumber } from "/static/js/fields.js";
 import { mm, sentence } from "/static/js/format.js";
@@ -136,7 +136,7 @@ export class SuggestGroup {
     const number = Number(this.connection.state.shaft?.shown?.split(" ")[1]);
     if (!this.suggestion || Number.isNaN(number)) return;
     const done = this.connection.request("suggestion.use", { suggestion_id: this.suggestion.id, alternative: number });
-    noteDone(done, "The path follows the suggestion.", { label: "Undo", run: () => this.connection.send("undo") });
+    noteEdit(this.connection, "plan", done, "The path follows the suggestion.");
     // the list stays, so that nothing jumps
     this.list.querySelectorAll("button")[number]?.focus({ preventScroll: true });
   }

@@ -1,7 +1,7 @@
 // Named versions of a plan: saved, compared with the plan as it is, and gone back to.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { whenExactly } from "/static/js/format.js";
-import { askName, noteDone } from "/static/js/dialogs.js";
+import { askName, noteDone, noteEdit } from "/static/js/dialogs.js";
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
@@ -72,7 +72,6 @@ export class VersionsGroup {
   goBack() {
     const compared = this.connection.state.versions?.compared;
     if (!compared) return;
-    noteDone(this.connection.request("version.go_back", { version_id: compared }), "The plan is as it was in this version.",
-      { label: "Undo", run: () => this.connection.send("undo") });
+    noteEdit(this.connection, "plan", this.connection.request("version.go_back", { version_id: compared }), "The plan is as it was in this version.");
   }
 }

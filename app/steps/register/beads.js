@@ -1,7 +1,7 @@
 // Beads in the CT: found as a job, and each confirmed or rejected by somebody who looks at it.
 import { group, h, keyed, whenChanged } from "/static/js/dom.js";
 import { count, mm } from "/static/js/format.js";
-import { note, noteDone } from "/static/js/dialogs.js";
+import { note, noteEdit } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { JobLine } from "/static/js/job-line.js";
 import { placeWords } from "/static/js/slices/place-words.js";
@@ -77,7 +77,7 @@ export class BeadsGroup {
     const judged = this.connection.request("bead.judge", { bead_id: bead.id, confirmed });
     const pair = this.registration?.pairs.find((one) => one.bead === bead.id);
     if (!confirmed && pair?.measured) {
-      noteDone(judged, `‘${pair.label}’ and its measured point were taken away.`, { label: "Undo", run: () => this.connection.send("registration.undo") });
+      noteEdit(this.connection, "registration", judged, `‘${pair.label}’ and its measured point were taken away.`);
     } else judged.catch((error) => note(error.message, { error: true }));
   }
 
@@ -133,6 +133,7 @@ function fillBead(row, bead, locked, selected) {
     const said = { yes: "confirmed", no: "rejected" }[button.dataset.judge ?? ""];
     if (!said) continue;
     button.disabled = locked;
+    button.textContent = (bead.state === said ? { yes: "Confirmed", no: "Rejected" } : { yes: "Confirm", no: "Reject" })[/** @type {"yes" | "no"} */ (button.dataset.judge)];
     button.setAttribute("aria-pressed", String(bead.state === said));
     button.setAttribute("aria-label", `${button.textContent} ${name.textContent}`);
   }

@@ -2,6 +2,7 @@
 import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
 import { folding } from "/static/js/folding.js";
 import { note } from "/static/js/dialogs.js";
+import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { change, remove, send, upload } from "/static/js/rest.js";
 import { field } from "./beads.js";
 import { briefWords, pointerRows, robotRows, robotsTable, sentence } from "./calibration-words.js";
@@ -33,7 +34,7 @@ export class CalibrationGroup {
     this.swingButton = h("button", { type: "button", class: "wide", id: "swing-pointer", onclick: () => this.swing() }, "Swing the tracked pointer");
     this.tipFile = h("input", { type: "file", hidden: true, accept: ".csv", id: "pointer-file", onchange: () => this.readPointer() });
     this.robotFiles = h("input", { type: "file", hidden: true, multiple: true, accept: ".csv", id: "robot-files", onchange: () => this.readRobot() });
-    this.noise = h("input", { type: "number", id: "calibration-noise", min: 0, max: 20, step: 0.1, value: "0.3" });
+    this.noise = ownNumber("calibration-noise", 0, 20, 0.1, 0.3);
     this.baseWords = h("p", { class: "words", id: "to-base-words" });
     this.baseButton = h("button", { type: "button", class: "wide", id: "to-base", onclick: () => this.toBase() }, "Make one to the robot's base");
     this.status = h("p", { class: "words", id: "calibration-status", role: "status" });
@@ -49,20 +50,15 @@ export class CalibrationGroup {
 
   listen() {
     this.tip.fileButton.addEventListener("click", () => this.tipFile.click());
-    this.tip.simulateButton.addEventListener("click", () => this.run("simulate", () => send(`${this.path()}/pointer/simulate`, { noise_mm: this.noiseMm() })));
+    this.tip.simulateButton.addEventListener("click", () => this.run("simulate", () => send(`${this.path()}/pointer/simulate`, { noise_mm: heldNumber(this.noise) })));
     this.tip.clearButton.addEventListener("click", () => this.run("clear", () => remove(`${this.path()}/pointer`)));
     this.robot.fileButton.addEventListener("click", () => this.robotFiles.click());
-    this.robot.simulateButton.addEventListener("click", () => this.run("simulate", () => send(`${this.path()}/robot/simulate`, { noise_mm: this.noiseMm() })));
+    this.robot.simulateButton.addEventListener("click", () => this.run("simulate", () => send(`${this.path()}/robot/simulate`, { noise_mm: heldNumber(this.noise) })));
     this.robot.clearButton.addEventListener("click", () => this.run("clear", () => remove(`${this.path()}/robot`)));
   }
 
   path() {
     return `/api/registrations/${encodeURIComponent(this.registration?.id ?? "")}`;
-  }
-
-  noiseMm() {
-    const value = Number(this.noise.value);
-    return this.noise.value.trim() !== "" && Number.isFinite(value) ? value : 0.3;
   }
 
   /**

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints
 
-from app.messages.fields import Command, Identifier, Name, Position
+from app.messages.fields import Command, Identifier, Name, Position, Revision
 
 Label = Annotated[str, StringConstraints(strip_whitespace=True, max_length=120)]
 Number = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]  # [mm, or none]; what may be, the services say
@@ -37,11 +37,16 @@ class LookAgain(Command):
 
 
 class EditRegistration(Command):
-    """Of the open registration: undo, redo, confirm every bead, forget what was measured, or fit the pairs."""
+    """Of the open registration: redo, confirm every bead, forget what was measured, or fit the pairs."""
 
-    type: Literal[
-        "registration.undo", "registration.redo", "bead.confirm_all", "pair.clear_measured", "registration.fit_pairs"
-    ]
+    type: Literal["registration.redo", "bead.confirm_all", "pair.clear_measured", "registration.fit_pairs"]
+
+
+class UndoRegistration(Command):
+    """Take the newest edit of the open registration back; with a revision only where nothing was edited since."""
+
+    type: Literal["registration.undo"]
+    revision: Revision | None = None
 
 
 class LockRegistration(Command):
@@ -134,6 +139,7 @@ COMMANDS: tuple[type[Command], ...] = (
     NewRegistration,
     LookAgain,
     EditRegistration,
+    UndoRegistration,
     LockRegistration,
     JudgeBead,
     ShowBead,

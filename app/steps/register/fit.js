@@ -65,12 +65,14 @@ export class FitGroup {
    * @param {boolean} locked
    */
   renderOrders(orders, locked) {
+    const found = this.orders.hidden && Boolean(orders);
     this.orders.hidden = !orders;
     if (!orders) return;
     const take = (/** @type {number} */ candidate) => orderCard(orders.candidates[candidate], candidate, orders.ambiguous ? orders.candidates.length : 1, locked, () => this.connection.send("order.take", { candidate }));
     const offered = orders.ambiguous ? [...orders.candidates.keys()].map(take) : orders.unchanged ? [] : [take(0)];
     const forget = h("button", { type: "button", class: "plain", onclick: () => this.connection.send("order.forget") }, offered.length ? "Leave the order as it is" : "Close");
     this.orders.replaceChildren(h("p", { class: orders.ambiguous ? "words caution" : "words" }, orders.words), ...offered, forget);
+    if (found) (this.orders.querySelector(".order-card") ?? this.orders).scrollIntoView({ block: "nearest" });
   }
 }
 
@@ -117,7 +119,7 @@ export class ErrorsGroup {
     this.table = h("table", { class: "points", id: "error-table", "aria-label": "Expected error of the registration, in mm" }, head, this.body);
     this.fle = numberInput("fle", 0.01, 50, 0.05, (value) => connection.send("registration.fle", { fle_mm: value }), () => connection.send("registration.fle", { fle_mm: null }));
     this.fle.placeholder = "estimated";
-    this.ballWords = h("p", { class: "words", id: "ball-words" }, h("span", { class: "ball-swatch" }), "Balls about the targets, in the scene here and in Plan: the tool is within them in 95 of 100 cases.");
+    this.ballWords = h("p", { class: "words", id: "ball-words" }, h("span", { class: "ball-swatch" }), "Balls about the targets, in the scene here and in Plan, whose rings are seen through bone: the tool is within them in 95 of 100 cases.");
     this.element = group("4  Error where the tool works", null, this.words, this.table, this.ballWords,
       h("details", { class: "folded" }, h("summary", {}, "How exactly one point is measured"), h("div", { class: "fields" },
         h("p", { class: "words" }, "Estimated from the fit, which is rough with few points. State it where the tracker's error is known; skin that moves adds to it."), field("Localisation error, mm rms", this.fle))));

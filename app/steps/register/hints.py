@@ -23,14 +23,16 @@ def register_hint(
     waiting = [bead for bead in content.beads if not bead.rejected and bead.id not in confirmed]
     if not content.pairs and not content.beads and content.made_from not in ("given", "surface"):
         return "Press ‘Find beads’, or add points at the crosshair."
-    if waiting and not content.pairs:
-        return "Look at each bead in the slices, and confirm those that lie on the skin."
+    if waiting and not any(pair.measured for pair in content.pairs):
+        return "Look at each bead in the slices: confirm those that lie on the skin, reject the others."
     if any(pair.in_image is not None and pair.measured is None for pair in content.pairs) and not report.usable:
         return "Touch each point with the pointer, type where it was measured, or read a table."
     if report.wrong is not None and report.wrong.certainty == "outlier":  # one good set in four has a suspect
         return report.wrong.words
     if not report.usable:
         return report.words
+    if report.few:
+        return report.few
     if report.state == "refined" and not used:
         return "Look how far off the points are that took no part; then press ‘Use for this plan’."
     if report.fle_source == "none" and not used:

@@ -7,6 +7,7 @@ from typing import Any
 
 from app.messages.fields import Command
 from app.services import Services
+from app.services.documents import check_still_newest
 from app.services.errors import NotFound
 from app.services.plans import Plan
 from app.services.registration_editor import StoredRegistration, found_pair
@@ -65,6 +66,9 @@ class OpenRegistration:
         editor = self._editor
         match command:
             case c.EditRegistration():
+                return self._plain(command.type)
+            case c.UndoRegistration():
+                check_still_newest(command.revision, self.document.revision)
                 return self._plain(command.type)
             case c.LockRegistration():
                 self._edit(editor.set_locked, command.locked)

@@ -1,5 +1,5 @@
 // The name and the coordinates of the selected point, to be typed; they stand below its row.
-import { noteDone } from "/static/js/dialogs.js";
+import { noteEdit } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { complain, escapePutsBack, isTyped, isWrong, numberInput, putBack, showNumber, watchTyping } from "/static/js/fields.js";
 import { placeOf, placeWords } from "/static/js/slices/place-words.js";
@@ -179,7 +179,7 @@ export class PairFields {
    */
   undoable(type, fields, words) {
     const done = this.connection.request(type, /** @type {any} */ (fields));
-    noteDone(done, words, { label: "Undo", run: () => this.connection.send("registration.undo") });
+    noteEdit(this.connection, "registration", done, words);
   }
 
   /** @param {Record<string, unknown>} fields */

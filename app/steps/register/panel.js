@@ -115,7 +115,8 @@ export default class RegisterPanel {
    */
   renderUse(registration, use) {
     const usable = ["fitted", "given", "refined"].includes(registration.fit.state) && !registration.deleted;
-    this.useWords.textContent = use?.words ?? "Open a plan to use a registration for it.";
+    const words = use?.words ?? "Open a plan to use a registration for it.";
+    this.useWords.textContent = use?.here ? words.replace(registration.fit.words, "").trim() : words; // 3 Fit says it
     this.useWords.classList.toggle("caution", isBlocked(use));
     this.useButton.hidden = !use || (use.here && use.state === "ready");
     this.useButton.disabled = !usable || Boolean(use?.locked);

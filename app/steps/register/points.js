@@ -1,13 +1,13 @@
 // The points: where each is in the image, where it was measured, and how far the two are apart under the fit.
 import { group, h, keyed, whenChanged } from "/static/js/dom.js";
 import { mm } from "/static/js/format.js";
-import { note, noteDone } from "/static/js/dialogs.js";
+import { note, noteEdit } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { send, upload } from "/static/js/rest.js";
 import { readPlace } from "/static/js/typed-place.js";
 import { field } from "./beads.js";
 import { PairFields } from "./pair-fields.js";
-import { barScale, barShare, canPractise, pairWords } from "./words.js";
+import { barScale, barShare, canPractise, listWords, pairWords, practiceWords } from "./words.js";
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
@@ -24,6 +24,7 @@ export class PointsGroup {
     this.touchBox = h("div", { class: "fields" }, this.touchButton, h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
       h("p", { class: "words" }, "For practice without a tracker: it touches the points of a head that lies somewhere, with this error. No patient is measured."),
       field("Error of one touch, mm rms", this.noise))));
+    this.practiceWords = h("p", { class: "words", id: "practice-words", hidden: true });
     /** @type {TrackerView | null} */
     this.pointer = null;
     this.measuring = false; // the tracked pointer rests on a point
@@ -35,7 +36,7 @@ export class PointsGroup {
     this.list = h("ul", { class: "list fiducials", id: "pairs", "aria-label": "Points" });
     this.pressed = ""; // the point whose row was pressed last: its fields are brought into sight
     this.places = new PairFields(connection, { touch: (pairId) => this.touch(pairId), measure: (pairId) => this.measure(pairId), drafted: () => this.again() });
-    this.element = group("2  Measured points", [this.clearButton], this.words, this.pointerWords, this.list, this.touchBox,
+    this.element = group("2  Measured points", [this.clearButton], this.words, this.pointerWords, this.list, this.touchBox, this.practiceWords,
       h("div", { class: "buttons even" }, this.addButton, this.tableButton), this.chooser);
   }
 
@@ -59,9 +60,9 @@ export class PointsGroup {
   render({ pairs, fit, locked, selected }) {
     const scale = barScale(pairs);
     const wanted = pairs.filter((pair) => pair.in_image && !pair.measured).length;
-    this.words.textContent = pairs.length
-      ? `Each point is seen in the image and measured at the patient. The bar shows how far the two are apart under the fit, and is full at ${mm(scale, scale < 10 ? 1 : 0)}; press a point for its coordinates.`
-      : "Confirm beads above, or put the crosshair on a point and add it.";
+    this.words.textContent = listWords(pairs);
+    this.practiceWords.textContent = practiceWords(pairs);
+    this.practiceWords.hidden = !this.practiceWords.textContent;
     this.pointerWords.hidden = !this.pointer;
     this.pointerWords.textContent = this.pointer ? `Pointer: ${this.pointer.words}. Rest its tip on a point, choose the point below and press ‘Measure’.` : "";
     this.pointerWords.classList.toggle("caution", this.pointer !== null && this.pointer.state !== "fresh");
@@ -115,7 +116,7 @@ export class PointsGroup {
   }
 
   clear() {
-    noteDone(this.connection.request("pair.clear_measured"), "All measured points were taken away.", { label: "Undo", run: () => this.connection.send("registration.undo") });
+    noteEdit(this.connection, "registration", this.connection.request("pair.clear_measured"), "All measured points were taken away.");
   }
 
   /** @param {string | null} pairId null for all */
@@ -175,7 +176,7 @@ function wrongOf({ id }, { wrong, state }) {
 function fillPair(row, pair, { scale, locked, selected, wrong, practice, typed }) {
   const [name, sub] = row.querySelectorAll(".row-main > span");
   name.textContent = pair.label || "Point";
-  sub.textContent = typed ? `${pairWords(pair)}; typed: ${typed}` : pairWords(pair);
+  sub.textContent = typed ? `${pairWords(pair)}; ${typed}` : pairWords(pair);
   sub.classList.toggle("caution", Boolean(typed));
   const used = /** @type {HTMLInputElement} */ (row.querySelector("input"));
   used.checked = pair.enabled;

@@ -12,6 +12,7 @@ from app.services.registration_surface import TouchedFrom
 from app.steps.register.calibration_view import CalibrationView
 
 BeadState = Literal["found", "confirmed", "rejected"]
+MarkState = Literal[BeadState, "left_out"]
 
 
 class RegistrationEntry(TypedDict):
@@ -153,6 +154,7 @@ class RegistrationSection(TypedDict):
     """
 
     id: str
+    revision: int
     name: str
     locked: bool
     deleted: bool
@@ -177,6 +179,7 @@ class PlanUseSection(TypedDict):
     """The registration that the open plan uses. here: it is the one that is open in this step.
 
     words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
+    has_balls: the error at the plan's targets is known, and drawn as balls about them.
     """
 
     plan: str
@@ -186,18 +189,22 @@ class PlanUseSection(TypedDict):
     words: str
     doubts: list[str]
     error_words: str
+    has_balls: bool
     here: bool
     locked: bool
 
 
 class FiducialMark(TypedDict):
-    """A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit."""
+    """A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit.
+
+    state: of a bead, or 'left_out' of a point that the fit leaves out.
+    """
 
     id: str
     label: str
     position: Position
     measured: Position | None
-    state: BeadState
+    state: MarkState
     selected: bool
 
 

@@ -34,7 +34,7 @@ class RegisterStep(Step):
         self._open: OpenRegistration | None = None
         self._titles: list[DocumentTitle] = []
         self._pointer_shown: TrackerView | None = None
-        self._told: tuple[Any, str] | None = None  # of the error in the open plan, with what it is of
+        self._told: tuple[Any, tuple[str, bool]] | None = None  # of the error in the open plan, with what it is of
         views.on_case_opened(lambda plan_id: self._case_opened())
         views.plan.on_opened(self._plan_opened)
 
@@ -234,6 +234,8 @@ class RegisterStep(Step):
             return None
         used = self._services.registering.registration_of(plan)
         document = used.document
+        ready = used.state == "ready" and document is not None
+        error_words, balls = self._error_of(plan, document) if ready and document is not None else ("", False)
         return {
             "plan": plan.id,
             "registration": used.id,
@@ -241,15 +243,18 @@ class RegisterStep(Step):
             "state": used.state,
             "words": used.words,
             "doubts": list(used.doubts),
-            "error_words": self._error_words(plan, document) if used.state == "ready" and document is not None else "",
+            "error_words": error_words,
+            "has_balls": balls,
             "here": self._open is not None and used.id == self._open.id,
             "locked": plan.locked,
         }
 
-    def _error_words(self, plan: Plan, document: StoredRegistration) -> str:
+    def _error_of(self, plan: Plan, document: StoredRegistration) -> tuple[str, bool]:
+        """What error is to be expected, in words, and whether the plan's targets have balls of it."""
         key = (plan.id, plan.revision, document.id, document.revision)
         if self._told is None or self._told[0] != key:
-            self._told = key, self._services.registering.errors(document.content, plan).short
+            table = self._services.registering.errors(document.content, plan)
+            self._told = key, (table.short, bool(table.targets))
         return self._told[1]
 
 

@@ -18,8 +18,8 @@ export class TraceGroup {
     this.connection = connection;
     this.changed = whenChanged();
     this.busy = false;
-    this.told = ""; // of the last traced path, and of which plan
-    this.toldOf = "";
+    this.told = ""; // of the last traced path, and of which plan, through which registration
+    this.toldOf = this.toldBy = "";
     this.path = ""; // its id; once it is undone nothing is told of it any more
     /** @type {ViewModel} */
     this.view = connection.state;
@@ -45,7 +45,7 @@ export class TraceGroup {
     this.registration = registration;
     this.view = view;
     const { plan, pointer } = view;
-    this.changed([registration.id, registration.deleted, registration.fit.state, plan?.id, plan?.locked, pointer, this.busy, this.told, this.isThere(view)], () => this.render(registration, view));
+    this.changed([registration.id, registration.deleted, registration.fit.state, plan?.id, plan?.locked, pointer, this.busy, this.told, this.isThere(registration, view)], () => this.render(registration, view));
   }
 
   /**
@@ -59,12 +59,16 @@ export class TraceGroup {
     this.why.hidden = !why;
     for (const button of [this.practiceButton, this.tableButton]) button.disabled = Boolean(why) || this.busy;
     this.record.update(pointer ?? null, !why && !this.busy);
-    this.words.textContent = this.busy ? "Fitting the path …" : this.isThere(view) ? this.told : "";
+    this.words.textContent = this.busy ? "Fitting the path …" : this.isThere(registration, view) ? this.told : "";
   }
 
-  /** @param {ViewModel} view */
-  isThere({ plan, paths }) {
-    return plan?.id === this.toldOf && Boolean(paths?.items.some((path) => path.id === this.path));
+  /**
+   * Whether the path that was told of last is one of the open plan, traced through the open registration.
+   * @param {RegistrationSection} registration
+   * @param {ViewModel} view
+   */
+  isThere({ id }, { plan, paths }) {
+    return id === this.toldBy && plan?.id === this.toldOf && Boolean(paths?.items.some((path) => path.id === this.path));
   }
 
   /** @param {string} end */
@@ -79,11 +83,12 @@ export class TraceGroup {
   /** @param {() => Promise<TracedPublic>} work */
   async during(work) {
     if (!this.registration) return;
+    const { id } = this.registration;
     this.busy = true;
     this.update(this.registration, this.view);
     try {
       const traced = await work();
-      [this.told, this.toldOf, this.path] = [`${traced.words} Undo in Plan takes it back.`, traced.plan.id, traced.path];
+      [this.told, this.toldOf, this.toldBy, this.path] = [`${traced.words} Undo in Plan takes it back.`, traced.plan.id, id, traced.path];
       await this.connection.request("registration.look");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });

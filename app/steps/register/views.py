@@ -22,6 +22,7 @@ from app.steps.register.sections import (
     ErrorsView,
     FiducialMark,
     FitView,
+    MarkState,
     OrderMove,
     OrdersView,
     PairEntry,
@@ -43,6 +44,7 @@ def registration_view(
     content, search = document.content, document.content.search
     return {
         "id": document.id,
+        "revision": document.revision,
         "name": document.name,
         "locked": document.locked,
         "deleted": document.deleted_at is not None,
@@ -78,7 +80,7 @@ def marks_of(content: RegistrationContent, report: FitReport, selected: str | No
     """
     pairs: list[FiducialMark] = [
         {
-            **_mark(pair.id, pair.label, pair.in_image, "confirmed", selected),
+            **_mark(pair.id, pair.label, pair.in_image, "confirmed" if pair.enabled else "left_out", selected),
             "measured": _in_image(pair.measured, content) if pair.id in report.residuals_mm and pair.measured else None,
         }
         for pair in content.pairs
@@ -108,7 +110,7 @@ def _in_image(measured: tuple[float, float, float], content: RegistrationContent
 
 
 def _mark(
-    item_id: str, label: str, position: tuple[float, float, float], state: BeadState, selected: str | None
+    item_id: str, label: str, position: tuple[float, float, float], state: MarkState, selected: str | None
 ) -> FiducialMark:
     return {
         "id": item_id,

@@ -2,6 +2,7 @@
 
 /** @import { CalibrationView, ErrorRow, FitView, OrderView, PairEntry, RegistrationPublic, TouchedView } from "/static/js/types.js" */
 
+const [HELD, WELL_HELD] = [0.02, 0.1]; // of stability: 45 points of 0.3 mm tell the least held motion to 0.55 and 0.25 mm
 const LEAST_SCALE_MM = 1; // a full bar: residuals below it do not look large
 /** @type {Record<PairEntry["measured_from"], string>} */
 const SOURCES = { typed: "typed", file: "from a table", simulated: "simulated touch", tracker: "from the tracker" };
@@ -48,6 +49,29 @@ export function isReal(pair) {
  */
 export function canPractise(pairs) {
   return pairs.some((pair) => pair.in_image) && !pairs.some(isReal);
+}
+
+/**
+ * What the list of points is for; the bars are told of where there are some.
+ * @param {PairEntry[]} pairs
+ */
+export function listWords(pairs) {
+  if (!pairs.length) return "Confirm beads above, or put the crosshair on a point and add it.";
+  const scale = barScale(pairs);
+  const bars = pairs.some((pair) => pair.residual_mm !== null)
+    ? ` The bar shows how far the two are apart under the fit, and is full at ${scale.toFixed(scale < 10 ? 1 : 0)} mm.` : "";
+  return `Each point is seen in the image and measured at the patient.${bars} Press a point for its coordinates.`;
+}
+
+/**
+ * Why points can no longer be touched by the simulated pointer, and what to do; '' where that is not the question.
+ * @param {PairEntry[]} pairs
+ */
+export function practiceWords(pairs) {
+  if (canPractise(pairs) || !pairs.some((pair) => pair.measured && pair.measured_from === "simulated")) return "";
+  const real = pairs.filter(isReal).map((pair) => `‘${pair.label || "Point"}’`);
+  const those = real.length === 1 ? `${real[0]} was` : `${real.join(", ")} were`;
+  return `${those} not measured by the simulated pointer, which does not write over that. To simulate again: choose the point and press ‘Forget measurement’, or press ‘Clear’ for all.`;
 }
 
 /**
@@ -108,9 +132,18 @@ export function refinementRows({ refinement, count }, fit) {
   return [
     ["Measured points, which judge it", judged, "How far the points above are off under the refined transform, rms"],
     ["Moved by up to", `${refinement.moved_mm.toFixed(2)} mm`, "Largest displacement of a touched point"],
-    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1`, "From 0 to 1: how much the surface resists the motion that it resists least; near 0 on a plane or a ball, where points slide"],
+    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1, ${holdWords(refinement.stability)}`, "From 0 to 1: how much the surface resists the motion that it resists least; near 0 on a plane or a ball, where points slide"],
     ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "It is not the accuracy"],
   ];
+}
+
+/**
+ * What the hold of a surface means: the error of the motion that is held least goes with one over its root.
+ * @param {number} stability
+ */
+function holdWords(stability) {
+  if (stability >= WELL_HELD) return "held well";
+  return stability >= HELD ? "held weakly: touch other sides too" : "may slide: touch edges and other sides";
 }
 
 /**

@@ -5,7 +5,7 @@ import { Backoff } from "./backoff.js";
 
 /** @typedef {{ connected: boolean, again?: boolean, words?: string, refused?: boolean }} Link what a `link` event tells */
 /** @typedef {{ waitMs: number, words: string }} Refusal */
-/** @typedef {{ link: Link, hello: HelloMessage, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error">, refused: null }} Events */
+/** @typedef {{ link: Link, hello: HelloMessage, state: { state: ViewModel, changed: string[] }, note: Pick<NoteMessage, "words" | "error">, refused: null, anew: null }} Events */
 
 export const VERSION = 1; // of the messages; app/messages/version.py has the planner's
 const AWAKE_MS = 50;
@@ -67,7 +67,7 @@ async function lockedOut() {
   }
 }
 
-/** Says `hello`, `state`, `link`, `note` and `refused`; see {@link Events}. */
+/** Says `hello`, `state`, `link`, `note` and `refused`; `anew` where controls may show what the data never had; see {@link Events}. */
 export class Connection extends EventTarget {
   constructor() {
     super();

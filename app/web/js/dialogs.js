@@ -11,6 +11,7 @@ export const FRAME_QUESTION = {
   ],
 };
 
+/** @import { Connection } from "./connection.js" */
 /** @typedef {{ name: string, label: string, options: string[][] }} Question options: [value, words] */
 
 const LINGER_MS = 1000; // that a note stays where it is pointed at or focused, before it is looked at again
@@ -102,6 +103,31 @@ export function noteDone(request, words, action) {
   request.then(() => note(words, { action })).catch((error) => note(error.message, { error: true }));
 }
 
+/** @type {{ plan: "undo", registration: "registration.undo" }} what takes back the newest edit of what is open */
+const UNDOES = { plan: "undo", registration: "registration.undo" };
+
+/**
+ * Ask for an edit of the open plan or registration, and say that it was done, with a button that undoes it. The button
+ * undoes this very edit: it leaves with the next one, and the planner refuses it where that came from elsewhere.
+ * @param {Connection} connection
+ * @param {keyof typeof UNDOES} what
+ * @param {Promise<unknown>} request
+ * @param {string} words
+ */
+export function noteEdit(connection, what, request, words) {
+  request.then(() => {
+    const { id, revision } = connection.state[what] ?? {}; // the planner tells what it did before it answers
+    const leave = note(words, { action: { label: "Undo", run: () => connection.send(UNDOES[what], { revision }) } });
+    const look = () => {
+      const now = connection.state[what];
+      if (now?.id === id && now?.revision === revision) return;
+      connection.removeEventListener("state", look);
+      leave();
+    };
+    connection.addEventListener("state", look);
+  }).catch((error) => note(error.message, { error: true }));
+}
+
 /** What went wrong before is no news any more: another head, plan or step is shown, or another file was chosen. */
 export function clearErrors() {
   byId("alerts").replaceChildren();
@@ -119,7 +145,7 @@ export function whenReady(words, label) {
 
 /**
  * A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves, but
- * not from under the pointer or the focus of somebody who is about to press their button.
+ * not from under the pointer or the focus of somebody who is about to press their button. Returns what takes it away.
  * @param {string} words
  * @param {{ error?: boolean, action?: Action | null, stay?: boolean }} [options]
  */
@@ -140,4 +166,5 @@ export function note(words, { error = false, action = null, stay = false } = {})
   box.append(element);
   const passing = () => [...box.children].filter((other) => other instanceof HTMLElement && !other.dataset.stays);
   while (!error && passing().length > 3) passing()[0].remove();
+  return leave;
 }

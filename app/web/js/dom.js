@@ -204,8 +204,9 @@ export function listRow(deleted, onclick, tools) {
  * @param {boolean} current
  */
 export function fillListRow(row, item, sub, current) {
-  const [name, date] = row.querySelectorAll(".row-main > span");
+  const [name, date] = /** @type {NodeListOf<HTMLElement>} */ (row.querySelectorAll(".row-main > span"));
   name.textContent = item.name;
+  name.title = item.name; // where the panel cuts it short
   date.textContent = sub;
   row.setAttribute("aria-current", String(current));
 }

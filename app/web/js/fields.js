@@ -13,6 +13,9 @@ export function field(label, unit, control) {
 /** @type {WeakMap<HTMLInputElement, HTMLElement>} the sentence below a field that cannot be taken */
 const problems = new WeakMap();
 
+/** @type {WeakSet<object>} fields that the page keeps in step with the planner, but for what is being typed */
+const watched = new WeakSet();
+
 /**
  * Say below a field why what stands in it cannot be taken, and mark it; '' where it can. What was typed stays.
  * @param {HTMLInputElement} input
@@ -49,14 +52,17 @@ export function putBack(input) {
 }
 
 /**
- * Let Escape put a field back, where something was typed; `back` is called then.
+ * Let Escape put a field back, where something was typed; `back` is called then. So does undo, once what was typed is
+ * done and could not be taken: nothing of it is in the history that the planner would undo.
  * @param {HTMLInputElement} input
  * @param {() => void} [back]
  * @param {() => boolean} [more] whether there is something else to put back
  */
 export function escapePutsBack(input, back = () => putBack(input), more = () => false) {
   input.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape" || !(isWrong(input) || input.dataset.typing === "yes" || more())) return;
+    const typed = input.dataset.typing === "yes";
+    const kept = isWrong(input) || more();
+    if (event.key === "Escape" ? !typed && !kept : !isUndoKey(event) || typed || !kept) return;
     event.preventDefault();
     event.stopPropagation();
     back();
@@ -97,21 +103,21 @@ export function numberOf(text) {
  */
 export function numberInput(id, low, high, step, changed, emptied) {
   /** @type {HTMLInputElement} */
-  const input = h("input", { type: "number", id, min: low, max: high, step: "any", onchange: () => {
-    const empty = input.value === "" && !input.validity.badInput;
-    const why = empty && emptied ? "" : whyNoNumber(input.validity.badInput ? "?" : input.value, Number(input.min), Number(input.max));
+  const input = h("input", { type: "text", inputMode: "decimal", autocomplete: "off", id, min: low, max: high, onchange: () => { // a browser's own number field drops a comma
+    const empty = input.value.trim() === "";
+    const why = empty && emptied ? "" : whyNoNumber(input.value, Number(input.min), Number(input.max));
     complain(input, why && `${why}${heldWords(input.dataset.known)}`);
     if (why) return;
-    input.dataset.known = input.value;
+    input.value = input.dataset.known = empty ? "" : String(numberOf(input.value));
     if (empty) emptied?.();
-    else changed(Number(input.value));
+    else changed(numberOf(input.value));
   } });
   watchTyping(input);
   escapePutsBack(input);
   input.addEventListener("keydown", (event) => {
     if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return;
     event.preventDefault();
-    const wanted = Number(input.value) + (event.key === "ArrowUp" ? step : -step);
+    const wanted = (numberOf(input.value) || 0) + (event.key === "ArrowUp" ? step : -step);
     input.value = String(Math.round(Math.min(Number(input.max), Math.max(Number(input.min), wanted)) * 1000) / 1000);
     delete input.dataset.typing;
     complain(input, "");
@@ -131,6 +137,7 @@ export function numberInput(id, low, high, step, changed, emptied) {
  */
 export function ownNumber(id, low, high, step, value) {
   const input = numberInput(id, low, high, step, () => {}, value === null ? () => {} : undefined);
+  watched.delete(input);
   showNumber(input, value);
   return input;
 }
@@ -152,12 +159,39 @@ export function heldWords(held) {
 }
 
 /**
- * Note that something is being typed, until it is done.
+ * Note that something is being typed, until it is done or taken back to what stood there.
  * @param {HTMLInputElement} input
  */
 export function watchTyping(input) {
-  input.addEventListener("input", () => { input.dataset.typing = "yes"; });
-  for (const end of ["change", "blur"]) input.addEventListener(end, () => { delete input.dataset.typing; });
+  watched.add(input);
+  /** @type {string | null} what stood there before the typing */
+  let before = null;
+  input.addEventListener("beforeinput", () => { before ??= input.value; });
+  input.addEventListener("input", () => {
+    if (input.value === before) delete input.dataset.typing;
+    else input.dataset.typing = "yes";
+  });
+  for (const end of ["change", "blur"]) {
+    input.addEventListener(end, () => {
+      before = null;
+      delete input.dataset.typing;
+    });
+  }
+}
+
+/** @param {Pick<KeyboardEvent, "ctrlKey" | "metaKey" | "code">} event */
+export function isUndoKey({ ctrlKey, metaKey, code }) {
+  return (ctrlKey || metaKey) && (code === "KeyZ" || code === "KeyY");
+}
+
+/**
+ * Whether undo and redo in a field are those of its text: while something is typed in it, and in a field whose text only
+ * the page knows. Else the field shows what the planner has, and undo is the planner's.
+ * @param {object | null} input
+ */
+export function hasTextUndo(input) {
+  if (!input || !watched.has(input)) return true;
+  return isTyped(/** @type {HTMLInputElement} */ (input));
 }
 
 /**
@@ -181,5 +215,5 @@ export function showNumber(input, value, digits = 3) {
   input.dataset.known = text;
   if (isTyped(input) || (same && isWrong(input))) return;
   complain(input, "");
-  if (document.activeElement !== input || input.value === "" || Number(input.value) !== value) input.value = text;
+  if (document.activeElement !== input || input.value === "" || numberOf(input.value) !== value) input.value = text;
 }

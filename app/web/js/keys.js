@@ -1,5 +1,7 @@
 // Keys, and what is held: a key, a button, the grip.
 
+import { hasTextUndo, isUndoKey } from "./fields.js";
+
 /** @import { Connection } from "./connection.js" */
 
 /** @type {Record<string, number>} */
@@ -45,10 +47,11 @@ export class Keys {
     const target = /** @type {Partial<HTMLInputElement> | null} */ (event.target);
     const driving = this.connection.state.step?.input === "drive" && (event.code in DRIVE || event.code in TWIST);
     // a slider that keeps the focus is moved by ← and →: where keys drive, ↑ and ↓ do so, and change no margin
-    const undoing = target?.tagName === "SELECT" && (event.ctrlKey || event.metaKey); // a list has no undo of its own
+    const undoing = isUndoKey(event) && !(isText(target) && hasTextUndo(target)) && !document.querySelector("dialog[open]");
     if (typing(target) && !(driving && target?.type === "range") && !undoing) return;
     const inScene = event.view && event.view !== window;
     if (this.command(event) || this.shortcut(event)) {
+      if (undoing) this.connection.say("anew", null); // a field may show what was never drawn: edit and undo lie in one frame
       event.preventDefault();
       event.stopImmediatePropagation();
       return;
@@ -146,6 +149,14 @@ export class Keys {
 function directionOf(held, table) {
   const sum = [...held].reduce((total, code) => total + (table[code] ?? 0), 0);
   return /** @type {-1 | 0 | 1} */ (Math.sign(sum));
+}
+
+/**
+ * Whether text is typed into it: a list and a slider have no undo of their own.
+ * @param {Partial<HTMLInputElement> | null} target
+ */
+function isText(target) {
+  return target?.tagName === "TEXTAREA" || (target?.tagName === "INPUT" && !["range", "radio", "color", "file"].includes(target.type ?? ""));
 }
 
 /** @param {Partial<HTMLInputElement> | null} target */

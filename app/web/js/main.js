@@ -35,17 +35,19 @@ class Page {
     /** @type {HTMLElement | null | undefined} what had the focus when the line was lost */
     this.focused = null;
     this.planned = false;
-    this.refused = false; // something since the panel was last drawn, whose controls may show it
+    this.anew = false; // something was refused or undone since the panel was last drawn: its controls may show it still
     this.changedSteps = whenChanged();
     this.changedTitle = whenChanged();
     this.changedPlace = whenChanged();
     this.connection.on("hello", ({ steps }) => this.changedSteps([steps], () => this.offer(steps)));
     this.connection.on("state", () => this.schedule());
     this.connection.on("link", (link) => this.link(link));
-    this.connection.on("refused", () => {
-      this.refused = true;
-      this.schedule();
-    });
+    for (const name of /** @type {("refused" | "anew")[]} */ (["refused", "anew"])) {
+      this.connection.on(name, () => {
+        this.anew = true;
+        this.schedule();
+      });
+    }
     this.connection.on("note", ({ words, error }) => note(words, { error }));
     byId("retry").addEventListener("click", () => this.connection.open());
     this.connection.open();
@@ -90,9 +92,9 @@ class Page {
     const current = state.step?.name;
     this.changedPlace([state.case?.id, state.plan?.id, current], clearErrors);
     const panel = current && this.panels.get(current);
-    if (panel && this.refused) renderAnew(() => panel.update(state));
+    if (panel && this.anew) renderAnew(() => panel.update(state));
     else if (panel) panel.update(state);
-    this.refused = false;
+    this.anew = false;
     this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1);
     this.scene.update(state);
     this.slices.update(state);

@@ -251,9 +251,9 @@ export class SceneFrame {
  * Whether the scene has balls about the targets, of what the registration may be off by.
  * @param {ViewModel} state
  */
-function hasErrorBalls({ step, plan, plan_use: use, registration }) {
+export function hasErrorBalls({ step, plan_use: use, registration }) {
   if (step?.name === "register") return Boolean(registration?.errors.rows.some((row) => row.s_mm === null));
-  return step?.name === "plan" && use?.state === "ready" && Boolean(use.error_words && plan?.targets.length);
+  return step?.name === "plan" && Boolean(use?.has_balls);
 }
 
 /** @param {ScaleView | null | undefined} scale */

@@ -1,6 +1,7 @@
 // The CT slices: three through the crosshair and one across the path, cut in this window from the CT's own voxels.
 import { h } from "./dom.js";
 import { ENLARGE, LAID_OUT } from "./layout.js";
+import { CloseUp } from "./slices/close-up.js";
 import { Crosshair } from "./slices/crosshair.js";
 import { Foot } from "./slices/foot.js";
 import { GreyValues } from "./slices/grey-values.js";
@@ -48,6 +49,7 @@ export class Slices extends EventTarget {
     this.link = new VolumeLink();
     this.second = new OverlayControls(this.link, connection);
     this.crosshair = new Crosshair(connection);
+    this.closeUp = new CloseUp(this);
     this.greys = new GreyValues(connection);
     this.measures = new Measures();
     this.poses = new ToolPoses();
@@ -111,7 +113,7 @@ export class Slices extends EventTarget {
     this.empty.hidden = available || !state.case;
     this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "This head came as a surface, without a CT. Slices need a CT volume.";
     this.foot.element.hidden = !available;
-    this.state = available ? state : null;
+    this.state = available ? { ...state } : null; // as it was found: the connection writes the next head into its own
     this.poses.update(state);
     this.updateCurve(state);
     this.followTool(state);
@@ -145,6 +147,7 @@ export class Slices extends EventTarget {
       this.foot.update();
     }
     this.second.update(state);
+    this.closeUp.heard(state);
     this.askOutlines();
     for (const pane of this.panes) {
       if (!this.link.ready) pane.refresh();

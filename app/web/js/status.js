@@ -1,7 +1,7 @@
 // The status bar: force, tip error, clearance, what holds the tool, and the details of the loop.
 import { h } from "./dom.js";
 import { isOld } from "./dry-run.js";
-import { fixed, sentence } from "./format.js";
+import { clause, fixed, sentence } from "./format.js";
 /** @import { CorridorSection, DetailsSection, RehearsalSection, ViewModel } from "./types.js" */
 
 /** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
@@ -101,6 +101,6 @@ function reading(name, extra = "") {
 function planWords(corridor) {
   if (isOld(corridor)) return "Judging the path …";
   if (corridor?.verdict) return corridor.state === "drag" ? `${corridor.verdict.short} (provisional)` : corridor.verdict.short;
-  if (corridor?.status === "failed") return `Not known: ${corridor.words}`;
+  if (corridor?.status === "failed") return `Not known: ${clause(corridor.words)}`;
   return corridor?.status === "computing" ? "Driving the path …" : "–";
 }

@@ -350,6 +350,7 @@ export interface PlanSection {
   points: ItemEntry[];
   targets: ItemEntry[];
   id: string;
+  revision: number;
   name: string;
   frame: string;
   unit: string;
@@ -548,6 +549,7 @@ export interface RegistrationEntry {
  */
 export interface RegistrationSection {
   id: string;
+  revision: number;
   name: string;
   locked: boolean;
   deleted: boolean;
@@ -705,6 +707,7 @@ export interface RobotView {
  * The registration that the open plan uses. here: it is the one that is open in this step.
  *
  * words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
+ * has_balls: the error at the plan's targets is known, and drawn as balls about them.
  */
 export interface PlanUseSection {
   plan: string;
@@ -714,6 +717,7 @@ export interface PlanUseSection {
   words: string;
   doubts: string[];
   error_words: string;
+  has_balls: boolean;
   here: boolean;
   locked: boolean;
 }
@@ -723,13 +727,17 @@ export interface FiducialsSection {
   items: FiducialMark[];
 }
 
-/** A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit. */
+/**
+ * A mark in the slices and the scene. measured: where it was measured, in the image; None without a fit.
+ *
+ * state: of a bead, or 'left_out' of a point that the fit leaves out.
+ */
 export interface FiducialMark {
   id: string;
   label: string;
   position: [number, number, number];
   measured: [number, number, number] | null;
-  state: "found" | "confirmed" | "rejected";
+  state: "found" | "confirmed" | "rejected" | "left_out";
   selected: boolean;
 }
 
@@ -1639,7 +1647,9 @@ export interface Commands {
   "registration.restore": {
     registration_id: string;
   };
-  "registration.undo": {};
+  "registration.undo": {
+    revision?: number | null;
+  };
   "registration.use": {
     used: boolean;
   };
@@ -1722,7 +1732,9 @@ export interface Commands {
   "twist": {
     direction: -1 | 0 | 1;
   };
-  "undo": {};
+  "undo": {
+    revision?: number | null;
+  };
   "version.compare": {
     version_id: string;
   };

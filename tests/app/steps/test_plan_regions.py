@@ -21,7 +21,7 @@ from app.steps.plan import region_commands as r
 from app.steps.plan.region_sections import RegionsSection
 from app.steps.plan.step import PlanStep
 from app.steps.plan.suggest_commands import ShaftCommand
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import InputError, PlanError
 
 PLACE = (9.0, 36.0, 12.0)
 
@@ -66,7 +66,9 @@ def test_a_click_draws_one_region_and_the_next_click_adds_a_point_again(step: Pl
     assert plan_of(step).points == before.points
     click(step, PLACE)
     assert len(plan_of(step).zones) == 1
-    step.handle(c.EditCommand(type="undo"))
+    with pytest.raises(InputError, match="something else was edited since"):
+        step.handle(c.Undo(type="undo", revision=before.revision))
+    step.handle(c.Undo(type="undo", revision=plan_of(step).revision))
     assert (regions(step)["items"], regions(step)["selected"]) == ([], None)
 
 
@@ -213,7 +215,7 @@ def test_fields_of_a_region_are_changed_one_edit_at_a_time(step: PlanStep) -> No
     with pytest.raises(PlanError, match="1 sizes, not 2"):
         change(sizes_mm=[1.0, 2.0])
     for _ in range(5):
-        step.handle(c.EditCommand(type="undo"))
+        step.handle(c.Undo(type="undo"))
     assert regions(step)["items"] == []
 
 

@@ -95,6 +95,7 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
     assert opened.services.plans.get(opened.plan_id).registration == registration["id"]
     assert (used["name"], used["doubts"][0][:10]) == (registration["name"], "The points")
     assert "in 95 of 100 cases" in used["error_words"]
+    assert used["has_balls"]
     assert "Go on to Plan" in opened.step.hint()
     assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
 
@@ -111,6 +112,18 @@ def test_undo_and_redo_say_where_there_is_nothing_left(opened: Opened) -> None:
         opened.do("registration.undo")
 
 
+def test_the_undo_of_one_edit_is_refused_once_another_is_the_newest(opened: Opened) -> None:
+    five(opened)
+    cleared = opened.do("pair.clear_measured")["registration"]
+    opened.do("registration.fle", fle_mm=0.5)
+    with pytest.raises(InputError, match="something else was edited since"):
+        opened.do("registration.undo", revision=cleared["revision"])
+    stated = opened.shown()["registration"]
+    assert (stated["fle_stated_mm"], stated["pairs"][0]["measured"]) == (0.5, None)
+    back = opened.do("registration.undo", revision=stated["revision"])["registration"]
+    assert back["fle_stated_mm"] is None
+
+
 def test_a_wrong_pair_is_named_and_left_out(opened: Opened) -> None:
     pair = five(opened, 0.0)["registration"]["pairs"][2]
     off = np.add(pair["measured"], [0.0, 8.0, 0.0]).tolist()
@@ -120,6 +133,12 @@ def test_a_wrong_pair_is_named_and_left_out(opened: Opened) -> None:
     left = opened.do("pair.change", pair_id=pair["id"], enabled=False)["registration"]
     assert (left["fit"]["wrong"], left["fit"]["used"]) == (None, 4)
     assert left["pairs"][2]["residual_mm"] > 5.0
+    assert "Three points" not in opened.step.hint()
+    few = opened.do("pair.change", pair_id=left["pairs"][3]["id"], enabled=False)["registration"]["fit"]
+    assert few["used"] == 3
+    assert "up to 8.0 mm off: ‘F3’, ‘F4’. Measure one of them again" in few["cautions"][-1]
+    assert [mark["state"] for mark in opened.shown()["fiducials"]["items"]].count("left_out") == 2
+    assert opened.step.hint() == few["cautions"][-1]  # three points that fit are no reason to go on
 
 
 def test_the_order_is_asked_for_and_forgotten_when_the_points_change(opened: Opened) -> None:

@@ -1,8 +1,9 @@
 // Below the slices: what is laid over the head, by which transform, and how much of it is seen. The plan keeps it.
 import { clearErrors, note } from "../dialogs.js";
 import { fillOptions, h, whenChanged } from "../dom.js";
+import { heldNumber, numberInput, showNumber } from "../fields.js";
 import { OWN, PRESETS } from "./grey-values.js";
-import { IDENTITY, transformOf } from "./overlay.js";
+import { FARTHEST_MM, IDENTITY, transformOf } from "./overlay.js";
 import { poseOf, transformOfPose } from "./rigid-pose.js";
 /** @import { Connection } from "../connection.js" */
 /** @import { SecondVolumeSection, ViewModel } from "../types.js" */
@@ -49,7 +50,7 @@ export class OverlayControls extends EventTarget {
     this.window = h("select", { id: "overlay-window", "aria-label": "Grey values of what is laid over", onchange: () => this.windowed() });
     /** @type {HTMLInputElement} */
     this.place = h("input", { type: "text", id: "overlay-transform", autocomplete: "off", placeholder: "16 numbers; empty: one frame", "aria-label": "Transform, 16 numbers row by row, LPS mm", onchange: () => this.placed() });
-    this.pose = POSE.map(([name, label, unit]) => /** @type {HTMLInputElement} */ (h("input", { type: "number", id: `overlay-${name}`, step: unit === "mm" ? 0.5 : 1, "aria-label": `${label}, ${unit}`, title: label, onchange: () => this.posed() })));
+    this.pose = POSE.map(([name, label, unit]) => this.poseInput(`overlay-${name}`, `${label}, ${unit}`, unit === "mm"));
     const numbers = (/** @type {number} */ from, /** @type {string} */ words) => h("div", { class: "field" }, h("span", { class: "field-label" }, words),
       h("div", { class: "three" }, this.pose.slice(from, from + 3)));
     this.more = h("div", { class: "overlay-more", hidden: true },
@@ -61,6 +62,20 @@ export class OverlayControls extends EventTarget {
       h("label", { class: "field" }, h("span", { class: "field-label" }, "Second volume"), this.choice), this.words, this.more);
     link.addEventListener("laid", () => { this.here = this.choice.value !== ""; this.say(); });
     link.addEventListener("unlaid", () => this.refused());
+  }
+
+  /**
+   * One of the six numbers of the pose.
+   * @param {string} id
+   * @param {string} words
+   * @param {boolean} shift in mm, else a turn in degrees
+   */
+  poseInput(id, words, shift) {
+    const most = shift ? FARTHEST_MM : 360;
+    const input = numberInput(id, -most, most, shift ? 0.5 : 1, () => this.posed());
+    input.setAttribute("aria-label", words);
+    input.title = words;
+    return input;
   }
 
   /** How the second volume is drawn; null while there is none. @returns {OverlayLook | null} */
@@ -169,15 +184,13 @@ export class OverlayControls extends EventTarget {
 
   /** The six numbers as they are in force, to a thousandth; the one that is being typed stays. */
   showPose() {
-    poseOf(this.transform).forEach((value, at) => {
-      if (document.activeElement !== this.pose[at]) this.pose[at].value = String(Number(value.toFixed(3)) + 0);
-    });
+    poseOf(this.transform).forEach((value, at) => showNumber(this.pose[at], value + 0));
   }
 
   /** One of the six numbers was typed: the others are those in force, to the last digit. */
   posed() {
     const now = poseOf(this.transform);
-    const typed = this.pose.map((input, at) => (Number(input.value) === Number(now[at].toFixed(3)) ? now[at] : Number(input.value)));
+    const typed = this.pose.map((input, at) => (heldNumber(input) === Number(now[at].toFixed(3)) ? now[at] : Number(heldNumber(input))));
     this.lie(transformOfPose(typed).map(String).join(" "), () => { this.showPose(); });
     this.write();
   }

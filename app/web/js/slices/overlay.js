@@ -8,7 +8,7 @@ import { inverse } from "./grid.js";
 /** @typedef {number[]} Transform 4×4 row by row, from the second volume's LPS to the first one's, mm */
 
 export const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
-const FARTHEST_MM = 1e4; // of its shift
+export const FARTHEST_MM = 1e4; // of its shift
 const RIGID = 1e-3; // what rotation and last row may be off
 
 /**

@@ -4,8 +4,8 @@ import { fixed } from "../format.js";
 
 /** The letter of the positive and of the negative side of each LPS axis. */
 const SIDES = ["LR", "PA", "SI"];
-const TYPED = /([LRPASI])\s*([-−]?\d+(?:\.\d+)?)/giu;
-const NUMBER = /^[-−]?\d+(?:\.\d+)?$/u;
+const TYPED = /([LRPASI])\s*([-−]?\d+(?:[.,]\d+)?)/giu;
+const NUMBER = /^[-−]?\d+(?:[.,]\d+)?$/u;
 
 /**
  * One coordinate: 'R 24.5' for L −24.5.
@@ -42,14 +42,15 @@ export function readingWords(place, hu) {
  * @returns {Triple}
  */
 export function placeOf(words) {
-  const text = words.replace(/mm/giu, " ").replace(/[,;]/gu, " ").trim();
-  const numbers = text.split(/\s+/u);
-  if (numbers.length === 3 && numbers.every((number) => NUMBER.test(number))) {
+  const text = words.replace(/mm/giu, " ").trim();
+  for (const between of [/[;\s]+/u, /[,;\s]+/u]) { // the first leaves commas to the numbers
+    const numbers = text.split(between);
+    if (numbers.length !== 3 || !numbers.every((number) => NUMBER.test(number))) continue;
     const [right, front, up] = numbers.map(parsed);
     return [-right || 0, -front || 0, up];
   }
   const found = [...text.matchAll(TYPED)];
-  if (text.replace(TYPED, "").trim()) throw new Error(HELP);
+  if (text.replace(TYPED, "").replace(/[,;]/gu, " ").trim()) throw new Error(HELP);
   /** @type {(number | undefined)[]} */
   const place = [undefined, undefined, undefined];
   for (const [, letter, number] of found) {
@@ -65,7 +66,7 @@ const HELP = "Type a place as R 24.5 A 10 S 3: right or left, front (A) or back 
 
 /** @param {string} number */
 function parsed(number) {
-  return Number(number.replace("−", "-"));
+  return Number(number.replace("−", "-").replace(",", "."));
 }
 
 /**
