@@ -39,7 +39,9 @@ MOVED_MM = 2.0  # a pointer that rests on a point is nearer to the mean of its p
 _NO_CT = "this case was made of a surface; beads are found in a CT. Type the places in the image instead."
 _KNOWN_MM = 1.0  # how near a bead of the case is to the one that was found
 
-UseState = Literal["none", "ready", "unfinished", "misfit", "deleted", "missing", "other_case", "unreadable"]
+UseState = Literal[
+    "none", "ready", "unfinished", "misfit", "inconsistent", "deleted", "missing", "other_case", "unreadable"
+]
 
 
 @dataclass(frozen=True)
@@ -230,12 +232,12 @@ class Registering:
             state = "other_case"
         elif document.deleted_at is not None:
             state = "deleted"
-        elif document.content.made_from == "none":
+        elif report.state == "misfit" or report.state == "inconsistent":
+            state = report.state
+        elif not report.usable:
             state = "unfinished"
-        elif report.state == "misfit":
-            state = "misfit"
         told = words.get(state, "This plan uses the registration ‘{name}’.").replace("{name}", document.name)
-        if state == "misfit":
+        if state in ("misfit", "inconsistent"):
             told = f"{told} {report.words}"
         return PlanRegistration(state, told, plan.registration, document, report.doubts if state == "ready" else ())
 
@@ -267,11 +269,14 @@ _UNUSABLE: dict[UseState, str] = {
     "deleted": "The registration ‘{name}’ of this plan was deleted. Restore it, or choose another one.",
     "unfinished": "The registration ‘{name}’ of this plan has no transform yet: its points are not fitted.",
     "misfit": "The registration ‘{name}’ of this plan does not fit, and nothing is driven by it.",
+    "inconsistent": "The registration ‘{name}’ of this plan contradicts itself, and nothing is driven by it.",
 }
 _REFUSED: dict[UseState, str] = {
     "other_case": "the registration ‘{name}’ belongs to another head; a plan uses one of its own.",
     "deleted": "the registration ‘{name}’ is deleted; restore it first.",
     "unfinished": "the registration ‘{name}’ has no transform yet; measure its points first.",
     "misfit": "the points of the registration ‘{name}’ do not fit; match their order or measure them again first.",
+    "inconsistent": "the transform of the registration ‘{name}’ is not that of what it says it is made of; fit its "
+    "points anew first.",
     "unreadable": "the registration cannot be read.",
 }

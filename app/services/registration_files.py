@@ -128,7 +128,8 @@ def export_text(document: StoredRegistration, form: Format) -> str:
     """
     report = report_of(document.content)
     if not report.usable:
-        why = report.words if report.state == "misfit" else "It has no transform yet; measure its points first."
+        told = report.state in ("misfit", "inconsistent")
+        why = report.words if told else "It has no transform yet; measure its points first."
         raise InputError(f"the registration {document.name!r:.80} is not exported. {why}")
     content = document.content
     transform = content.registration.transform

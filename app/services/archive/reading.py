@@ -15,7 +15,7 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from app.services.archive.checking import CheckedArchive
-from app.services.archive.kinds import KINDS
+from app.services.archive.kinds import KINDS, contradiction
 from app.services.archive.layout import CASE, FILE, file_entry, renamed
 from app.services.array_files import ArraysUnusable, check_arrays, is_zip
 from app.services.case_files import STORED, surface_info, volume_info
@@ -212,6 +212,8 @@ def _check_document(document: dict[str, Any], name: str) -> None:
         content = kind.content(document["schema"], document["content"], document["settings"])
     except InputError as error:
         raise InputError(f"the {kind.noun} {document['name']!r:.80} of the archive cannot be read: {error}") from None
+    if why := contradiction(content):
+        raise InputError(f"the {kind.noun} {document['name']!r:.80} of the archive contradicts itself: {why}")
     # Those of the content; what the archive lists might be anything, and of any size.
     document["refs"] = [{"kind": ref.kind, "id": ref.id} for ref in kind.refs(content)]
 

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from sqlalchemy import select
 
-from app.services.archive.kinds import KINDS
+from app.services.archive.kinds import KINDS, contradiction
 from app.services.archive.layout import CASE, FILE, MANIFEST, SCHEMA, SUMS, file_entry, renamed
 from app.services.case_files import ASSET, PHANTOM_CT, STORED, CaseFiles, surface_arrays, volume_arrays
 from app.services.case_model import Case
@@ -139,7 +139,8 @@ class ArchiveWriter:
                 try:
                     if kind is None or state is None:
                         raise InputError("its kind is not known." if kind is None else "its content is missing.")
-                    kind.content(state.schema, state.content, row.settings)
+                    if why := contradiction(kind.content(state.schema, state.content, row.settings)):
+                        raise InputError(why)
                 except InputError as error:
                     left_out.append({"kind": row.kind, "id": row.id, "name": row.name, "why": str(error)})
                     continue
