@@ -28,7 +28,7 @@ from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.registration import Bead, find_beads
-from vfix_engine.registration.beads import THRESHOLD_HU
+from vfix_engine.registration.beads import THRESHOLD_HU, check_search
 
 if TYPE_CHECKING:
     from app.link import TrackerClient
@@ -244,7 +244,9 @@ class Registering:
 
 def _wish(diameter_mm: float | None, threshold_hu: float) -> tuple[float | None, float]:
     diameter = None if diameter_mm is None else number(diameter_mm, "a bead's diameter")
-    return diameter, number(threshold_hu, "the threshold")
+    threshold = number(threshold_hu, "the threshold")
+    check_search(diameter, threshold)
+    return diameter, threshold
 
 
 def _found(bead_id: str, bead: Bead, known: Sequence[KnownBead]) -> FoundBead:
