@@ -240,7 +240,7 @@ def test_a_traced_path_comes_into_a_plan(client: Client, made: dict[str, Any]) -
         ("POST", "/beads", {"diameter_mm": -1.0}, "diameter"),
         ("POST", "/beads", {"diameter_mm": 1e308}, "diameter"),
         ("POST", "/beads", {"threshold_hu": 0.0}, "threshold"),
-        ("PATCH", "", {"fle": {"mm": 0.3, "x": 1}}, "fle.x"),
+        ("PATCH", "", {"fle": {"mm": 0.3, "x": 1}}, "fle"),
         ("PATCH", "", {"locked": 1}, "locked"),
         ("POST", "/surface/touch", {"seed": True}, "seed"),
         ("POST", "/surface/touch", {"count": True}, "count"),
