@@ -9,6 +9,7 @@ from app.gateway.application import build_application
 from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp, WarmUpStep
 from app.services import Services, build_services
+from app.services.errors import PlannerEnds
 from app.services.live_link import LiveLink
 from app.session import router as session_router
 from app.settings import Settings
@@ -33,6 +34,7 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
             WarmUpStep("Loading the geometry engine", lambda: _drive_plans(services)),
         ),
         later=(WarmUpStep("Preparing the snake", worlds.SNAKE.prepare),),
+        ends=(PlannerEnds,),
     )
     routers = (api_router, session_router, *step_routers())
     link = None if settings.igtl is None else LiveLink(settings.igtl, services)

@@ -66,7 +66,7 @@ async def export_archive(
 
 async def _made(case_id: str, request: Request, services: Services, runs: bool) -> Path:
     """The archive in a folder of its own; nothing is left where the client goes away. Raises JobCancelled then."""
-    place = await run_in_threadpool(services.store.scratch.new_place)
+    place = await run_in_threadpool(services.store.exports.new_place)
     gone, path = threading.Event(), place / "case.zip"
 
     def check() -> None:

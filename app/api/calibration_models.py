@@ -62,7 +62,7 @@ class SimulateWish(Wish):
     """A simulated calibration. noise_mm: rms length of the error of each tracked point; seed: null for a new one."""
 
     noise_mm: Number = DEFAULT_NOISE_MM
-    seed: Annotated[int | None, Field(ge=0, lt=2**63)] = None
+    seed: Annotated[int | None, Field(ge=0, lt=2**63, strict=True)] = None
     revision: Revision = None
 
 

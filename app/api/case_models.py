@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from app.api.dependencies import Wish
+from app.api.dependencies import Flag, Wish
 from app.services.cases import Case
 from app.services.names import MAX_NAME
 from app.services.structures import CaseKind, Origin, Role
@@ -155,4 +155,4 @@ class CaseUpdate(Wish):
     """Changes of a case; omitted fields stay."""
 
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)] | None = None
-    deleted: bool | None = None
+    deleted: Flag | None = None

@@ -16,7 +16,7 @@ def _services(request: Request) -> Services:
 
 
 ServicesDep = Annotated[Services, Depends(_services)]
-_ETAG = re.compile(r'"([0-9]{1,15})"')
+_ETAG = re.compile(r'"(0|[1-9][0-9]{0,14})"')  # as they are made: 7 is no 07
 Identifier = Annotated[str, Path(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")]
 
 
@@ -65,6 +65,7 @@ class ErrorPublic(BaseModel):
 
 
 Number = Annotated[float, Field(allow_inf_nan=False, strict=True)]  # a finite number, no text and no boolean
+Flag = Annotated[bool, Field(strict=True)]  # true or false, no number and no text
 
 
 class Wish(BaseModel):

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
-from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep, Wish
+from app.api.dependencies import ERRORS, Condition, ConditionDep, Flag, Identifier, ServicesDep, Wish
 from app.api.jobs import JobPublic
 from app.services.label_kind import FIRST_COLOUR
 from app.services.labels import PaintedDocument
@@ -76,8 +76,8 @@ class LabelUpdate(Wish):
 
     name: LabelName | None = None
     colour: Colour | None = None
-    locked: bool | None = None
-    deleted: bool | None = None
+    locked: Flag | None = None
+    deleted: Flag | None = None
 
 
 class StrokeCreate(Wish):

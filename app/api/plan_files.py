@@ -75,7 +75,7 @@ def export_plan(
 def export_slicer(plan_id: Identifier, services: ServicesDep) -> PassingFile:
     """Plan and head as a zipped folder that 3D Slicer opens by its scene; takes seconds. Not for clinical use."""
     plan = services.plans.get(plan_id)
-    place = services.store.scratch.new_place()
+    place = services.store.exports.new_place()
     try:
         name = safe_name(plan.name)
         services.slicer.write(plan, place / "folder" / name)

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.api.dependencies import Number, Wish
+from app.api.dependencies import Flag, Number, Wish
 from app.services.names import MAX_NAME
 from app.services.plan_model import MAX_COORDINATE
 from app.services.plans import Plan
@@ -194,8 +194,8 @@ class PlanUpdate(Wish):
     """Changes of a plan; omitted fields stay."""
 
     name: Name | None = None
-    deleted: bool | None = None
-    locked: bool | None = None
+    deleted: Flag | None = None
+    locked: Flag | None = None
     settings: SettingsWish | None = None
     robot: RobotWish | None = None
     tool: ToolWish | None = None
@@ -207,7 +207,7 @@ class PointCreate(Wish):
 
     position: Position
     label: Label | None = None
-    index: Annotated[int | None, Field(ge=0)] = None
+    index: Annotated[int | None, Field(ge=0, strict=True)] = None
     revision: Revision = None
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field
 
 from app.api.calibration_models import PointerTipPublic, RobotToTrackerPublic
-from app.api.dependencies import Number, Wish
+from app.api.dependencies import Flag, Number, Wish
 from app.api.plan_models import Label, Name, Position, Revision
 from app.api.surface_models import SurfacePublic
 from app.services.plan_model import NOTICE
@@ -178,7 +178,7 @@ class RegistrationCreate(Wish):
     copy_of: Annotated[str | None, Field(max_length=64)] = None
 
 
-class FleWish(BaseModel):
+class FleWish(Wish):
     """The rms length of one fiducial's localisation error, mm; null estimates it from the fit."""
 
     mm: Number | None
@@ -188,8 +188,8 @@ class RegistrationUpdate(Wish):
     """Changes of a registration, one per request; omitted fields stay."""
 
     name: Name | None = None
-    deleted: bool | None = None
-    locked: bool | None = None
+    deleted: Flag | None = None
+    locked: Flag | None = None
     fle: FleWish | None = None
     made_from: Literal["pairs"] | None = None
     to: RegisteredTo | None = None
@@ -206,7 +206,7 @@ class BeadsWish(Wish):
 class BeadWish(Wish):
     """Confirmed: a pair is made of the bead; rejected: its pair is taken away; null: neither."""
 
-    confirmed: bool | None
+    confirmed: Flag | None
     revision: Revision = None
 
 
@@ -225,7 +225,7 @@ class PairUpdate(Wish):
     label: Label | None = None
     in_image: Position | None = None
     measured: Position | None = None
-    enabled: bool | None = None
+    enabled: Flag | None = None
     weight: Number | None = None
     revision: Revision = None
 
@@ -239,7 +239,7 @@ class TouchWish(Wish):
     """A touch of the simulated pointer. noise_mm: rms length of its error; seed: of the error, null for a new one."""
 
     noise_mm: Number = DEFAULT_NOISE_MM
-    seed: Annotated[int | None, Field(ge=0, lt=2**63)] = None
+    seed: Annotated[int | None, Field(ge=0, lt=2**63, strict=True)] = None
     revision: Revision = None
 
 

@@ -49,9 +49,9 @@ class SurfaceTouchWish(Wish):
     """
 
     structure: StructureId = None
-    count: Annotated[int, Field(ge=1, le=MAX_TOUCHED)] = DEFAULT_COUNT
+    count: Annotated[int, Field(ge=1, le=MAX_TOUCHED, strict=True)] = DEFAULT_COUNT
     noise_mm: Number = DEFAULT_NOISE_MM
-    seed: Annotated[int | None, Field(ge=0, lt=2**63)] = None
+    seed: Annotated[int | None, Field(ge=0, lt=2**63, strict=True)] = None
 
 
 class SurfaceTrackedWish(Wish):

@@ -57,7 +57,7 @@ class TraceSimulatedWish(Wish):
     """
 
     noise_mm: Number = DEFAULT_NOISE_MM
-    seed: Annotated[int | None, Field(ge=0, lt=2**63)] = None
+    seed: Annotated[int | None, Field(ge=0, lt=2**63, strict=True)] = None
     registration: RegistrationId = None
     revision: Revision = None
 

@@ -80,6 +80,8 @@ def examine(settings: Settings) -> Health:
     problems = [f"The package {name} is missing: {_REMEDY}." for name in _missing(packages)]
     if not home_writable:
         problems.append(f"The data folder {settings.home} cannot be written: set VFIX_HOME to one that can.")
+    if why := _why_closed(settings):
+        problems.append(why)
     return Health(
         vfix=__version__,
         python=platform.python_version(),
@@ -104,6 +106,19 @@ def _missing(packages: dict[str, str | None]) -> list[str]:
     """Missing packages: of the engine, and of the page if it is partly installed."""
     absent = [name for name, version in packages.items() if version is None]
     return [name for name in absent if name in PACKAGES or not set(APP_PACKAGES) <= set(absent)]
+
+
+def _why_closed(settings: Settings) -> str:
+    """Why the store cannot be opened; '' where it can, or without the application that has one."""
+    if not has_app():
+        return ""
+    from app.store.looking import check_store
+
+    try:
+        check_store(settings)
+    except VfixError as error:
+        return f"The store of {settings.home} cannot be opened: {error}"
+    return ""
 
 
 def _worker() -> dict[str, bool]:
@@ -132,7 +147,7 @@ def _version(package: str) -> str | None:
 
 def _is_writable(folder: Path) -> bool:
     """Whether `folder`, or its nearest existing parent, is writable."""
-    existing = next(place for place in (folder, *folder.parents) if place.is_dir())
+    existing = next(place for place in (folder, *folder.parents) if place.exists())
     try:
         with tempfile.TemporaryFile(dir=existing):
             return True

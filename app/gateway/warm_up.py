@@ -3,6 +3,7 @@
 import logging
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 _LOG = logging.getLogger(__name__)
@@ -34,10 +35,16 @@ class WarmUp:
     """Runs its steps once, in order, on a thread; `status` is thread-safe.
 
     later: steps that begin when everything is ready and that nobody waits for; one that fails is told in the log.
+    ends: what a step raises because the planner ends, which is no failure; no other step begins then.
     """
 
-    def __init__(self, steps: Sequence[WarmUpStep], later: Sequence[WarmUpStep] = ()) -> None:
-        self._steps, self._later = tuple(steps), tuple(later)
+    def __init__(
+        self,
+        steps: Sequence[WarmUpStep],
+        later: Sequence[WarmUpStep] = (),
+        ends: tuple[type[Exception], ...] = (),
+    ) -> None:
+        self._steps, self._later, self._ends = tuple(steps), tuple(later), ends
         self._done = threading.Event()
         self._text: str | Callable[[], str] = "Getting ready"
         self._ready, self._failed = False, ""
@@ -57,18 +64,24 @@ class WarmUp:
         return self._done.wait(timeout)
 
     def _run(self) -> None:
+        with suppress(*self._ends):
+            self._get_ready()
+            for step in self._later if self._ready else ():
+                self._take(step, shown=False)
+
+    def _get_ready(self) -> None:
         try:
             for step in self._steps:
                 self._take(step)
             self._ready = True
+        except self._ends:
+            raise
         except Exception as error:
             _LOG.exception("getting ready failed")
             self._failed = f"Getting ready failed: {error}"
         finally:
             self._text = ""
             self._done.set()
-        for step in self._later if self._ready else ():
-            self._take(step, shown=False)
 
     def _take(self, step: WarmUpStep, shown: bool = True) -> None:
         if not step.needed():
@@ -77,6 +90,8 @@ class WarmUp:
             self._text = step.text
         try:
             step.work()
+        except self._ends:
+            raise
         except Exception:
             if shown and not step.spare:
                 raise

@@ -69,6 +69,7 @@ class TrackerClient:
         self._poses: deque[Pose] = deque(maxlen=_KEPT)
         self._connected = False
         self._trouble = ""
+        self._lost_s = -np.inf  # when the connection was lost last
         self._socket: socket.socket | None = None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="tracker", daemon=True)
@@ -128,7 +129,7 @@ class TrackerClient:
         """
         begin, found = self._next(seconds)
         if self.state != "fresh" or _longest_gap_s(found, begin) > STALE_S:
-            raise LinkFault(f"{self.words}; hold the tool where the tracker sees it, and try again.")
+            raise LinkFault(f"{self._why_unseen(begin)} and try again.")
         poses = self._enough(found, seconds)
         places = poses[:, :3, :3] @ np.asarray(point, dtype=np.float64) + poses[:, :3, 3]
         mean = places.mean(axis=0)
@@ -154,10 +155,17 @@ class TrackerClient:
     def _enough(self, found: list[Pose], seconds: float) -> Array:
         if len(found) < _FEWEST:
             raise LinkFault(
-                f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. {self.words}; hold the tool where "
-                "the tracker sees it, or longer."
+                f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. "
+                f"{self._why_unseen(time.monotonic() - seconds)} or longer."
             )
         return np.array([pose.transform for pose in found])
+
+    def _why_unseen(self, begin: float) -> str:
+        """Why poses are missing since then, and what to do, as the beginning of a sentence."""
+        if self._lost_s >= begin and self.state == "fresh":  # it is back, which says nothing of why they are missing
+            return f"The connection to {self.host}, port {self.port} was lost meanwhile; hold the tool still,"
+        words = f"{self.name} was out of sight meanwhile" if self.state == "fresh" else self.words
+        return f"{words}; hold the tool where the tracker sees it,"
 
     def recorded(self, seconds: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> list[Pose]:
         """The poses of the last seconds, oldest first; point: (3,) of the tool's frame, whose way is of interest.
@@ -174,7 +182,10 @@ class TrackerClient:
         if full:
             raise LinkFault(f"more than {_KEPT:,} poses came in {seconds:.0f} s, which are not kept; record less.")
         if len(found) < _FEWEST:
-            raise LinkFault(f"{len(found)} poses came in {seconds:.1f} s; {_FEWEST} are needed. {self.words}.")
+            why = self._why_unseen(begin).partition(";")[0]
+            raise LinkFault(f"{len(found)} poses came in {seconds:.1f} s; {_FEWEST} are needed. {why}.")
+        if self._lost_s >= begin:
+            raise LinkFault(f"the connection to {self.host}, port {self.port} was lost meanwhile; record again.")
         if found[0].received_s - begin > STALE_S or end - found[-1].received_s > STALE_S:
             raise LinkFault(f"{self.name} was out of sight when the recording began or ended; hold it still there.")
         for one, other in pairwise(found):
@@ -201,6 +212,8 @@ class TrackerClient:
             except OSError as error:
                 self._trouble = error.strerror or str(error)
             with self._lock:
+                if self._connected:
+                    self._lost_s = time.monotonic()
                 self._socket, self._connected = None, False
             self._ended.wait(_RETRY_S)
 

@@ -153,8 +153,7 @@ class Case:
     @property
     def own_surfaces(self) -> tuple[SurfaceInfo, ...]:
         """The surfaces that the case was made with: all but those of imported structures."""
-        imported = {item.surface for item in self.spared}
-        return tuple(item for item in self.surfaces if item.name not in imported)
+        return own_surfaces(self)
 
     def structure_errors(self) -> dict[str, float]:
         """By the id of each structure to spare, how far smoothing or thinning may have moved its surface, in mm."""
@@ -205,6 +204,12 @@ class CaseContent:
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
+
+
+def own_surfaces(content: CaseContent | Case) -> tuple[SurfaceInfo, ...]:
+    """The surfaces that a case was made with: all but those of imported structures."""
+    imported = {item.surface for item in content.structures if item.role == "spare"}
+    return tuple(item for item in content.surfaces if item.name not in imported)
 
 
 def anatomy_structure(

@@ -26,6 +26,7 @@ from app.services.case_model import (
     VolumeInfo,
     anatomy_structure,
     extracted_from,
+    own_surfaces,
 )
 from app.services.case_reading import case_content_from_json
 from app.services.errors import NotFound
@@ -115,7 +116,7 @@ class CaseService:
         made_from, inside = extracted_from(volume is not None), is_closed(surfaces[driven])
         structure = anatomy_structure(kind, surface, surface.source, made_from, inside)
         content = CaseContent(frame, infos, volumes, tuple(beads), tuple(notes), kind, (structure,))
-        return self.put(f"case-{secrets.token_hex(6)}", name, content, _hash(content))
+        return self.put(f"case-{secrets.token_hex(6)}", name, content, hash_of(content))
 
     def put(self, case_id: str, name: str, content: CaseContent, content_hash: str) -> Case:
         """Store a case under an id, or give the one of that id another content; its name and fate stay then."""
@@ -303,8 +304,8 @@ def _named(items: Sequence[Info], name: str, what: str) -> Info:
     raise NotFound(f"this case has no {what} {name!r:.40}; it has: {known}.")
 
 
-def _hash(content: CaseContent) -> str:
-    """A case is its files: the hash of what they are called and hold."""
-    surfaces = {item.name: item.source for item in content.surfaces}
+def hash_of(content: CaseContent | Case) -> str:
+    """A case is the files it was made of: the hash of what they are called and hold, without imported structures."""
+    surfaces = {item.name: item.source for item in own_surfaces(content)}
     sources = {"surfaces": surfaces, "volumes": {item.name: item.source for item in content.volumes}}
     return hashlib.sha256(json.dumps(sources, sort_keys=True).encode()).hexdigest()

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-_SAME = 1e-6  # between a stored transform and the fit of its points, mm and components of the rotation
-
 
 @dataclass(frozen=True, eq=False)
 class DrivenRegistration:
@@ -86,10 +84,6 @@ def driven_registration(used: PlanRegistration) -> DrivenRegistration | None:
             fit = fitted(content.used_pairs)
         except VfixError as error:
             raise PlanError(in_our_words(error)) from None
-        if np.abs(fit.transform - image.transform).max() > _SAME:
-            raise PlanError(
-                f"The registration ‘{used.document.name}’ is not that of its points; change one to fit anew."
-            )
     fle_mm = content.fle_mm if fit is None else counted_fle(content, fit)
     between = None if fit is None else motion_covariance(content)
     return DrivenRegistration(used.document.id, used.document.name, image, fit, fle_mm, between, content)

@@ -6,7 +6,9 @@ import hashlib
 import json
 from dataclasses import replace
 
-from app.services.case_files import ASSET, CaseFiles, surface_info, volume_info
+import numpy as np
+
+from app.services.case_files import ASSET, PHANTOM_CT, CaseFiles, surface_info, volume_info
 from app.services.case_model import (
     HEAD_PHANTOM,
     Bead,
@@ -14,6 +16,7 @@ from app.services.case_model import (
     CaseContent,
     CaseFrame,
     anatomy_structure,
+    own_surfaces,
     to_triple,
 )
 from app.services.cases import CaseService
@@ -25,6 +28,7 @@ from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import DocumentRow
 from vfix_engine.imaging.phantom import BONE_REPORT, load_head_ct, load_nose_ct
+from vfix_engine.imaging.volume import Volume
 from vfix_engine.resources import assets_dir
 
 SAMPLE_PLAN = "head-phantom-sample"
@@ -44,7 +48,7 @@ def ensure_head_phantom(store: Store, cases: CaseService, plans: PlanService) ->
 
     What the user did to them stays: a new name, a deletion, edits of the plan.
     """
-    content_hash = _assets_hash()
+    content_hash = shipped_hash()
     try:
         known = cases.get(HEAD_PHANTOM)
     except (NotFound, StoreDamaged):
@@ -100,7 +104,30 @@ def _with_imported(content: CaseContent, known: Case | None) -> CaseContent:
     )
 
 
-def _assets_hash() -> str:
+def is_shipped_head(content: CaseContent, files: CaseFiles) -> bool:
+    """Whether stored files are copies of the surfaces and volumes that travel with this vfix."""
+    surfaces = {item.name: item.source for item in own_surfaces(content)}
+    volumes = {item.name: item.source for item in content.volumes}
+    if set(surfaces) != set(_SURFACES) or {f"phantom:{name}" for name in volumes} != set(PHANTOM_CT):
+        return False
+    for name, source in surfaces.items():
+        mesh, shipped = files.surface(source), files.surface(f"{ASSET}{_FOLDER}/{_SURFACES[name]}")
+        if not np.array_equal(mesh.vertices, shipped.vertices) or not np.array_equal(mesh.faces, shipped.faces):
+            return False
+    return all(_same(files.volume(source), files.volume(f"phantom:{name}")) for name, source in volumes.items())
+
+
+def _same(one: Volume, other: Volume) -> bool:
+    grids = [(volume.hu.shape, *(part.tolist() for part in (volume.origin, volume.spacing, volume.direction)))
+             for volume in (one, other)]  # fmt: skip
+    if grids[0] != grids[1]:
+        return False
+    # The noise is added when the CT is read, and may be rounded otherwise on another machine.
+    return bool(np.abs(one.hu.astype(np.int32) - other.hu.astype(np.int32)).max() <= 1)
+
+
+def shipped_hash() -> str:
+    """The content hash of the case that travels with this vfix: that of its assets."""
     digest = hashlib.sha256()
     for file in (*_SURFACES.values(), *_VOLUMES, "phantom.json"):
         digest.update(bytes.fromhex(_asset_hash(file)))

@@ -15,6 +15,11 @@ _REORDERING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\
 
 # Letters and a sign that are blank, and therefore no name by themselves.
 _BLANK = frozenset("\u115f\u1160\u3164\uffa0\u2800")
+# Marks that have no shape of their own: joiners, vowels that are not drawn, and selectors of variants.
+_SELECTORS = (
+    ("\u034f", "\u034f"), ("\u17b4", "\u17b5"), ("\u180b", "\u180f"), ("\ufe00", "\ufe0f"),
+    ("\U000e0100", "\U000e01ef"),
+)  # fmt: skip
 
 
 def check_name(text: object, what: str) -> str:
@@ -59,6 +64,17 @@ def _without_noncharacters(text: str, what: str) -> str:
     if any(0xFDD0 <= ord(c) <= 0xFDEF or ord(c) & 0xFFFE == 0xFFFE for c in text):
         raise InputError(f"the {what} holds a character that is none; use letters, digits and signs.")
     return text
+
+
+def as_seen(text: str) -> str:
+    """What people see of a name: two that are equal so look the same, whatever characters hide in them."""
+    shown = unicodedata.normalize("NFC", "".join(c for c in text if not _is_hidden(c)))
+    return " ".join(shown.split())
+
+
+def _is_hidden(c: str) -> bool:
+    """Whether nothing is drawn of a character: it joins, parts or changes its neighbours, or is blank."""
+    return unicodedata.category(c) == "Cf" or c in _BLANK or any(low <= c <= high for low, high in _SELECTORS)
 
 
 def _is_seen(text: str) -> bool:

@@ -123,7 +123,7 @@ class Refining:
     def clear(self, registration_id: str, *, expected_revision: int | None = None) -> StoredRegistration:
         """Forget what was touched, as one edit; a refined transform goes back to the fit of the points.
 
-        Where the points cannot be fitted the transform stays.
+        Raises InputError where the points cannot be fitted: nothing would tell what the transform is of.
         """
 
         def change(content: RegistrationContent) -> RegistrationContent:
@@ -131,7 +131,12 @@ class Refining:
             if content.made_from != "surface":
                 return bare
             back = refitted(replace(bare, made_from="none"))
-            return bare if back.made_from == "none" else back
+            if back.made_from == "none":
+                raise InputError(
+                    "the transform is refined on the touched points, and the registration has no others to go back to; "
+                    "take the refinement back with undo, or touch others."
+                )
+            return back
 
         return self._edit(registration_id, change, expected_revision)
 

@@ -28,7 +28,7 @@ from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.registration import Bead, find_beads
-from vfix_engine.registration.beads import THRESHOLD_HU
+from vfix_engine.registration.beads import THRESHOLD_HU, check_search
 
 if TYPE_CHECKING:
     from app.link import TrackerClient
@@ -39,7 +39,9 @@ MOVED_MM = 2.0  # a pointer that rests on a point is nearer to the mean of its p
 _NO_CT = "this case was made of a surface; beads are found in a CT. Type the places in the image instead."
 _KNOWN_MM = 1.0  # how near a bead of the case is to the one that was found
 
-UseState = Literal["none", "ready", "unfinished", "misfit", "deleted", "missing", "other_case", "unreadable"]
+UseState = Literal[
+    "none", "ready", "unfinished", "misfit", "inconsistent", "deleted", "missing", "other_case", "unreadable"
+]
 
 
 @dataclass(frozen=True)
@@ -230,19 +232,21 @@ class Registering:
             state = "other_case"
         elif document.deleted_at is not None:
             state = "deleted"
-        elif document.content.made_from == "none":
+        elif report.state == "misfit" or report.state == "inconsistent":
+            state = report.state
+        elif not report.usable:
             state = "unfinished"
-        elif report.state == "misfit":
-            state = "misfit"
         told = words.get(state, "This plan uses the registration ‘{name}’.").replace("{name}", document.name)
-        if state == "misfit":
+        if state in ("misfit", "inconsistent"):
             told = f"{told} {report.words}"
         return PlanRegistration(state, told, plan.registration, document, report.doubts if state == "ready" else ())
 
 
 def _wish(diameter_mm: float | None, threshold_hu: float) -> tuple[float | None, float]:
     diameter = None if diameter_mm is None else number(diameter_mm, "a bead's diameter")
-    return diameter, number(threshold_hu, "the threshold")
+    threshold = number(threshold_hu, "the threshold")
+    check_search(diameter, threshold)
+    return diameter, threshold
 
 
 def _found(bead_id: str, bead: Bead, known: Sequence[KnownBead]) -> FoundBead:
@@ -267,11 +271,14 @@ _UNUSABLE: dict[UseState, str] = {
     "deleted": "The registration ‘{name}’ of this plan was deleted. Restore it, or choose another one.",
     "unfinished": "The registration ‘{name}’ of this plan has no transform yet: its points are not fitted.",
     "misfit": "The registration ‘{name}’ of this plan does not fit, and nothing is driven by it.",
+    "inconsistent": "The registration ‘{name}’ of this plan contradicts itself, and nothing is driven by it.",
 }
 _REFUSED: dict[UseState, str] = {
     "other_case": "the registration ‘{name}’ belongs to another head; a plan uses one of its own.",
     "deleted": "the registration ‘{name}’ is deleted; restore it first.",
     "unfinished": "the registration ‘{name}’ has no transform yet; measure its points first.",
     "misfit": "the points of the registration ‘{name}’ do not fit; match their order or measure them again first.",
+    "inconsistent": "the transform of the registration ‘{name}’ is not that of what it says it is made of; fit its "
+    "points anew first.",
     "unreadable": "the registration cannot be read.",
 }

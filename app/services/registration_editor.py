@@ -8,7 +8,7 @@ from typing import Any
 
 from app.services.documents import Document, DocumentEditor
 from app.services.errors import NotFound
-from app.services.names import check_label
+from app.services.names import as_seen, check_label
 from app.services.plan_points import Position, check_position, new_id
 from app.services.registration import (
     MAX_PAIRS,
@@ -365,11 +365,11 @@ def reordered(content: RegistrationContent, measured_of: Mapping[str, str]) -> R
 
 def _by_label(pairs: Sequence[FiducialPair], points: Sequence[MeasuredPoint]) -> dict[int, MeasuredPoint] | None:
     """The points by the index of the pair of their label; None where the labels do not name the pairs."""
-    labels = [pair.label for pair in pairs]
-    named = [point.label for point in points]
+    labels = [as_seen(pair.label) for pair in pairs]
+    named = [as_seen(point.label) for point in points]
     if len(set(named)) < len(named) or any(label == "" or labels.count(label) != 1 for label in named):
         return None
-    return {labels.index(point.label): point for point in points}
+    return {labels.index(name): point for name, point in zip(named, points, strict=True)}
 
 
 def _with_pair(content: RegistrationContent, pair: FiducialPair) -> RegistrationContent:

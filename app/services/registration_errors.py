@@ -97,6 +97,8 @@ def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
 def _why_not(content: RegistrationContent, report: FitReport) -> str:
     if report.state == "misfit":
         return "No error is told: the points do not fit, and what would be computed from them means nothing."
+    if report.state == "inconsistent":
+        return f"No error is told. {report.words}"
     if content.made_from == "given":
         return "Nothing is known of the error of a transform that was read from a file."
     if content.made_from == "surface":

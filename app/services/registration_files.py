@@ -19,7 +19,7 @@ from app.services.exchange_parts import (
     table_header,
     table_rows,
 )
-from app.services.names import check_label
+from app.services.names import as_seen, check_label
 from app.services.plan_model import NOTICE
 from app.services.plan_points import Position, check_position
 from app.services.registration import MAX_PAIRS, RegistrationContent
@@ -51,7 +51,8 @@ _KEYS = ("frame", "unit")
 def read_measured(data: bytes, content: RegistrationContent) -> tuple[MeasuredPoint, ...]:
     """Measured points of a table with the columns label, x, y, z, of which label may be missing.
 
-    Cells are separated by commas, semicolons or tabs; numbers have a point. No two points have one label.
+    Cells are separated by commas, semicolons or tabs; numbers have a point. No two points have labels
+    that look the same.
 
     Comment lines above it say `# unit=mm` (or um, m) and `# frame=patient` (or tracker, base, robot).
     content: the registration that they are for; the file has to be of the frame that it is to. A table of the tracker's
@@ -59,9 +60,12 @@ def read_measured(data: bytes, content: RegistrationContent) -> tuple[MeasuredPo
     Raises FrameError where the unit is not said or the frame is another one, and InputError for anything else.
     """
     points = _points_of(data, content, MAX_PAIRS, "a registration has {most} pairs at most.")
-    for label, count in Counter(point.label for point in points).items():
+    for label, count in Counter(as_seen(point.label) for point in points).items():
         if label and count > 1:
-            raise InputError(f"two rows of the table are called {label!r:.80}; give each point a name of its own.")
+            raise InputError(
+                f"two rows of the table are called {label!r:.80}, as far as can be seen; give each point a name of its "
+                "own."
+            )
     return points
 
 
@@ -135,7 +139,8 @@ def export_text(document: StoredRegistration, form: Format) -> str:
     """
     report = report_of(document.content)
     if not report.usable:
-        why = report.words if report.state == "misfit" else "It has no transform yet; measure its points first."
+        told = report.state in ("misfit", "inconsistent")
+        why = report.words if told else "It has no transform yet; measure its points first."
         raise InputError(f"the registration {document.name!r:.80} is not exported. {why}")
     content = document.content
     transform = content.registration.transform

@@ -17,9 +17,10 @@ from vfix_engine.registration import Registration, find_outlier, register_points
 FEWEST = 3  # pairs of a fit
 OUTLIER_FROM = 4  # pairs, of which one can be told to be wrong
 NO_FIT_MM = 5.0  # beyond that FRE the points are not each other's, whatever the pointer
+SAME = 1e-6  # between a stored transform and the fit of its points, mm and components of the rotation
 SLID_MM, SLID_TIMES = 2.0, 3.0  # a refinement under which the points are off by more, and so often by their own fit
 
-FitState = Literal["waiting", "degenerate", "misfit", "fitted", "given", "refined"]
+FitState = Literal["waiting", "degenerate", "misfit", "inconsistent", "fitted", "given", "refined"]
 Certainty = Literal["outlier", "suspect"]
 FleSource = Literal["stated", "estimated", "none"]
 Floats = npt.NDArray[np.float64]
@@ -40,7 +41,8 @@ class FitReport:
     """How a registration stands; lengths in mm.
 
     state: 'waiting' for more pairs; 'degenerate' where the pairs' layout leaves a motion open; 'misfit' where the fit
-    means nothing, since the points are not each other's; 'fitted'; 'given' where the transform came from elsewhere,
+    means nothing, since the points are not each other's; 'inconsistent' where the stored transform is not that of what
+    it says it is made of, see `inconsistency`; 'fitted'; 'given' where the transform came from elsewhere,
     'refined' where it was refined on a surface: the pairs only judge these two. words: the same in sentences.
     used: pairs of the fit. fre_mm: root mean square of their residuals; mean_residual_mm: their mean; None while there
     is no transform or no pair. residuals_mm: of every complete pair by its id, of those that are left out too.
@@ -111,6 +113,32 @@ def refitted(content: RegistrationContent) -> RegistrationContent:
     return replace(content, transform=tuple(float(value) for value in np.ravel(transform)), made_from="pairs")
 
 
+def inconsistency(content: RegistrationContent) -> str:
+    """Why a stored transform is not that of what it says it is made of; '' where it is.
+
+    Edits fit anew, so that theirs always is; what came from outside may say anything. A transform that was read from a
+    file is made of nothing else.
+    """
+    if content.made_from == "given":
+        return ""
+    if content.made_from == "surface":
+        return _NO_SURFACE if content.surface is None else ""
+    again = refitted(content)
+    if again.made_from != content.made_from:
+        return _NO_FIT if again.made_from == "none" else _NOT_FITTED
+    off = np.abs(np.subtract(again.transform, content.transform)).max() if again.made_from == "pairs" else 0.0
+    return _OTHER_FIT if off > SAME else ""
+
+
+_NO_SURFACE = (
+    "This transform is said to be refined on a surface, and no points were touched there. Fit the points, or touch the "
+    "surface and refine it anew."
+)
+_NO_FIT = "This transform is said to be fitted to points that cannot be fitted. Measure them again."
+_NOT_FITTED = "These points can be fitted, and no transform is stored. Change one to fit anew."
+_OTHER_FIT = "The stored transform is not that of its points, and nothing goes by it. Change one to fit anew."
+
+
 def report_of(content: RegistrationContent) -> FitReport:
     """How a registration stands."""
     pairs = content.used_pairs
@@ -144,6 +172,8 @@ def _simulated_robot(content: RegistrationContent) -> bool:
 
 def _state(content: RegistrationContent) -> tuple[FitState, str, Registration | None]:
     pairs = content.used_pairs
+    if why := inconsistency(content):
+        return "inconsistent", why, None
     if content.made_from == "given":
         judged = "The pairs do not change it; they show how far each is off." if pairs else ""
         said = "" if content.said is None else content.said.words
@@ -193,8 +223,10 @@ def _refined_words(content: RegistrationContent) -> str:
     surface = content.surface
     done = None if surface is None else surface.refinement
     if surface is None or done is None:
-        what = "This transform was refined on points of a surface that are not there any more"
-        words = f"{what}." if surface is None else f"{what}: others were touched since. Refine it anew."
+        words = (
+            "This transform was refined on points of a surface that are not there any more: others were touched since. "
+            "Refine it anew."
+        )
     else:
         words = (
             f"Refined on a surface: {done.kept} of the {len(surface.points)} touched points lie within "
@@ -221,7 +253,7 @@ def counted_fle(content: RegistrationContent, fit: Registration) -> float | None
 
 def _fle(content: RegistrationContent, state: FitState, fit: Registration | None) -> tuple[float | None, FleSource]:
     if fit is None:
-        stated = None if state == "misfit" else content.fle_mm
+        stated = None if state in ("misfit", "inconsistent") else content.fle_mm
         return stated, "none" if stated is None else "stated"
     counted = counted_fle(content, fit)
     return (float(fit.fle_mm), "estimated") if counted is None else (counted, "stated")

@@ -5,6 +5,7 @@ SQLite in WAL mode with synchronous=FULL: a transaction whose commit returned su
 
 import logging
 import shutil
+import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -41,6 +42,7 @@ class Store:
         self.files, self.scratch = FileStore(settings.files_dir), Scratch(settings.temporary_dir)
         self.run_files = FileStore(settings.runs_dir)  # apart: they are deleted, those of cases never
         self.drives = Scratch(settings.drives_dir)
+        self._elsewhere: tuple[Scratch, tempfile.TemporaryDirectory[str]] | None = None
         self._one_writer = threading.Lock()
         self._copy: ReadOnlyCopy | None = None
         self._refusal: StorageError | None = None
@@ -119,6 +121,23 @@ class Store:
         """Whether the data folder is writable."""
         return self._refusal is None
 
+    @property
+    def exports(self) -> Scratch:
+        """Folder for temporary data of what is only read: the system's where the data folder takes nothing.
+
+        Raises StorageError where the system's takes nothing either.
+        """
+        if self.writable:
+            return self.scratch
+        with self._one_writer:
+            if self._elsewhere is None:
+                try:
+                    folder = tempfile.TemporaryDirectory(prefix="vfix-", ignore_cleanup_errors=True)
+                except OSError as error:
+                    raise StorageError(f"no folder takes temporary files: {error.strerror or error}.") from error
+                self._elsewhere = Scratch(Path(folder.name)), folder
+            return self._elsewhere[0]
+
     def sweep(self) -> None:
         """Remove the temporary data of killed planners, if the folder is writable."""
         if self.writable:
@@ -169,6 +188,9 @@ class Store:
         self._engine.dispose()
         if self._copy is not None:
             self._copy.close()
+        if self._elsewhere is not None:
+            self._elsewhere[0].close()
+            self._elsewhere[1].cleanup()
         self.scratch.close()
         self.files.scratch.close()
         self.run_files.scratch.close()

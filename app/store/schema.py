@@ -9,12 +9,16 @@ import os
 import sqlite3
 from contextlib import closing, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from sqlalchemy import Connection, Engine, inspect
 
 from app.settings import Settings
 from app.store.errors import COPY, StorageError, StoreUnusable
 from app.store.private import private_file
+
+if TYPE_CHECKING:
+    from alembic.config import Config
 
 NEWEST = "0002"  # revision of the last module in migrations/versions
 _MIGRATIONS = Path(__file__).parent / "migrations"
@@ -45,24 +49,44 @@ def is_newest(engine: Engine) -> bool:
     return _version(engine) == NEWEST
 
 
+def check_version(connection: Connection, settings: Settings) -> None:
+    """Raise StoreUnusable where `bring_up` would."""
+    found = _version(connection)
+    if found is None:
+        _check_new(connection, settings)
+    elif found != NEWEST:
+        _check_known(found, _config())
+
+
 def _migrate(connection: Connection, found: str | None, database: Path) -> None:
     from alembic import command
+
+    config = _config()
+    if found is not None:
+        _check_known(found, config)
+        _copy(database, database.with_name(f"{database.stem}-{found}{database.suffix}"))
+    config.attributes["connection"] = connection
+    command.upgrade(config, "head")
+
+
+def _config() -> Config:
     from alembic.config import Config
-    from alembic.script import ScriptDirectory
 
     config = Config()
     config.set_main_option("script_location", str(_MIGRATIONS).replace("%", "%%"))
     config.set_main_option("path_separator", "os")
+    return config
+
+
+def _check_known(found: str, config: Config) -> None:
+    from alembic.script import ScriptDirectory
+
     known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
-    if found is not None and found not in known:
+    if found not in known:
         raise StoreUnusable(
             f"the database is of version {found:.20} and was made by a newer vfix; this one knows up to {NEWEST}. "
             "Install the newer vfix, or name another data folder in VFIX_HOME."
         )
-    if found is not None:
-        _copy(database, database.with_name(f"{database.stem}-{found}{database.suffix}"))
-    config.attributes["connection"] = connection
-    command.upgrade(config, "head")
 
 
 def _version(engine: Engine | Connection) -> str | None:

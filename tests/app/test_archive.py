@@ -1,9 +1,11 @@
 """Archives: a case comes back with everything in it, and nothing is left of an archive that is refused."""
 
 import asyncio
+import errno
 import hashlib
 import io
 import json
+import os
 import shutil
 import subprocess
 import time
@@ -603,3 +605,24 @@ async def _left_by_client(services: Services, case_id: str, place: str, monkeypa
         except Exception as error:
             ended.append(type(error).__name__)
     assert ended
+
+
+@pytest.mark.parametrize("fails_at", [1, 3])
+def test_an_export_that_finds_no_room_leaves_nothing_unpacked(
+    services: Services, monkeypatch: pytest.MonkeyPatch, fails_at: int
+) -> None:
+    """Each retry would leave more otherwise, and fill the disk."""
+    savez, made = np.savez, [0]
+
+    def full(target: Any, **arrays: Any) -> None:
+        made[0] += 1
+        target.write(b"a part of it")
+        if made[0] == fails_at:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        savez(target, **{name: values[:10] for name, values in arrays.items() if np.ndim(values)})
+
+    monkeypatch.setattr(np, "savez", full)
+    with pytest.raises(StorageError, match="could not be written"):
+        archive_of(services, HEAD_PHANTOM)
+    assert made == [fails_at]
+    assert list(services.store.scratch.open().iterdir()) == []

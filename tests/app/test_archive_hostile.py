@@ -22,6 +22,7 @@ from app.cli import main
 from app.commands.case import summary, surface_lines
 from app.services import Services, array_files, build_services, zip_directory
 from app.services.archive.checking import CheckedArchive, is_archive
+from app.services.case_model import CaseFrame
 from app.services.errors import TooLarge
 from app.services.plan_model import PlanContent, PlanPoint
 from app.services.plan_zones import PlanZone
@@ -51,11 +52,12 @@ def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Services]:
 @pytest.fixture(scope="module")
 def whole(services: Services) -> Entries:
     """The entries of an archive of a case with a surface, two volumes, a structure, a plan and a registration."""
-    case = other_case(services)
+    bare = other_case(services)
+    mesh = services.cases.case_surface(bare.id)
+    services.purge.run(bare.id)
     hu = np.arange(60, dtype=np.int16).reshape(3, 4, 5)
     volume = Volume(hu, np.zeros(3), np.ones(3), np.eye(3), 1.5, (2000.0, 400.0))
-    info = services.cases.files.put_volume("ct", volume)
-    mesh = services.cases.case_surface(case.id)
+    case = services.cases.create("Other", frame=CaseFrame("LPS", False), surfaces={"bone": mesh}, volume=volume)
     spare = services.cases.files.put_surface("optic", mesh)
 
     def change(content: Any, _: Any) -> Any:
@@ -64,7 +66,7 @@ def whole(services: Services) -> Entries:
             "optic", "Optic nerve", "spare", "optic", spare.source, bone.provenance, 0.5, True, colour="#ffaa00"
         )
         return type(content)(
-            content.frame, (*content.surfaces, spare), (info,), content.beads, ("a note",), "head", (bone, optic)
+            content.frame, (*content.surfaces, spare), content.volumes, (), ("a note",), "head", (bone, optic)
         )
 
     services.cases.change_content(case.id, change)

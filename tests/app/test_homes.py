@@ -18,6 +18,7 @@ import pytest
 from app.cli import main
 from app.commands.doctor import examine
 from app.services import build_services
+from app.services.archive import is_archive
 from app.services.case_model import HEAD_PHANTOM
 from app.services.cases import Case, CaseFrame, CaseService
 from app.services.embedded import SAMPLE_PLAN
@@ -106,6 +107,9 @@ def test_what_is_no_store_of_ours_is_told_and_left_alone(
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert words in said
+    health = examine(used)
+    assert len(health.problems) == 1
+    assert words in health.problems[0]
     assert tables(used) == before
 
 
@@ -335,3 +339,60 @@ def test_no_error_of_the_database_tells_a_name(store: Store, case: Case, caplog:
         logging.getLogger("test").exception("met")
     assert len(failed) == 1
     assert "Canary" not in caplog.text
+
+
+def test_what_two_planners_make_at_the_same_first_start_is_there_once(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another one may make the sample plan after this one has seen that it is missing."""
+    create = PlanService.create
+
+    def second(*args: Any, **options: Any) -> Any:
+        create(*args, **options)
+        return create(*args, **options)
+
+    monkeypatch.setattr(PlanService, "create", second)
+    services = build_services(settings)
+    assert [plan.id for plan in services.plans.list(HEAD_PHANTOM)] == [SAMPLE_PLAN]
+    services.close()
+
+
+def test_a_head_is_saved_from_a_home_that_takes_nothing(
+    used: Settings, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """What an export unpacks goes to the system's folder, and is removed from there."""
+    build_services(used).close()
+    places: list[Path] = []
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(database, "private_file", refuse)
+    services = build_services(used)
+    monkeypatch.setattr(services.store.scratch, "_opened", refuse)
+    with pytest.raises(StorageError, match="takes no temporary files"):
+        services.store.scratch.open()
+    places.append(services.store.exports.open())
+    assert used.home not in places[0].parents
+    with (tmp_path / "head.zip").open("xb") as target:
+        services.archive_writer.write(HEAD_PHANTOM, target)
+    assert is_archive(tmp_path / "head.zip")
+    assert list(places[0].iterdir()) == []
+    services.close()
+    assert not places[0].parent.exists()
+
+
+def test_doctor_finds_nothing_wrong_with_a_store_that_is_new_or_in_use(settings: Settings) -> None:
+    """And it leaves no file of its own beside the database."""
+    assert examine(settings).problems == ()
+    services = build_services(settings)
+    assert examine(settings).problems == ()
+    services.close()
+    before = sorted(path.name for path in settings.home.iterdir())
+    assert examine(settings).problems == ()
+    assert sorted(path.name for path in settings.home.iterdir()) == before
+
+
+def test_a_home_that_is_a_file_is_a_problem(settings: Settings) -> None:
+    settings.home.write_bytes(b"x")
+    assert any("cannot be written" in words for words in examine(settings).problems)

@@ -1,7 +1,10 @@
 """The live link: the open plan out in Slicer's frame, proposals in that change nothing that is open."""
 
+import contextlib
 import math
+import socket
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,6 +13,7 @@ import numpy as np
 import pytest
 
 from app.link import LinkFault, Point, PointList, Text, Transform
+from app.link.messages import HEADER_BYTES, parse_header
 from app.services.cases import Case
 from app.services.documents import Documents
 from app.services.errors import PlanLocked
@@ -413,3 +417,26 @@ def test_the_network_is_let_in_only_where_it_is_asked_for(tmp_path: Any) -> None
         Settings(home=tmp_path, igtl=link_address("0.0.0.0:18944"))
     Settings(home=tmp_path, igtl=link_address("0.0.0.0:18944"), allow_remote=True)
     assert Settings(home=tmp_path).igtl is None
+
+
+def test_a_new_client_is_greeted_once(parts: Parts, link: LiveLink, plan: Plan) -> None:
+    """And it is told of what changes after that, once as well."""
+    with socket.create_connection(("127.0.0.1", link.port), timeout=5.0) as opened:  # type: ignore[attr-defined]
+        assert names_within(opened, 1.0) == {"Path": 1, "Targets": 1, "Plan": 1, "Registration": 1}
+        parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
+        assert names_within(opened, 1.0) == {"Path": 1, "Targets": 1, "Plan": 1, "Registration": 1}
+
+
+def names_within(opened: socket.socket, seconds: float) -> Counter[str]:
+    """The messages that come within some seconds, by their names."""
+    data, end = b"", time.monotonic() + seconds
+    while (left := end - time.monotonic()) > 0:
+        opened.settimeout(left)
+        with contextlib.suppress(TimeoutError):
+            data += opened.recv(1 << 16)
+    found: Counter[str] = Counter()
+    while data:
+        header = parse_header(data[:HEADER_BYTES])
+        found[header.name] += 1
+        data = data[HEADER_BYTES + header.size :]
+    return found

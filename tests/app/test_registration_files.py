@@ -15,9 +15,9 @@ from registration_contents import BEADS, NAMES, content_of, measured, pose
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.documents import Document
-from app.services.registration import RegistrationContent
+from app.services.registration import FiducialPair, RegistrationContent
 from app.services.registration_calibration import registered_to, simulated_robot, why_not_to_base
-from app.services.registration_editor import MeasuredPoint, RegistrationEditor
+from app.services.registration_editor import MeasuredPoint, RegistrationEditor, with_measured
 from app.services.registration_files import Format, export_text, name_of, read_measured, read_transform
 from app.services.registration_fit import report_of
 from app.services.registration_said import SaidByFile
@@ -217,3 +217,13 @@ def test_an_itk_file_takes_the_patient_to_the_image() -> None:
         read = sitk.ReadTransform(str(file))
     for place, point in zip(BEADS, measured(BEADS), strict=True):
         np.testing.assert_allclose(read.TransformPoint(point), place, atol=1e-6)
+
+
+@pytest.mark.parametrize("other", ["a\u200b", "a\u00ad", "a\u3164", "\u2060a", "a\ufe0f"])
+def test_labels_that_look_the_same_are_the_same(other: str) -> None:
+    table = f"# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3\n{other},4,5,6\n"
+    with pytest.raises(InputError, match="two rows of the table are called 'a', as far as can be seen"):
+        read_measured(table.encode(), RegistrationContent())
+    content = RegistrationContent(pairs=(FiducialPair("b", (0.0, 0.0, 0.0), None), FiducialPair(other, BEADS[0], None)))
+    measured = with_measured(content, [MeasuredPoint("a", (1.0, 2.0, 3.0))], "file")
+    assert [pair.measured for pair in measured.pairs] == [None, (1.0, 2.0, 3.0)]

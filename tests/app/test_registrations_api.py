@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from fastapi import FastAPI
 from registration_contents import pose
 from rest_client import CASE, Client
 
+from app.api import router
 from app.services import Services
 from app.services.embedded import SAMPLE_PLAN
 from vfix_engine.imaging.phantom import load_landmarks
@@ -260,3 +262,54 @@ def test_a_traced_path_comes_into_a_plan(client: Client, made: dict[str, Any]) -
     assert client.post(f"{traced}/tracked", json={"seconds": 5.0}).status_code == 422
     assert client.post(f"{traced}/tracked", json={"seconds": 900.0}).status_code == 422
     client.delete(f"/api/plans/{plan['id']}")
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "words"),
+    [
+        ("POST", "/beads", {"diameter_mm": -1.0}, "diameter"),
+        ("POST", "/beads", {"diameter_mm": 1e308}, "diameter"),
+        ("POST", "/beads", {"threshold_hu": 0.0}, "threshold"),
+        ("PATCH", "", {"fle": {"mm": 0.3, "x": 1}}, "fle"),
+        ("PATCH", "", {"locked": 1}, "locked"),
+        ("POST", "/surface/touch", {"seed": True}, "seed"),
+        ("POST", "/surface/touch", {"count": True}, "count"),
+        ("POST", "/pairs/p/touch", {"seed": True}, "seed"),
+    ],
+)
+def test_what_cannot_be_is_refused_at_once(
+    client: Client, made: dict[str, Any], method: str, path: str, body: dict[str, Any], words: str
+) -> None:
+    answer = client.request(method, f"/api/registrations/{made['id']}{path}", json=body)
+    assert (answer.status_code, words in answer.text) == (422, True), answer.text
+    assert client.get(f"/api/registrations/{made['id']}").json()["revision"] == made["revision"]
+
+
+def test_a_revision_is_asked_for_as_it_was_told(client: Client, made: dict[str, Any]) -> None:
+    path, revision = f"/api/registrations/{made['id']}", made["revision"]
+    for match in (f'"0{revision}"', f'W/"{revision}"', f"{revision}"):
+        answer = client.patch(path, json={"name": "Other"}, headers={"If-Match": match})
+        assert (answer.status_code, "one ETag" in answer.text) == (422, True)
+    assert client.patch(path, json={"name": "Other"}, headers={"If-Match": f'"{revision}"'}).status_code == 200
+
+
+def _schemas_of(part: Any) -> set[str]:
+    """The names of the schemas that a part of an OpenAPI description refers to."""
+    if isinstance(part, dict):
+        own = {part["$ref"].rpartition("/")[2]} if "$ref" in part else set()
+        return own.union(*map(_schemas_of, part.values()))
+    return set().union(*map(_schemas_of, part)) if isinstance(part, list) else set()
+
+
+def test_no_body_of_a_request_takes_a_key_that_nobody_knows() -> None:
+    app = FastAPI()
+    app.include_router(router)
+    told = app.openapi()
+    schemas, seen = told["components"]["schemas"], set[str]()
+    new = _schemas_of([route.get("requestBody") for path in told["paths"].values() for route in path.values()])
+    while new:
+        seen |= new
+        new = set().union(*(_schemas_of(schemas[name]) for name in new)) - seen
+    assert "FleWish" in seen
+    objects = [name for name in seen if schemas[name]["type"] == "object"]
+    assert [name for name in objects if schemas[name].get("additionalProperties") is not False] == []

@@ -101,9 +101,7 @@ def find_beads(
     Raises:
         InputError: the diameter is not from 0.5 to 20 mm, or the threshold is not from 300 HU on.
     """
-    within("the threshold of beads in HU", threshold_hu, _BONE_HU, 3000.0)
-    if diameter_mm is not None:
-        within("the beads' diameter in mm", diameter_mm, 0.5, 20.0)
+    check_search(diameter_mm, threshold_hu)
     sizes = DIAMETERS_MM
     if diameter_mm is not None:
         factor = _SIZE if diameter_mm >= PRECISE * volume.resolution_mm else _COARSE_SIZE
@@ -120,6 +118,13 @@ def find_beads(
             left_out.append(found)
     beads.sort(key=lambda bead: -float(bead.position_mm[2]))
     return BeadSearch(tuple(beads), tuple(_cautions(volume, diameter_mm, beads, left_out)), tuple(left_out))
+
+
+def check_search(diameter_mm: float | None, threshold_hu: float) -> None:
+    """Raise the InputError of `find_beads` for figures that cannot be, before a volume is read."""
+    within("the threshold of beads in HU", threshold_hu, _BONE_HU, 3000.0)
+    if diameter_mm is not None:
+        within("the beads' diameter in mm", diameter_mm, 0.5, 20.0)
 
 
 def smallest_bead_mm(volume: Volume) -> float:

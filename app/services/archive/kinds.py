@@ -8,9 +8,15 @@ from app.services.documents import DocumentKind
 from app.services.label_kind import LABEL
 from app.services.plan_kind import PLAN
 from app.services.plan_versions import VERSION
-from app.services.registration import REGISTRATION
+from app.services.registration import REGISTRATION, RegistrationContent
+from app.services.registration_fit import inconsistency
 
 KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL)}
 
 NUMBERED = (PLAN.name, REGISTRATION.name)
 """Those that are called by their names: two of the same come in with a number."""
+
+
+def contradiction(content: Any) -> str:
+    """What a document's content contradicts itself in, though each of its values can be; '' for nothing."""
+    return inconsistency(content) if isinstance(content, RegistrationContent) else ""

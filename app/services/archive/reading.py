@@ -14,7 +14,8 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from app.services.archive.checking import CheckedArchive
-from app.services.archive.kinds import KINDS, NUMBERED
+from app.services.archive.identity import checked_hash
+from app.services.archive.kinds import KINDS, NUMBERED, contradiction
 from app.services.archive.layout import CASE, FILE, file_entry, renamed
 from app.services.array_files import ArraysUnusable, check_arrays, is_zip
 from app.services.case_files import STORED, surface_info, volume_info
@@ -74,9 +75,9 @@ class ArchiveReader:
                     begin, part = 0.4 + 0.5 * at / len(found.files), 0.5 / len(found.files)
                     self._put(archive, key, added, lambda share, b=begin, p=part: tell("Storing files", b + p * share))  # type: ignore[misc]
                 tell("Examining the case", 0.9)
-                self._examined(found)
+                content_hash = self._examined(found)
                 tell("Storing the case", 0.95)
-                return self._stored(found)
+                return self._stored(found, content_hash)
             except BaseException:
                 self._forget(added)
                 raise
@@ -97,8 +98,8 @@ class ArchiveReader:
                 for key in set(added) - referred_files(session):
                     self._store.files.remove(key)
 
-    def _examined(self, found: _Found) -> None:
-        """Read each surface and volume of the case. Raises InputError."""
+    def _examined(self, found: _Found) -> str:
+        """Read each surface and volume of the case; the hash of its content. Raises InputError."""
         content = found.content
         volumes = (*content.volumes, *(one.volume for one in content.overlays))
         sources = {info.name: info.source for info in volumes} | {info.name: info.source for info in content.surfaces}
@@ -110,15 +111,16 @@ class ArchiveReader:
                 _compare(surface, surface_info(surface.name, self._cases.files.surface(surface.source), ""))
             for volume in volumes:
                 _compare(volume, volume_info(volume.name, self._cases.files.volume(volume.source), ""))
+            return checked_hash(found.case["content_hash"], content, self._cases.files)
         except StorageError as error:
             raise InputError(f"a file of the archive cannot be used: {error}") from None
 
-    def _stored(self, found: _Found) -> Case:
+    def _stored(self, found: _Found, content_hash: str) -> Case:
         """One transaction for the case and all of its documents."""
         with self._store.writing() as session:
             if not all(self._store.files.has(key) for key in found.files):
                 raise InputError("a file of the archive was removed meanwhile by somebody else; import it again.")
-            names = _new_ids(session, found)
+            names = _new_ids(session, found) | {found.case["content_hash"]: content_hash}
             case = renamed(found.case, names)
             row = CaseRow(id=case["id"], name=_unused_name(session, case["name"]), created=case["created"])
             row.deleted_at, row.content_hash = None, case["content_hash"]
@@ -212,6 +214,8 @@ def _check_document(document: dict[str, Any], name: str) -> None:
         content = kind.content(document["schema"], document["content"], document["settings"])
     except InputError as error:
         raise InputError(f"the {kind.noun} {document['name']!r:.80} of the archive cannot be read: {error}") from None
+    if why := contradiction(content):
+        raise InputError(f"the {kind.noun} {document['name']!r:.80} of the archive contradicts itself: {why}")
     # Those of the content; what the archive lists might be anything, and of any size.
     document["refs"] = [{"kind": ref.kind, "id": ref.id} for ref in kind.refs(content)]
 

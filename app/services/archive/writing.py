@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from sqlalchemy import select
 
-from app.services.archive.kinds import KINDS
+from app.services.archive.kinds import KINDS, contradiction
 from app.services.archive.layout import CASE, FILE, MANIFEST, SCHEMA, SUMS, file_entry, renamed
 from app.services.case_files import ASSET, PHANTOM_CT, STORED, CaseFiles, surface_arrays, volume_arrays
 from app.services.case_model import Case
@@ -79,8 +79,9 @@ class ArchiveWriter:
         Raises NotFound, and StorageError where a file of the case is gone or damaged or the target takes nothing.
         """
         case = self._cases.get(case_id)
-        shipped = self._shipped(case)
+        shipped: dict[str, Path] = {}
         try:
+            self._unpack(case, shipped)
             with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as file:
                 self._fill(_Package(file, go_on), case, shipped, with_runs)
         except OSError as error:
@@ -139,7 +140,8 @@ class ArchiveWriter:
                 try:
                     if kind is None or state is None:
                         raise InputError("its kind is not known." if kind is None else "its content is missing.")
-                    kind.content(state.schema, state.content, row.settings)
+                    if why := contradiction(kind.content(state.schema, state.content, row.settings)):
+                        raise InputError(why)
                 except InputError as error:
                     left_out.append({"kind": row.kind, "id": row.id, "name": row.name, "why": str(error)})
                     continue
@@ -150,23 +152,19 @@ class ArchiveWriter:
                 })  # fmt: skip
         return found, left_out
 
-    def _shipped(self, case: Case) -> dict[str, Path]:
-        """Files of what travels with vfix and is not in the store, by their source."""
+    def _unpack(self, case: Case, found: dict[str, Path]) -> None:
+        """Write what travels with vfix and is not in the store into files.
+
+        found: gets them by their source, one that is written in part as well; the caller deletes them.
+        """
         files: CaseFiles = self._cases.files
         surfaces = [one.source for one in case.surfaces if one.source.startswith(ASSET)]
-        found: dict[str, Path] = {}
         for source in [*surfaces, *(one.source for one in case.volumes if one.source in PHANTOM_CT)]:
             shipped = source in surfaces
             values = surface_arrays(files.surface(source)) if shipped else volume_arrays(files.volume(source))
-            path = self._store.scratch.open() / secrets.token_hex(8)
-            found[source] = path
-            try:
-                with path.open("xb") as target:
-                    np.savez(target, **values)
-            except OSError as error:
-                path.unlink(missing_ok=True)
-                raise StorageError(f"the archive could not be written: {error.strerror or error}.") from error
-        return found
+            found[source] = self._store.exports.open() / secrets.token_hex(8)
+            with found[source].open("xb") as target:
+                np.savez(target, **values)
 
 
 def _pieces(path: Path) -> Iterator[bytes]:

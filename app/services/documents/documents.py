@@ -67,11 +67,15 @@ class Documents(Generic[Content]):
         """Make a document of a case; empty unless a content is given.
 
         numbered: it comes in from elsewhere, and gets a number where another one of the case has the name.
+        document_id: of one that is there once only: where another planner has just made it, that one is returned.
         """
         check_name(name, f"{self.kind.noun}'s name")
         checked = self.kind.check(self.kind.empty() if content is None else content)
-        document_id, now = document_id or f"{self.kind.name}-{secrets.token_hex(6)}", utc_now()
+        wanted, now = document_id, utc_now()
+        document_id = wanted or f"{self.kind.name}-{secrets.token_hex(6)}"
         with self._store.writing() as session:
+            if wanted is not None and session.get(DocumentRow, wanted) is not None:
+                return read_document(session, self.kind, wanted)
             case = session.get(CaseRow, case_id)
             if case is None or case.deleted_at is not None:
                 raise self.kind.errors.refused(f"the case of this {self.kind.noun} is not there or deleted.")

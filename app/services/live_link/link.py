@@ -46,7 +46,7 @@ class LiveLink:
     def __init__(self, address: LinkAddress, services: HasServices) -> None:
         self._board, self._plans, self._registrations = services.live, services.plans, services.registrations
         self._intake = Intake(services.live, services.plans, services.versions, services.registrations)
-        self._server = LinkServer(address.host, address.port, self._intake.hear, self._now)
+        self._server = LinkServer(address.host, address.port, self._intake.hear, self._greeting)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="live-link", daemon=True)
         self._known: object = None
@@ -92,16 +92,27 @@ class LiveLink:
         if not self._server.clients:
             self._known = None
             return
-        now: object = "no plan"
-        if (plan_id := self._board.plan_id) is not None:
-            try:
-                plan = self._plans.get(plan_id)
-                now = plan.id, plan.revision, [(one.id, one.revision) for one in self._registrations.list(plan.case_id)]
-            except VfixError as error:
-                now = str(error)
+        now = self._state()
         if now != self._known:
             self._known = now
             self._server.tell(self._now())
+
+    def _greeting(self) -> list[Message]:
+        """What a new client is told; the look after it need not tell the first one the same again."""
+        state, messages = self._state(), self._now()  # in this order: what changes in between is told once more
+        if self._known is None:
+            self._known = state
+        return messages
+
+    def _state(self) -> object:
+        """Equal as long as everything that is told of the open plan is the same."""
+        if (plan_id := self._board.plan_id) is None:
+            return "no plan"
+        try:
+            plan = self._plans.get(plan_id)
+            return plan.id, plan.revision, [(one.id, one.revision) for one in self._registrations.list(plan.case_id)]
+        except VfixError as error:
+            return str(error)
 
     def _now(self) -> list[Message]:
         """Everything that is told of the open plan."""

@@ -35,7 +35,7 @@ export class FitGroup {
   /** @param {RegistrationSection} registration */
   render({ fit, orders, locked, made_from: madeFrom }) {
     this.state.textContent = fit.words;
-    this.state.classList.toggle("caution", fit.state === "degenerate" || fit.state === "misfit");
+    this.state.classList.toggle("caution", ["degenerate", "misfit", "inconsistent"].includes(fit.state));
     this.figures.replaceChildren(...figuresOf(fit));
     this.renderWrong(fit, locked);
     this.cautions.replaceChildren(...fit.cautions.map((text) => h("p", { class: "words caution" }, text)));

@@ -218,5 +218,6 @@ function isBlocked(use) {
  */
 function notUsable({ deleted, fit }) {
   if (deleted) return "The registration is deleted; restore it first.";
+  if (fit.state === "inconsistent") return fit.words;
   return fit.state === "misfit" ? "The points do not fit; match their order or measure them again." : "The points have to be fitted first.";
 }

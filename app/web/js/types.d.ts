@@ -602,7 +602,7 @@ export interface PairEntry {
 
 /** How the registration stands. fre_mm, mean_residual_mm: how well the pairs fit, not how exact the tool is. */
 export interface FitView {
-  state: "waiting" | "degenerate" | "misfit" | "fitted" | "given" | "refined";
+  state: "waiting" | "degenerate" | "misfit" | "inconsistent" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;
@@ -713,7 +713,7 @@ export interface PlanUseSection {
   plan: string;
   registration: string | null;
   name: string | null;
-  state: "none" | "ready" | "unfinished" | "misfit" | "deleted" | "missing" | "other_case" | "unreadable";
+  state: "none" | "ready" | "unfinished" | "misfit" | "inconsistent" | "deleted" | "missing" | "other_case" | "unreadable";
   words: string;
   doubts: string[];
   error_words: string;
@@ -1237,7 +1237,7 @@ export interface RefinementPublic {
  * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
  */
 export interface FitPublic {
-  state: "waiting" | "degenerate" | "misfit" | "fitted" | "given" | "refined";
+  state: "waiting" | "degenerate" | "misfit" | "inconsistent" | "fitted" | "given" | "refined";
   words: string;
   used: number;
   fre_mm: number | null;
@@ -1306,7 +1306,7 @@ export interface PlanRegistrationPublic {
   plan_id: string;
   registration: string | null;
   name: string | null;
-  state: "none" | "ready" | "unfinished" | "misfit" | "deleted" | "missing" | "other_case" | "unreadable";
+  state: "none" | "ready" | "unfinished" | "misfit" | "inconsistent" | "deleted" | "missing" | "other_case" | "unreadable";
   words: string;
   doubts: string[];
   errors: ErrorTablePublic | null;

@@ -3,7 +3,10 @@
 import threading
 import time
 
+import pytest
+
 from app.gateway.warm_up import WarmUp, WarmUpStep
+from app.services.errors import PlannerEnds
 
 
 def test_words_tell_how_far_it_is() -> None:
@@ -73,3 +76,18 @@ def test_only_what_can_be_spared_may_fail() -> None:
     assert not broken.status.ready
     assert broken.status.failed == "Getting ready failed: no room"
     assert broken.status.text == ""
+
+
+def test_the_end_of_the_planner_is_no_failure(caplog: pytest.LogCaptureFixture) -> None:
+    begun: list[str] = []
+
+    def end() -> None:
+        raise PlannerEnds
+
+    for spare in (False, True):
+        steps = (WarmUpStep("one", end, spare=spare), WarmUpStep("two", lambda: begun.append("two")))
+        warm_up = WarmUp(steps, (WarmUpStep("later", lambda: begun.append("later")),), ends=(PlannerEnds,))
+        warm_up.start()
+        assert warm_up.wait(60)
+        assert (warm_up.status.ready, warm_up.status.failed, begun) == (False, "", [])
+    assert caplog.text == ""

@@ -288,3 +288,29 @@ def test_a_recording_is_refused_where_the_tool_was_out_of_sight(monkeypatch: pyt
     assert recorded(still[:10] + still[23:], 2.0) == [0.0] * 26
     with pytest.raises(LinkFault, match="are needed"):
         recorded(sent[:3], 2.0)
+
+
+def test_a_connection_that_drops_while_a_place_is_measured_is_the_reason(
+    fake: FakeTracker, tracker: TrackerClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is back at once, and the tool was in sight all the time: only the connection was not."""
+    monkeypatch.setattr(module, "_RETRY_S", module.STALE_S + 0.3)
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    held = tracker._socket
+    assert held is not None
+    threading.Timer(0.3, lambda: held.shutdown(socket.SHUT_RDWR)).start()
+    with pytest.raises(LinkFault, match=r"The connection to 127\.0\.0\.1, port \d+ was lost meanwhile.*try again"):
+        tracker.collect(2.0)
+    with pytest.raises(LinkFault, match="was lost meanwhile; record again"):
+        tracker.recorded(2.0)
+    assert tracker.collect(0.2).count >= 5
+
+
+def test_a_tool_that_was_out_of_sight_and_is_back_is_told_so(fake: FakeTracker, tracker: TrackerClient) -> None:
+    fake.send(True)
+    wait_for_state(tracker, "fresh")
+    for after, on in ((0.1, False), (1.0, True)):
+        threading.Timer(after, fake.send, (on,)).start()
+    with pytest.raises(LinkFault, match=f"{NAME} was out of sight meanwhile"):
+        tracker.collect(1.5)
