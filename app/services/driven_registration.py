@@ -45,7 +45,8 @@ class DrivenRegistration:
     @property
     def key(self) -> list[object]:
         """JSON values, equal for registrations by which a plan is driven and judged alike."""
-        points = [] if self.fit is None else self.fit.moving.tolist() + self.fit.weights.tolist()
+        fit = self.fit
+        points = [] if fit is None else [fit.moving.tolist(), fit.fixed.tolist(), fit.weights.tolist()]
         between = [] if self.between is None else [self.between.ravel().tolist()]
         return [self.image.to, self.image.transform.ravel().tolist(), points, self.fle_mm, *between]
 

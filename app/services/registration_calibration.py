@@ -140,9 +140,14 @@ def tracked_through(content: RegistrationContent) -> tuple[Floats, Floats]:
             "this registration is to the robot's base, and nobody has said where the tracker stands beside the robot: "
             "calibrate robot and tracker first, or let the robot itself touch the points and type where it was."
         )
+    return tip, real_tracker_to_base(robot)
+
+
+def real_tracker_to_base(robot: RobotToTracker) -> Floats:
+    """transform_tracker_to_base (4, 4) for what was really measured. Raises InputError for a simulated calibration."""
     if robot.measured_from == "simulated":
         raise InputError("the robot's calibration is simulated; calibrate the robot that stands there.")
-    return tip, np.array(robot.transform).reshape(4, 4)
+    return np.array(robot.transform).reshape(4, 4)
 
 
 def simulated_transform(content: RegistrationContent, case_id: str) -> Floats | None:
@@ -248,7 +253,7 @@ def why_not_to_base(content: RegistrationContent) -> str:
     if content.said_simulated:
         sources.add("simulated")
     simulated = robot.measured_from == "simulated"
-    if simulated and "tracker" in sources:
+    if simulated and sources & {"tracker", "file"}:
         return "the robot's calibration is simulated and the points are not; calibrate with real poses."
     if not simulated and "simulated" in sources:
         return "the points are simulated and the robot's calibration is not; simulate both, or neither."

@@ -23,6 +23,7 @@ from app.services.names import as_seen, check_label
 from app.services.plan_model import NOTICE
 from app.services.plan_points import Position, check_position
 from app.services.registration import MAX_PAIRS, RegistrationContent
+from app.services.registration_calibration import real_tracker_to_base
 from app.services.registration_editor import MeasuredPoint, StoredRegistration
 from app.services.registration_fit import FitReport, report_of
 from app.services.registration_said import FULL, SaidByFile, direction, said_of
@@ -91,7 +92,7 @@ def _points_of(data: bytes, content: RegistrationContent, most: int, too_many: s
     named = header.get("frame")
     matrix = None
     if content.robot is not None and content.to == "base" and named is not None and named.lower() == "tracker":
-        matrix = np.array(content.robot.transform).reshape(4, 4)
+        matrix = real_tracker_to_base(content.robot)
     else:
         _check_frame(named, content.to)
     scale = mm_per_unit(header["unit"])

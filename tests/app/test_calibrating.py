@@ -27,6 +27,7 @@ from app.services.registration_calibration import (
     tracked_through,
 )
 from app.services.registration_errors import error_table, expected_errors
+from app.services.registration_files import read_measured
 from app.services.registration_fit import refitted, report_of
 from app.services.registration_poses import paired, read_poses
 from app.services.registration_tools import PointerTip, pointer_cautions, robot_cautions
@@ -294,6 +295,9 @@ def test_real_and_simulated_are_not_mixed() -> None:
     np.testing.assert_array_equal(point, tip.tip)
     np.testing.assert_array_equal(matrix.ravel(), real.transform)
     assert report_of(measured_content(to="base", robot=simulated)).simulated
+    table = b"# unit=mm\n# frame=tracker\nx,y,z\n1,2,3\n"
+    with pytest.raises(InputError, match="the robot's calibration is simulated"):
+        read_measured(table, measured_content(to="base", robot=simulated))
     cautions = report_of(measured_content(to="base", robot=simulated)).cautions
     assert any("robot's calibration is simulated" in text for text in cautions)
 

@@ -17,7 +17,7 @@ from session_doubles import other_case
 
 from app.services import Services, build_services
 from app.services.driven_registration import driven_registration
-from app.services.live_link.outgoing import no_registration, registration_message
+from app.services.live_link.outgoing import no_registration, registration_messages
 from app.services.plan_model import PlanContent
 from app.services.registration import IDENTITY, REGISTRATION, RegistrationContent, registration_to_json
 from app.services.registration_errors import error_table
@@ -85,8 +85,8 @@ def test_nothing_goes_by_it(services: Services, name: str, tmp_path: Path) -> No
         export_text(document, "tfm")
     table = error_table(content, plan)
     assert (table.targets, words in table.words) == ((), True)
-    sent = registration_message(plan, [document])
-    np.testing.assert_array_equal(sent.matrix, no_registration().matrix)
+    for sent, none in zip(registration_messages(plan, [document]), no_registration(), strict=True):
+        np.testing.assert_array_equal(sent.matrix, none.matrix)
     assert not [one for one in services.slicer.write(plan, tmp_path / "slicer") if one.startswith("registration")]
     target = io.BytesIO()
     services.archive_writer.write(case.id, target)

@@ -11,7 +11,7 @@ from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.driven_registration import driven_registration
 from app.services.embedded import SAMPLE_PLAN
-from app.services.live_link.outgoing import no_registration, registration_message
+from app.services.live_link.outgoing import no_registration, registration_messages
 from app.services.plan_model import Plan
 from app.services.refining import begin_of
 from app.services.registering import PlanRegistration
@@ -73,8 +73,9 @@ def test_points_that_do_not_fit_are_gone_by_nowhere(
     table = registering.errors(content, plans.get(plan.id))
     assert (table.targets, table.path) == ((), None)
     assert "No error is told" in table.words
-    told = registration_message(plans.get(plan.id), [editor.document])
-    np.testing.assert_array_equal(told.matrix, no_registration().matrix)
+    told = registration_messages(plans.get(plan.id), [editor.document])
+    for message, none in zip(told, no_registration(), strict=True):
+        np.testing.assert_array_equal(message.matrix, none.matrix)
     with pytest.raises(InputError, match="do not fit"):
         begin_of(content)
     for form in ("tfm", "json"):
