@@ -11,10 +11,10 @@ from app.commands import register_calibration
 from app.commands import register_refine as refining
 from app.services import Services, build_services
 from app.services.documents import Document
-from app.services.registration import RegistrationContent
-from app.services.registration_editor import MeasuredPoint, StoredRegistration
-from app.services.registration_files import export_text, name_of, read_measured, read_transform
-from app.services.registration_fit import report_of
+from app.services.registration.document import RegistrationContent
+from app.services.registration.editor import MeasuredPoint, StoredRegistration
+from app.services.registration.files import export_text, name_of, read_measured, read_transform
+from app.services.registration.fit_report import report_of
 from app.services.resolve import find, read_bytes
 from app.settings import Settings
 from vfix_engine.errors import InputError

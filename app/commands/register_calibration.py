@@ -13,12 +13,12 @@ from typing import Any, get_args
 
 from app.link import TrackerClient
 from app.services import Services
-from app.services.calibrating import Calibrating
-from app.services.registration import RegistrationContent
-from app.services.registration_calibration import PIVOT_S
-from app.services.registration_editor import StoredRegistration
-from app.services.registration_poses import MAX_POSES_BYTES
-from app.services.registration_tools import pointer_cautions, robot_cautions
+from app.services.registration.calibrating import Calibrating
+from app.services.registration.calibration import PIVOT_S
+from app.services.registration.calibration_records import pointer_cautions, robot_cautions
+from app.services.registration.document import RegistrationContent
+from app.services.registration.editor import StoredRegistration
+from app.services.registration.pose_tables import MAX_POSES_BYTES
 from app.services.resolve import read_bytes
 from app.settings import tracker_address
 from vfix_engine.errors import InputError

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from app.services import Services
-from app.services.registration_files import read_touched, read_traced
+from app.services.registration.files import read_touched, read_traced
 from app.services.resolve import find, read_bytes
 
 KEEP = 0.75

@@ -33,16 +33,16 @@ if TYPE_CHECKING:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
-    from app.services.refining import Refining
-    from app.services.registering import Registering
-    from app.services.registration import RegistrationContent
+    from app.services.registration.document import RegistrationContent
+    from app.services.registration.refining import Refining
+    from app.services.registration.service import Registering
+    from app.services.registration.tracing import Tracing
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
     from app.services.segmenting import Segmenting
     from app.services.slicer import SlicerExport
     from app.services.suggestions import Suggestions
     from app.services.switches import SwitchBoard
-    from app.services.tracing import Tracing
     from app.settings import Settings
     from app.store import Store
 
@@ -117,7 +117,6 @@ def build_services(settings: Settings) -> Services:
     from app.services.case_structures import CaseStructures
     from app.services.cases import CaseService
     from app.services.documents import Documents
-    from app.services.driven_registration import driven_registration
     from app.services.dry_runs import DryRuns
     from app.services.embedded import ensure_head_phantom
     from app.services.exchange_base import BaseExport
@@ -138,16 +137,17 @@ def build_services(settings: Settings) -> Services:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
-    from app.services.refining import Refining
-    from app.services.registering import Registering
-    from app.services.registration import REGISTRATION
+    from app.services.registration.document import REGISTRATION
+    from app.services.registration.driven import driven_registration
+    from app.services.registration.refining import Refining
+    from app.services.registration.service import Registering
+    from app.services.registration.tracing import Tracing
     from app.services.removed_bone import RemovedVolumeService
     from app.services.runs import RunService
     from app.services.segmenting import Segmenting
     from app.services.slicer import SlicerExport
     from app.services.suggestions import Suggestions
     from app.services.switches import SwitchBoard
-    from app.services.tracing import Tracing
     from app.store import Store
 
     store = Store(settings)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.services.driven_registration import AS_STORED, AsStored, Through
 from app.services.jobs import Job, Jobs, Progress
 from app.services.plan_model import Plan
 from app.services.planning import PlanEvaluation, Planning
+from app.services.registration.driven import AS_STORED, AsStored, Through
 from app.services.switches import NO_SWITCHES, Switches
 
 

@@ -16,14 +16,14 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services.documents import Document, Documents
-from app.services.driven_registration import DrivenRegistration
 from app.services.errors import NotFound
 from app.services.exchange_csv import shielded
 from app.services.exchange_parts import to_json_text
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.planning import Planning
-from app.services.registration import RegistrationContent
-from app.services.registration_fit import report_of
+from app.services.registration.document import RegistrationContent
+from app.services.registration.driven import DrivenRegistration
+from app.services.registration.fit_report import report_of
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration, transform_image_to_base
 from vfix_engine.geometry.shaft_directions import roll_of, rolled_frame

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from app.services.cache import Cache
 from app.services.case_settings import settings_in_case
 from app.services.cases import Case, CaseService
-from app.services.driven_registration import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from app.services.errors import PlannerEnds
 from app.services.exchange_parts import CurveSample
 from app.services.fields import Fields
@@ -26,6 +25,7 @@ from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
 from app.services.plan_shaft import shaft_of
 from app.services.plan_zones import PlanZone, check_zone, zone_to_json
+from app.services.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from app.services.remote_centre import path_of
 from app.services.switches import NO_SWITCHES, Standing, Switches, standing
 from app.services.verdict import Profile, Verdict, profile_of, verdict_of

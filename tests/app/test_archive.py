@@ -32,7 +32,7 @@ from app.services.cases import Bead, Case, CaseFrame
 from app.services.errors import JobCancelled, TooLarge
 from app.services.plan_model import PlanContent, PlanPoint
 from app.services.plan_zones import PlanZone
-from app.services.registration import FiducialPair, RegistrationContent
+from app.services.registration.document import FiducialPair, RegistrationContent
 from app.settings import Settings
 from app.store.errors import StorageError
 from app.store.models import DocumentStateRow

@@ -13,25 +13,25 @@ from rest_client import CASE, Client
 from scipy.spatial.transform import Rotation
 
 from app.services import Services
-from app.services.calibrating import Calibrating
 from app.services.case_model import HEAD_PHANTOM
-from app.services.driven_registration import driven_registration
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import DocumentConflict, DocumentLocked
-from app.services.registering import PlanRegistration
-from app.services.registration import FiducialPair, RegistrationContent
-from app.services.registration_calibration import (
+from app.services.registration.calibrating import Calibrating
+from app.services.registration.calibration import (
     motion_covariance,
     robot_of,
     simulated_robot,
     tracked_through,
 )
-from app.services.registration_errors import error_table, expected_errors
-from app.services.registration_files import read_measured
-from app.services.registration_fit import refitted, report_of
-from app.services.registration_poses import paired, read_poses
-from app.services.registration_tools import PointerTip, pointer_cautions, robot_cautions
-from app.services.simulated_touch import simulated_pose, simulated_tracker_to_base
+from app.services.registration.calibration_records import PointerTip, pointer_cautions, robot_cautions
+from app.services.registration.document import FiducialPair, RegistrationContent
+from app.services.registration.driven import driven_registration
+from app.services.registration.files import read_measured
+from app.services.registration.fit_report import refitted, report_of
+from app.services.registration.pose_tables import paired, read_poses
+from app.services.registration.service import PlanRegistration
+from app.services.registration.simulated_touch import simulated_pose, simulated_tracker_to_base
+from app.services.registration.target_errors import error_table, expected_errors
 from vfix_engine.errors import InputError
 from vfix_engine.imaging.phantom import load_landmarks
 from vfix_engine.registration import calibrate_pivot, register_points, register_robot_to_tracker, target_errors_mm

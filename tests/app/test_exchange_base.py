@@ -18,7 +18,7 @@ from app.services.errors import NotFound
 from app.services.exchange import read_plan
 from app.services.placing import placed_robot, standing_base
 from app.services.plan_model import Plan, without_placing
-from app.services.registration import FiducialPair, RegistrationContent
+from app.services.registration.document import FiducialPair, RegistrationContent
 from vfix_engine.errors import FrameError, PlanError
 from vfix_engine.frames import ImageRegistration
 

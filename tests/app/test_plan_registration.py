@@ -9,15 +9,15 @@ from scipy.spatial.transform import Rotation
 
 from app.cli import main
 from app.services import Services
-from app.services.driven_registration import DrivenRegistration
 from app.services.dry_runs import DryRuns
 from app.services.embedded import SAMPLE_PLAN
 from app.services.exchange import to_native_json
 from app.services.exchange_base import BaseExport
 from app.services.plan_model import Plan
 from app.services.planning import Planning, registered_key
-from app.services.registration import FiducialPair, RegistrationContent
-from app.services.registration_fit import refitted
+from app.services.registration.document import FiducialPair, RegistrationContent
+from app.services.registration.driven import DrivenRegistration
+from app.services.registration.fit_report import refitted
 from app.steps.rehearse.preparation import plan_key, prepare
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.frames import ImageRegistration

@@ -14,17 +14,17 @@ from app.link import Pose
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.documents import Document, Ref
-from app.services.driven_registration import driven_registration
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import DocumentLocked, NotFound
 from app.services.jobs import Job
-from app.services.refining import Refining
-from app.services.registration import RegistrationContent
-from app.services.registration_editor import RegistrationEditor, with_place
-from app.services.registration_errors import error_table, expected_errors
-from app.services.registration_files import export_text, read_touched
-from app.services.registration_fit import report_of
-from app.services.simulated_touch import simulated_pose
+from app.services.registration.document import RegistrationContent
+from app.services.registration.driven import driven_registration
+from app.services.registration.editor import RegistrationEditor, with_place
+from app.services.registration.files import export_text, read_touched
+from app.services.registration.fit_report import report_of
+from app.services.registration.refining import Refining
+from app.services.registration.simulated_touch import simulated_pose
+from app.services.registration.target_errors import error_table, expected_errors
 from app.steps.register.hints import register_hint
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import ImageRegistration

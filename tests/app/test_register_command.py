@@ -17,7 +17,7 @@ from app.commands import register_calibration
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
-from app.services.reachable_surface import reachable_places
+from app.services.registration.reachable_surface import reachable_places
 from vfix_engine.imaging.phantom import load_landmarks
 from vfix_engine.registration.transform_files import write_transform
 

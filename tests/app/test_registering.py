@@ -17,12 +17,12 @@ from app.services.errors import DocumentLocked, NotFound, PlanConflict
 from app.services.exchange import from_native_json, to_native_json
 from app.services.plan_diff import changes
 from app.services.plan_model import Plan
-from app.services.registration import RegistrationContent
-from app.services.registration_editor import MeasuredPoint, RegistrationEditor
-from app.services.registration_errors import error_table, expected_errors
-from app.services.registration_fit import refitted, report_of
-from app.services.registration_order import order_of
-from app.services.simulated_touch import simulated_pose, simulated_touch
+from app.services.registration.document import RegistrationContent
+from app.services.registration.editor import MeasuredPoint, RegistrationEditor
+from app.services.registration.fit_report import refitted, report_of
+from app.services.registration.point_order import order_of
+from app.services.registration.simulated_touch import simulated_pose, simulated_touch
+from app.services.registration.target_errors import error_table, expected_errors
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points

@@ -14,7 +14,7 @@ from session_doubles import HEAD, views_of
 from app.link.tracker import Collected
 from app.services import Services
 from app.services.errors import NotFound
-from app.services.registering import Registering
+from app.services.registration.service import Registering
 from app.steps.register.step import RegisterStep
 from vfix_engine.errors import InputError
 from vfix_engine.registration import SimulatedTracker

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from registration_contents import pose
 
-from app.services.registration import REGISTRATION, FiducialPair, RegistrationContent, check_registration
-from app.services.registration_said import SaidByFile
-from app.services.registration_surface import Refinement, TouchedSurface
-from app.services.registration_tools import PointerTip, RobotToTracker
+from app.services.registration.calibration_records import PointerTip, RobotToTracker
+from app.services.registration.document import REGISTRATION, FiducialPair, RegistrationContent, check_registration
+from app.services.registration.said_by_file import SaidByFile
+from app.services.registration.touched_surface import Refinement, TouchedSurface
 from vfix_engine.errors import InputError, VfixError
 
 

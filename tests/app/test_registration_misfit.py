@@ -9,16 +9,16 @@ import pytest
 
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
-from app.services.driven_registration import driven_registration
 from app.services.embedded import SAMPLE_PLAN
 from app.services.live_link.outgoing import no_registration, registration_messages
 from app.services.plan_model import Plan
-from app.services.refining import begin_of
-from app.services.registering import PlanRegistration
-from app.services.registration_editor import RegistrationEditor
-from app.services.registration_errors import error_table
-from app.services.registration_files import export_text
-from app.services.registration_fit import report_of
+from app.services.registration.driven import driven_registration
+from app.services.registration.editor import RegistrationEditor
+from app.services.registration.files import export_text
+from app.services.registration.fit_report import report_of
+from app.services.registration.refining import begin_of
+from app.services.registration.service import PlanRegistration
+from app.services.registration.target_errors import error_table
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.imaging.phantom import load_landmarks
 

@@ -29,8 +29,8 @@ from app.services.exchange_markups import from_markups
 from app.services.plan_model import Plan, PlanContent, PlanPoint
 from app.services.plan_paths import PlanPath
 from app.services.plan_zones import PlanZone, RemovedBone
-from app.services.registration import FiducialPair, RegistrationContent
-from app.services.registration_fit import refitted
+from app.services.registration.document import FiducialPair, RegistrationContent
+from app.services.registration.fit_report import refitted
 from app.services.slicer import SCENE
 from app.services.slicer.scene import SceneNode, scene_text
 from app.store.errors import StorageError

@@ -15,11 +15,11 @@ from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import PlanConflict
 from app.services.plan_model import Plan
-from app.services.registration import RegistrationContent
-from app.services.registration_editor import RegistrationEditor
-from app.services.registration_tools import PointerTip, RobotToTracker
-from app.services.simulated_touch import simulated_pose
-from app.services.tracing import Tracing
+from app.services.registration.calibration_records import PointerTip, RobotToTracker
+from app.services.registration.document import RegistrationContent
+from app.services.registration.editor import RegistrationEditor
+from app.services.registration.simulated_touch import simulated_pose
+from app.services.registration.tracing import Tracing
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.phantom import load_landmarks

@@ -34,7 +34,7 @@ from app.services.plan_model import (
 )
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
-from app.services.registration import RegistrationContent, check_registration
+from app.services.registration.document import RegistrationContent, check_registration
 from vfix_engine.errors import PlanError, VfixError
 
 SETTLED_S = 1.0  # a hand that drags a point sends on; its proposal is made once it rests

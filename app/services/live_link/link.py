@@ -15,7 +15,7 @@ from app.services.live_link.incoming import Intake
 from app.services.live_link.outgoing import PLAN, TOOL, no_registration, plan_messages, registration_messages
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
-from app.services.registration import RegistrationContent
+from app.services.registration.document import RegistrationContent
 from app.settings import LinkAddress
 from vfix_engine.errors import VfixError
 

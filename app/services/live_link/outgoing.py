@@ -11,8 +11,8 @@ from app.link.messages import MAX_POINT_NAME, cut_name
 from app.services.documents import Document
 from app.services.live_link.frames import Array, registration_to_ras, to_ras
 from app.services.plan_model import NOTICE, Plan, PlanPoint
-from app.services.registration import RegistrationContent
-from app.services.registration_fit import report_of
+from app.services.registration.document import RegistrationContent
+from app.services.registration.fit_report import report_of
 from vfix_engine.frames import RegisteredTo
 
 PATH, TARGETS, TOOL, PLAN = "Path", "Targets", "ToolTip", "Plan"

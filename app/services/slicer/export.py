@@ -16,8 +16,8 @@ from app.services.documents import Documents
 from app.services.plan_model import NOTICE, Plan
 from app.services.planning import Planning
 from app.services.region_meshes import region_surface
-from app.services.registration import RegistrationContent
-from app.services.registration_editor import StoredRegistration
+from app.services.registration.document import RegistrationContent
+from app.services.registration.editor import StoredRegistration
 from app.services.slicer.marks import REMOVED, marks_of
 from app.services.slicer.registrations import points_of, transforms_of
 from app.services.slicer.scene import SceneNode, scene_text

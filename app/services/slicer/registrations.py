@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 
 from app.services.exchange_markups import markup_node
 from app.services.plan_model import NOTICE, Plan, PlanPoint
-from app.services.registration_editor import StoredRegistration
-from app.services.registration_errors import error_table
-from app.services.registration_files import export_text
-from app.services.registration_fit import FitReport, report_of
-from app.services.registration_said import FULL
+from app.services.registration.editor import StoredRegistration
+from app.services.registration.files import export_text
+from app.services.registration.fit_report import FitReport, report_of
+from app.services.registration.said_by_file import FULL
+from app.services.registration.target_errors import error_table
 from app.services.slicer.marks import Mark
 
 IN_IMAGE, MEASURED = "#facc5c", "#f0857d"

@@ -10,9 +10,9 @@ from app.services import Services
 from app.services.documents import check_still_newest
 from app.services.errors import NotFound
 from app.services.plans import Plan
-from app.services.registration_editor import StoredRegistration, found_pair
-from app.services.registration_errors import ErrorTable
-from app.services.registration_order import OrderAnswer
+from app.services.registration.editor import StoredRegistration, found_pair
+from app.services.registration.point_order import OrderAnswer
+from app.services.registration.target_errors import ErrorTable
 from app.steps.register import commands as c
 from app.steps.register.sections import FiducialMark, RegistrationSection
 from app.steps.register.views import marks_of, registration_view

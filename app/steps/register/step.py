@@ -10,7 +10,7 @@ from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.view import ClickRay, SceneView
 from app.services.documents import DocumentTitle
 from app.services.plans import Plan
-from app.services.registration_editor import StoredRegistration
+from app.services.registration.editor import StoredRegistration
 from app.steps.base import Step
 from app.steps.register import SPEC
 from app.steps.register import commands as c

@@ -11,8 +11,8 @@ import pytest
 from session_doubles import HEAD, SAMPLE, Heard, other_case, views_of
 
 from app.services import Services
-from app.services.registration import FiducialPair, RegistrationContent
-from app.services.registration_fit import refitted, report_of
+from app.services.registration.document import FiducialPair, RegistrationContent
+from app.services.registration.fit_report import refitted, report_of
 from app.steps.plan.step import PlanStep
 from app.steps.register import commands as c
 from app.steps.register.hints import register_hint

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from app.services.registration import RegistrationContent
-from app.services.registration_fit import refitted
-from app.services.registration_tools import MAX_POSES, PointerTip, PosesFrom, RobotToTracker
-from app.services.simulated_touch import checked_noise, simulated_tracker_to_base
+from app.services.registration.calibration_records import MAX_POSES, PointerTip, PosesFrom, RobotToTracker
+from app.services.registration.document import RegistrationContent
+from app.services.registration.fit_report import refitted
+from app.services.registration.simulated_touch import checked_noise, simulated_tracker_to_base
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration import SimulatedTracker, calibrate_pivot, register_robot_to_tracker

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from app.services.registration import RegistrationContent
-from app.services.registration_calibration import motion_covariance
-from app.services.registration_fit import counted_fle, fitted, in_our_words
+from app.services.registration.calibration import motion_covariance
+from app.services.registration.document import RegistrationContent
+from app.services.registration.fit_report import counted_fle, fitted, in_our_words
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import target_errors_mm
 
 if TYPE_CHECKING:
     from app.services.plan_model import Plan
-    from app.services.registering import PlanRegistration
+    from app.services.registration.service import PlanRegistration
     from vfix_engine.registration import Registration
 
 Floats = npt.NDArray[np.float64]

@@ -20,7 +20,7 @@ from app.services.exchange_parts import (
     table_rows,
 )
 from app.services.plan_points import check_position
-from app.services.registration_tools import MAX_POSES
+from app.services.registration.calibration_records import MAX_POSES
 from vfix_engine.errors import FrameError, InputError
 
 PoseKind = Literal["pointer_to_tracker", "marker_to_tracker", "flange_to_base"]

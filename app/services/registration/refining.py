@@ -13,15 +13,20 @@ import numpy.typing as npt
 from app.services.cases import CaseService
 from app.services.jobs import Job, Jobs, Progress
 from app.services.plan_points import Position, check_position
-from app.services.reachable_surface import reachable_places
-from app.services.registering import Registering
-from app.services.registration import RegistrationContent
-from app.services.registration_calibration import simulated_transform
-from app.services.registration_editor import StoredRegistration
-from app.services.registration_fit import FEWEST, fitted, refitted, report_of
-from app.services.registration_surface import MAX_TOUCHED, Refinement, TouchedFrom, TouchedSurface
-from app.services.simulated_touch import DEFAULT_NOISE_MM, check_simulated, checked_noise, simulated_touches
-from app.services.tracked_tip import recorded_tips
+from app.services.registration.calibration import simulated_transform
+from app.services.registration.document import RegistrationContent
+from app.services.registration.editor import StoredRegistration
+from app.services.registration.fit_report import FEWEST, fitted, refitted, report_of
+from app.services.registration.reachable_surface import reachable_places
+from app.services.registration.service import Registering
+from app.services.registration.simulated_touch import (
+    DEFAULT_NOISE_MM,
+    check_simulated,
+    checked_noise,
+    simulated_touches,
+)
+from app.services.registration.touched_surface import MAX_TOUCHED, Refinement, TouchedFrom, TouchedSurface
+from app.services.registration.tracked_tip import recorded_tips
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.given import whole
 from vfix_engine.registration import refine_on_surface

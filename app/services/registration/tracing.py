@@ -13,11 +13,11 @@ from app.services.cases import CaseService
 from app.services.plan_model import Plan
 from app.services.plan_points import Position, check_position
 from app.services.plans import PlanService
-from app.services.registering import Registering
-from app.services.registration_calibration import simulated_transform
-from app.services.registration_editor import StoredRegistration
-from app.services.simulated_touch import DEFAULT_NOISE_MM, check_simulated, simulated_touches
-from app.services.tracked_tip import recorded_tips
+from app.services.registration.calibration import simulated_transform
+from app.services.registration.editor import StoredRegistration
+from app.services.registration.service import Registering
+from app.services.registration.simulated_touch import DEFAULT_NOISE_MM, check_simulated, simulated_touches
+from app.services.registration.tracked_tip import recorded_tips
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import inverse
 from vfix_engine.geometry.path import SplinePath
@@ -25,7 +25,7 @@ from vfix_engine.registration import TracedPath, traced_path
 
 if TYPE_CHECKING:
     from app.link import TrackerClient
-    from app.services.registering import PlanRegistration
+    from app.services.registration.service import PlanRegistration
 
 TracedFrom = Literal["file", "simulated", "tracker"]
 NAMED = "Traced path"  # what such a path is called, before its number

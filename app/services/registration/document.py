@@ -12,18 +12,7 @@ from app.services.documents import DocumentKind, Ref
 from app.services.names import check_stored_label
 from app.services.plan_model import Position, check_position, number
 from app.services.plan_points import check_id
-from app.services.registration_beads import (
-    BeadSearchRecord,
-    FoundBead,
-    bead_from_json,
-    bead_to_json,
-    check_beads,
-    search_from_json,
-    search_to_json,
-)
-from app.services.registration_said import SaidByFile, check_said, said_from_json, said_to_json
-from app.services.registration_surface import TouchedSurface, check_surface, surface_from_json, surface_to_json
-from app.services.registration_tools import (
+from app.services.registration.calibration_records import (
     PointerTip,
     RobotToTracker,
     check_pointer,
@@ -33,6 +22,17 @@ from app.services.registration_tools import (
     robot_from_json,
     tool_to_json,
 )
+from app.services.registration.found_beads import (
+    BeadSearchRecord,
+    FoundBead,
+    bead_from_json,
+    bead_to_json,
+    check_beads,
+    search_from_json,
+    search_to_json,
+)
+from app.services.registration.said_by_file import SaidByFile, check_said, said_from_json, said_to_json
+from app.services.registration.touched_surface import TouchedSurface, check_surface, surface_from_json, surface_to_json
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
 

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services.plan_model import Plan, Position
-from app.services.registration import RegistrationContent
-from app.services.registration_calibration import motion_covariance
-from app.services.registration_fit import FitReport, FleSource, counted_fle, fitted, report_of
+from app.services.registration.calibration import motion_covariance
+from app.services.registration.document import RegistrationContent
+from app.services.registration.fit_report import FitReport, FleSource, counted_fle, fitted, report_of
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.registration import target_errors_mm

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from app.services.calibrating import NO_TRACKER
 from app.services.plan_points import number
-from app.services.registration import RegistrationContent
-from app.services.registration_calibration import tracked_through
+from app.services.registration.calibrating import NO_TRACKER
+from app.services.registration.calibration import tracked_through
+from app.services.registration.document import RegistrationContent
 from vfix_engine.errors import InputError
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from app.services.plan_model import Position
 from app.services.plan_points import number
-from app.services.registration import RegistrationContent
+from app.services.registration.document import RegistrationContent
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo, inverse
 

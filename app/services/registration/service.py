@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from app.services.cache import Cache
-from app.services.calibrating import NO_TRACKER, Calibrating
 from app.services.case_model import Bead as KnownBead
 from app.services.cases import CaseService
 from app.services.documents import Document, Documents
@@ -17,13 +16,14 @@ from app.services.jobs import Job, Jobs, Progress
 from app.services.plan_model import Plan
 from app.services.plan_points import check_position, number
 from app.services.plans import PlanService
-from app.services.registration import RegistrationContent
-from app.services.registration_beads import MAX_BEADS, BeadSearchRecord, FoundBead
-from app.services.registration_calibration import tracked_through
-from app.services.registration_editor import RegistrationEditor, StoredRegistration, found_pair, with_place
-from app.services.registration_errors import ErrorTable, error_table
-from app.services.registration_fit import FitReport, report_of
-from app.services.registration_order import OrderAnswer, order_of
+from app.services.registration.calibrating import NO_TRACKER, Calibrating
+from app.services.registration.calibration import tracked_through
+from app.services.registration.document import RegistrationContent
+from app.services.registration.editor import RegistrationEditor, StoredRegistration, found_pair, with_place
+from app.services.registration.fit_report import FitReport, report_of
+from app.services.registration.found_beads import MAX_BEADS, BeadSearchRecord, FoundBead
+from app.services.registration.point_order import OrderAnswer, order_of
+from app.services.registration.target_errors import ErrorTable, error_table
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.progress import ProgressCallback, no_progress

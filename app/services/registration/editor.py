@@ -10,7 +10,8 @@ from app.services.documents import Document, DocumentEditor
 from app.services.errors import NotFound
 from app.services.names import as_seen, check_label
 from app.services.plan_points import Position, check_position, new_id
-from app.services.registration import (
+from app.services.registration.calibration import simulated_transform
+from app.services.registration.document import (
     MAX_PAIRS,
     FiducialPair,
     MeasuredFrom,
@@ -18,11 +19,10 @@ from app.services.registration import (
     check_fle,
     check_pair,
 )
-from app.services.registration_beads import BeadSearchRecord, FoundBead, bead_label, marked
-from app.services.registration_calibration import simulated_transform
-from app.services.registration_fit import refitted
-from app.services.registration_surface import unrefined
-from app.services.simulated_touch import simulated_touch
+from app.services.registration.fit_report import refitted
+from app.services.registration.found_beads import BeadSearchRecord, FoundBead, bead_label, marked
+from app.services.registration.simulated_touch import simulated_touch
+from app.services.registration.touched_surface import unrefined
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration
 

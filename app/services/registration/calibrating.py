@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from app.services.documents import Documents
 from app.services.names import MAX_NAME
 from app.services.plan_points import number
-from app.services.registration import RegistrationContent
-from app.services.registration_calibration import (
+from app.services.registration.calibration import (
     LONGEST_PIVOT_S,
     PIVOT_S,
     SHORTEST_PIVOT_S,
@@ -21,9 +20,10 @@ from app.services.registration_calibration import (
     with_pointer,
     with_robot,
 )
-from app.services.registration_editor import RegistrationEditor, StoredRegistration
-from app.services.registration_poses import paired, read_poses
-from app.services.registration_tools import PointerTip, RobotToTracker
+from app.services.registration.calibration_records import PointerTip, RobotToTracker
+from app.services.registration.document import RegistrationContent
+from app.services.registration.editor import RegistrationEditor, StoredRegistration
+from app.services.registration.pose_tables import paired, read_poses
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 

@@ -22,12 +22,12 @@ from app.services.exchange_parts import (
 from app.services.names import as_seen, check_label
 from app.services.plan_model import NOTICE
 from app.services.plan_points import Position, check_position
-from app.services.registration import MAX_PAIRS, RegistrationContent
-from app.services.registration_calibration import real_tracker_to_base
-from app.services.registration_editor import MeasuredPoint, StoredRegistration
-from app.services.registration_fit import FitReport, report_of
-from app.services.registration_said import FULL, SaidByFile, direction, said_of
-from app.services.registration_surface import MAX_TOUCHED
+from app.services.registration.calibration import real_tracker_to_base
+from app.services.registration.document import MAX_PAIRS, RegistrationContent
+from app.services.registration.editor import MeasuredPoint, StoredRegistration
+from app.services.registration.fit_report import FitReport, report_of
+from app.services.registration.said_by_file import FULL, SaidByFile, direction, said_of
+from app.services.registration.touched_surface import MAX_TOUCHED
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.json_text import parse_json

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.services.registration import RegistrationContent
-from app.services.registration_fit import FEWEST, in_our_words
+from app.services.registration.document import RegistrationContent
+from app.services.registration.fit_report import FEWEST, in_our_words
 from vfix_engine.errors import InputError
 from vfix_engine.registration import match_points
 

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from app.services.registration import IDENTITY, FiducialPair, RegistrationContent
-from app.services.registration_tools import pointer_cautions, robot_cautions
+from app.services.registration.calibration_records import pointer_cautions, robot_cautions
+from app.services.registration.document import IDENTITY, FiducialPair, RegistrationContent
 from vfix_engine.errors import VfixError
 from vfix_engine.registration import Registration, find_outlier, register_points
 
