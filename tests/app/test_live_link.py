@@ -262,6 +262,19 @@ def test_a_registration_becomes_a_document_once(parts: Parts, intake: Intake, pl
     assert intake.settle() == []
 
 
+def test_a_registration_out_of_a_transform_file_is_not_taken_for_one_of_the_link(
+    parts: Parts, intake: Intake, plan: Plan
+) -> None:
+    """3D Slicer shows a .tfm in RAS on both sides, the link only that of the image: half a turn lies between them."""
+    given = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
+    parts.registrations.create(plan.case_id, "Own", given)
+    flip = np.diag([-1.0, -1.0, 1.0, 1.0])
+    intake.hear(Transform("Registration", (flip @ TURN @ flip).astype(np.float32).astype(np.float64)))
+    (words,) = intake.settle()
+    assert words.startswith("'Own' was sent as 3D Slicer shows its .tfm file")
+    assert len(parts.registrations.list(plan.case_id)) == 1
+
+
 def test_the_identity_is_no_registration(parts: Parts, intake: Intake, plan: Plan) -> None:
     """It is what the link itself tells where there is none, and what a new transform of Slicer is."""
     assert "says that there is none" in intake.hear(Transform("Registration", np.eye(4)))
@@ -422,9 +435,21 @@ def test_the_network_is_let_in_only_where_it_is_asked_for(tmp_path: Any) -> None
 def test_a_new_client_is_greeted_once(parts: Parts, link: LiveLink, plan: Plan) -> None:
     """And it is told of what changes after that, once as well."""
     with socket.create_connection(("127.0.0.1", link.port), timeout=5.0) as opened:  # type: ignore[attr-defined]
-        assert names_within(opened, 1.0) == {"Path": 1, "Targets": 1, "Plan": 1, "Registration": 1}
+        assert names_within(opened, 1.0) == {
+            "Path": 1,
+            "Targets": 1,
+            "Plan": 1,
+            "Registration": 1,
+            "RegistrationToBase": 1,
+        }
         parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
-        assert names_within(opened, 1.0) == {"Path": 1, "Targets": 1, "Plan": 1, "Registration": 1}
+        assert names_within(opened, 1.0) == {
+            "Path": 1,
+            "Targets": 1,
+            "Plan": 1,
+            "Registration": 1,
+            "RegistrationToBase": 1,
+        }
 
 
 def names_within(opened: socket.socket, seconds: float) -> Counter[str]:

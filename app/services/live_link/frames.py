@@ -37,6 +37,14 @@ def registration_to_ras(transform: Array) -> Array:
     return transform @ _FLIP
 
 
+def as_in_a_file(transform: Array) -> Array:
+    """A registration (4, 4) that would be told by the matrix that 3D Slicer shows of the `.tfm` file of ``transform``.
+
+    Slicer takes both frames of a file for LPS, and shows F T F.
+    """
+    return _FLIP @ transform
+
+
 def rigid(matrix: Array) -> Array:
     """The rigid transform (4, 4) next to a matrix that float32 has rounded. Raises LinkFault where it is not rigid."""
     rotation = matrix[:3, :3]

@@ -20,7 +20,7 @@ from app.link.messages import cut_name
 from app.services.documents import Documents
 from app.services.errors import PlanLocked
 from app.services.live_link.board import LiveBoard
-from app.services.live_link.frames import SAME_MM, registration_to_ras, rigid, same_transform, to_ras
+from app.services.live_link.frames import SAME_MM, as_in_a_file, registration_to_ras, rigid, same_transform, to_ras
 from app.services.live_link.outgoing import PATH, REGISTRATIONS, TARGETS
 from app.services.names import check_label, unused_name
 from app.services.plan_model import (
@@ -125,9 +125,16 @@ class Intake:
         content = _registered(message)
         image = content.registration
         known = [one for one in self._registrations.list(plan.case_id) if not one.unreadable]
-        made = [one.content.registration for one in known if one.content.made_from != "none"]
-        if any(one.to == image.to and same_transform(one.transform, image.transform) for one in made):
-            return ""
+        made = [one for one in known if one.content.made_from != "none"]
+        for one in made:
+            own = one.content.registration
+            if own.to == image.to and same_transform(own.transform, image.transform):
+                return ""
+            if same_transform(as_in_a_file(own.transform), image.transform):
+                raise PlanError(
+                    f"{one.name!r} was sent as 3D Slicer shows its .tfm file, with the patient's frame turned by half a "
+                    "turn; send back the transform that came by this link instead. Nothing was stored."
+                )
         taken = {one.name for one in known}
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:
             raise PlanError(f"{MAX_REGISTRATIONS} registrations came from outside; delete some of them first.")
