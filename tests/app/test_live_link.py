@@ -434,6 +434,7 @@ def test_the_network_is_let_in_only_where_it_is_asked_for(tmp_path: Any) -> None
 
 def test_a_new_client_is_greeted_once(parts: Parts, link: LiveLink, plan: Plan) -> None:
     """And it is told of what changes after that, once as well."""
+    once = dict.fromkeys(("Path", "Targets", "Plan", "Registration", "RegistrationToBase"), 1)
     with socket.create_connection(("127.0.0.1", link.port), timeout=5.0) as opened:  # type: ignore[attr-defined]
         assert names_within(opened, 1.0) == {
             "Path": 1,

@@ -132,8 +132,8 @@ class Intake:
                 return ""
             if same_transform(as_in_a_file(own.transform), image.transform):
                 raise PlanError(
-                    f"{one.name!r} was sent as 3D Slicer shows its .tfm file, with the patient's frame turned by half a "
-                    "turn; send back the transform that came by this link instead. Nothing was stored."
+                    f"{one.name!r} was sent as 3D Slicer shows its .tfm file, with the patient's frame turned by half "
+                    "a turn; send back the transform that came by this link instead. Nothing was stored."
                 )
         taken = {one.name for one in known}
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:
