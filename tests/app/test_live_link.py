@@ -436,21 +436,9 @@ def test_a_new_client_is_greeted_once(parts: Parts, link: LiveLink, plan: Plan) 
     """And it is told of what changes after that, once as well."""
     once = dict.fromkeys(("Path", "Targets", "Plan", "Registration", "RegistrationToBase"), 1)
     with socket.create_connection(("127.0.0.1", link.port), timeout=5.0) as opened:  # type: ignore[attr-defined]
-        assert names_within(opened, 1.0) == {
-            "Path": 1,
-            "Targets": 1,
-            "Plan": 1,
-            "Registration": 1,
-            "RegistrationToBase": 1,
-        }
+        assert names_within(opened, 1.0) == once
         parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
-        assert names_within(opened, 1.0) == {
-            "Path": 1,
-            "Targets": 1,
-            "Plan": 1,
-            "Registration": 1,
-            "RegistrationToBase": 1,
-        }
+        assert names_within(opened, 1.0) == once
 
 
 def names_within(opened: socket.socket, seconds: float) -> Counter[str]:
