@@ -130,7 +130,7 @@ class TrackerClient:
         begin, found = self._next(seconds)
         if self.state != "fresh" or _longest_gap_s(found, begin) > STALE_S:
             raise LinkFault(f"{self._why_unseen(begin)} and try again.")
-        poses = self._enough(found, seconds)
+        poses = self._enough(begin, found, seconds)
         places = poses[:, :3, :3] @ np.asarray(point, dtype=np.float64) + poses[:, :3, 3]
         mean = places.mean(axis=0)
         off = np.linalg.norm(places - mean, axis=1)
@@ -141,7 +141,7 @@ class TrackerClient:
 
         Raises LinkFault where there are too few.
         """
-        return self._enough(self._next(seconds)[1], seconds)
+        return self._enough(*self._next(seconds), seconds)
 
     def _next(self, seconds: float) -> tuple[float, list[Pose]]:
         """Wait for some seconds; when they began, and the poses that came."""
@@ -152,11 +152,11 @@ class TrackerClient:
                 self._lock.wait(min(left, STALE_S))
             return begin, [pose for pose in self._poses if pose.received_s >= begin]
 
-    def _enough(self, found: list[Pose], seconds: float) -> Array:
+    def _enough(self, begin: float, found: list[Pose], seconds: float) -> Array:
         if len(found) < _FEWEST:
             raise LinkFault(
-                f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. "
-                f"{self._why_unseen(time.monotonic() - seconds)} or longer."
+                f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. {self._why_unseen(begin)} and try "
+                "again, or longer."
             )
         return np.array([pose.transform for pose in found])
 

@@ -41,7 +41,7 @@ class BasePoint:
 
     kind: 'point' and 'target' of the plan, 'driven' of its dry run. s_mm: arc length along the path of a driven one.
     roll_deg: of a bent tool about the direction, right-handed; 0 where it bends towards z of the place's own frame, see
-    `vfix_engine.geometry.shaft_directions.rolled_frame`; None where it is left open, or the tool is straight.
+    `vfix_engine.geometry.shaft_directions.rolled_frame`; None where it is left open, and of a straight tool's pose.
     """
 
     kind: Literal["point", "target", "driven"]

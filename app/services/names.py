@@ -50,7 +50,10 @@ def unused_name(name: str, taken: Collection[str], *, last: bool = False) -> str
     numbers = [int(match[1]) for match in found if match]
     if name not in taken and not (last and numbers):
         return name
-    return f"{short} {max(numbers, default=1) + 1}"
+    number = max(numbers, default=1) + 1
+    while (made := f"{short.rstrip()} {number}") in taken:
+        number += 1
+    return made
 
 
 def _seen_or_empty(label: str, what: str) -> str:

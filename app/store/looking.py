@@ -39,6 +39,8 @@ def _copy_into(kept: sqlite3.Connection, database: Path) -> None:
     for options in ("mode=rw", "mode=ro&immutable=1"):
         try:
             with closing(sqlite3.connect(f"{database.as_uri()}?{options}", uri=True, timeout=_BUSY_S)) as source:
+                source.execute("BEGIN")
+                source.execute("SELECT count(*) FROM sqlite_master").fetchone()  # a copy waits for a lock without end
                 source.backup(kept)
             return
         except sqlite3.OperationalError as error:

@@ -88,28 +88,27 @@ def test_the_path_is_as_it_is_driven_with_the_shafts_directions(phantom_services
 
 
 def test_the_bend_of_the_tool_is_told_in_the_bases_frame(phantom_services: Services, plan: Plan) -> None:
-    """The tool of the sample is bent: direction and roll of each pose say where its tip goes, before a turned base."""
-    turned = replace(
-        plan, robot=plan.robot | {"base": (np.reshape(plan.robot["base"], (4, 4)) @ TURN).ravel().tolist()}
-    )
+    """The tool of the sample is bent: direction and roll of each driven pose say where its tip goes."""
+    data = json.loads(phantom_services.base_export.text(plan, "json"))
     run = phantom_services.planning.evaluate(plan).run
-    tilted = (
-        phantom_services.base_export
-    )  # the path is driven from where the plan's robot stands, and told in its frame
+    whole = np.reshape(data["transform_image_to_base"], (4, 4))[:3, :3]
+    for row in data["path_as_driven"][::20]:
+        at = int(np.abs(run.s - row["s_mm"]).argmin())
+        bend = whole @ (run.segments_end[at, 0] - run.segments_start[at, 0])  # towards the tip
+        bend -= (bend @ row["direction"]) * np.array(row["direction"])
+        np.testing.assert_allclose(bend_of(row), bend / np.linalg.norm(bend), atol=1e-6)
+
+
+def test_a_planned_roll_is_told_before_a_base_that_is_turned(phantom_services: Services, plan: Plan) -> None:
+    base = np.reshape(plan.robot["base"], (4, 4)) @ TURN
+    turned = replace(plan, robot=plan.robot | {"base": base.ravel().tolist()})
     for placed in (plan, turned):
-        data = json.loads(tilted.text(placed, "json"))
+        data = json.loads(phantom_services.base_export.text(placed, "json"))
         whole = np.reshape(data["transform_image_to_base"], (4, 4))[:3, :3]
-        for row in data["path_as_driven"][::20]:
-            if placed is plan:
-                at = int(np.abs(run.s - row["s_mm"]).argmin())
-                bend = whole @ (run.segments_end[at, 0] - run.segments_start[at, 0])  # towards the tip
-                told = bend_of(row)
-                bend -= (bend @ row["direction"]) * np.array(row["direction"])
-                np.testing.assert_allclose(told, bend / np.linalg.norm(bend), atol=1e-6)
+        assert all(point.roll_deg is not None for point in plan.points)
         for row, point in zip(data["points"], plan.points, strict=True):
-            if point.roll_deg is not None:
-                own = bend_of({"direction": point.direction, "roll_deg": point.roll_deg})
-                np.testing.assert_allclose(bend_of(row), whole @ own, atol=1e-9)
+            own = bend_of({"direction": point.direction, "roll_deg": point.roll_deg})
+            np.testing.assert_allclose(bend_of(row), whole @ own, atol=1e-9)
 
 
 def bend_of(row: dict[str, Any]) -> Any:

@@ -393,6 +393,18 @@ def test_doctor_finds_nothing_wrong_with_a_store_that_is_new_or_in_use(settings:
     assert sorted(path.name for path in settings.home.iterdir()) == before
 
 
+def test_doctor_does_not_wait_for_a_store_that_stays_locked(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Store(settings).close()
+    monkeypatch.setattr("app.store.looking._BUSY_S", 0.1)
+    with closing(sqlite3.connect(settings.database_path, isolation_level=None)) as holder:
+        holder.execute("PRAGMA locking_mode=EXCLUSIVE")
+        holder.execute("BEGIN EXCLUSIVE")
+        assert any("another program" in words for words in examine(settings).problems)
+    assert examine(settings).problems == ()
+
+
 def test_a_home_that_is_a_file_is_a_problem(settings: Settings) -> None:
     settings.home.write_bytes(b"x")
     assert any("cannot be written" in words for words in examine(settings).problems)

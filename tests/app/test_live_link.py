@@ -275,6 +275,22 @@ def test_a_registration_out_of_a_transform_file_is_not_taken_for_one_of_the_link
     assert len(parts.registrations.list(plan.case_id)) == 1
 
 
+def test_an_echo_is_known_though_another_registration_is_like_it_in_a_file(
+    parts: Parts, intake: Intake, plan: Plan
+) -> None:
+    """What is stored is looked for before what may have come out of a file, and of what leads to the same only."""
+    flip = np.diag([-1.0, -1.0, 1.0, 1.0])
+    for name, to, matrix in (("A", "patient", TURN), ("B", "patient", flip @ TURN), ("C", "base", TURN)):
+        given = RegistrationContent(to, tuple(matrix.ravel().tolist()), made_from="given")  # type: ignore[arg-type]
+        parts.registrations.create(plan.case_id, name, given)
+    intake.hear(Transform("Registration", frames.registration_to_ras(flip @ TURN)))
+    assert intake.settle() == []
+    turned = frames.registration_to_ras(flip @ TURN)
+    turned[0, 3] += 5.0
+    intake.hear(Transform("RegistrationToBase", turned))
+    assert "check it" in intake.settle()[0]
+
+
 def test_the_identity_is_no_registration(parts: Parts, intake: Intake, plan: Plan) -> None:
     """It is what the link itself tells where there is none, and what a new transform of Slicer is."""
     assert "says that there is none" in intake.hear(Transform("Registration", np.eye(4)))

@@ -15,6 +15,7 @@ from app.services.names import MAX_NAME, unused_name
         ("A 2", ["A", "A 2"], "A 2 2"),
         ("a.c (x)", ["a.c (x)", "abc (x) 5"], "a.c (x) 2"),
         ("A", ["A", "A ٣", "A 99999999"], "A 2"),
+        ("A", ["A", "A 999999", "A 1000000"], "A 1000001"),
     ],
 )
 def test_a_name_that_is_taken_gets_a_number(name: str, taken: list[str], given: str) -> None:

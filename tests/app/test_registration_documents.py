@@ -12,6 +12,7 @@ from registration_contents import pose
 
 from app.services.registration.calibration_records import PointerTip, RobotToTracker
 from app.services.registration.document import REGISTRATION, FiducialPair, RegistrationContent, check_registration
+from app.services.registration.fit_report import inconsistency, report_of
 from app.services.registration.said_by_file import SaidByFile
 from app.services.registration.touched_surface import Refinement, TouchedSurface
 from vfix_engine.errors import InputError, VfixError
@@ -53,7 +54,17 @@ def test_what_it_was_measured_with_comes_back_as_it_was() -> None:
     for key in ("surface", "pointer", "robot"):
         del stored[key]
     before = REGISTRATION.content("vfix-registration/2", stored, {})
-    assert before == replace(content, surface=None, pointer=None, robot=None)
+    assert before == replace(content, made_from="given", surface=None, pointer=None, robot=None)
+
+
+def test_a_refined_one_that_lost_its_touched_points_keeps_its_transform() -> None:
+    """Earlier versions left such documents; nothing here is the source of the transform, and no error is claimed."""
+    content = RegistrationContent(transform=tuple(pose().ravel().tolist()), made_from="surface")
+    stored = REGISTRATION.write(content)
+    del stored["said"]
+    read = REGISTRATION.content("vfix-registration/3", stored, {})
+    assert read == replace(content, made_from="given")
+    assert (report_of(read).state, inconsistency(read)) == ("given", "")
 
 
 def test_what_its_file_says_comes_back_as_it_was() -> None:

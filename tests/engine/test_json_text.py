@@ -28,6 +28,7 @@ def test_values_are_read_as_they_are() -> None:
         ("{", "line 1"),
         (b"\xff", "utf-8"),
         ('{"unit": "m", "unit": "mm"}', "the key 'unit' stands twice"),
+        ("{" + ",".join(f'"k{n}":1' for n in range(100_000)) + ',"k99999":1}', "the key 'k99999' stands twice"),
         ('[{"a": {"b": 1, "c": 2, "b": 1}}]', "the key 'b' stands twice"),
     ],
 )

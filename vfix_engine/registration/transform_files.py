@@ -134,14 +134,14 @@ def transform_from_tfm(text: str) -> Array:
 
 
 def tfm_comments(text: str) -> list[tuple[str, str]]:
-    """What the comments above the transform say as 'key: value', in their order; other comments are passed over.
+    """What comments say as 'key: value', in their order, wherever they stand; other comments are passed over.
 
     Raises InputError where it is no ITK file.
     """
     found = []
     for line in _lines(text)[1:]:
         if not line.startswith("#") or line.startswith(_NEXT):
-            break
+            continue
         key, colon, value = line.lstrip("#").partition(":")
         if colon:
             found.append((key.strip(), value.strip()))

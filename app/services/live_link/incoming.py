@@ -126,11 +126,11 @@ class Intake:
         image = content.registration
         known = [one for one in self._registrations.list(plan.case_id) if not one.unreadable]
         made = [one for one in known if one.content.made_from != "none"]
+        made = [one for one in made if one.content.to == image.to]
+        if any(same_transform(one.content.registration.transform, image.transform) for one in made):
+            return ""
         for one in made:
-            own = one.content.registration
-            if own.to == image.to and same_transform(own.transform, image.transform):
-                return ""
-            if same_transform(as_in_a_file(own.transform), image.transform):
+            if same_transform(as_in_a_file(one.content.registration.transform), image.transform):
                 raise PlanError(
                     f"{one.name!r} was sent as 3D Slicer shows its .tfm file, with the patient's frame turned by half "
                     "a turn; send back the transform that came by this link instead. Nothing was stored."

@@ -71,12 +71,12 @@ class LiveLink:
         tick = 0
         while not self._ended.wait(_TICK_S):
             tick += 1
-            try:
-                self._tell_tool()
-                if tick % _LOOK_EVERY == 0:
-                    self._look()
-            except Exception:  # the link must not end with one plan that cannot be read, or one pose
-                _LOG.exception("the live link stumbled")
+            for due, do in ((True, self._tell_tool), (tick % _LOOK_EVERY == 0, self._look)):
+                try:
+                    if due:
+                        do()
+                except Exception:  # the link must not end with one pose, or one plan that cannot be read
+                    _LOG.exception("the live link stumbled")
 
     def _tell_tool(self) -> None:
         poses, transform = self._board.tool

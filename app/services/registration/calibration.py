@@ -10,6 +10,7 @@ import numpy.typing as npt
 from app.services.registration.calibration_records import MAX_POSES, PointerTip, PosesFrom, RobotToTracker
 from app.services.registration.document import RegistrationContent
 from app.services.registration.fit_report import refitted
+from app.services.registration.said_by_file import SaidByFile
 from app.services.registration.simulated_touch import checked_noise, simulated_tracker_to_base
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
@@ -235,7 +236,9 @@ def taken_to_base(content: RegistrationContent) -> RegistrationContent:
     transform = content.transform
     if content.made_from != "none":
         transform = tuple((matrix @ content.registration.transform).ravel().tolist())
-    return refitted(replace(content, to="base", transform=transform, pairs=pairs, surface=surface))
+    # Its file spoke of the transform to the patient; that this one is simulated still counts.
+    said = None if content.said is None else SaidByFile(to="base", simulated=content.said.simulated)
+    return refitted(replace(content, to="base", transform=transform, pairs=pairs, surface=surface, said=said))
 
 
 def why_not_to_base(content: RegistrationContent) -> str:

@@ -260,8 +260,12 @@ def _with_calibrations(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with_words(data: dict[str, Any]) -> dict[str, Any]:
-    """What was stored before it was kept what a transform's file says of it."""
-    return {**data, "said": None}
+    """What was stored before it was kept what a transform's file says of it.
+
+    A refined one could lose its touched points then; its transform stays, as one that nothing here was the source of.
+    """
+    lost = data.get("made_from") == "surface" and data.get("surface") is None
+    return {**data, "said": None, **({"made_from": "given"} if lost else {})}
 
 
 def _refs(content: RegistrationContent) -> tuple[Ref, ...]:

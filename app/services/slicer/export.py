@@ -132,7 +132,7 @@ class SlicerExport:
                 continue
             try:
                 surface = region_surface(self._cases, plan.case_id, shape)
-            except InputError:  # a patch of a structure that is gone: its line tells where it was
+            except InputError:  # a patch of a structure that is gone: its line, which is hidden, tells where it was
                 continue
             node = SceneNode("Model", f"{name} surface", names.of(name), colour, _REGION_OPACITY, visible)
             found.append((node, partial(write_ply, mesh=surface)))

@@ -39,7 +39,7 @@ export class SegmentGroup {
     this.tint = h("input", { type: "checkbox", id: "segment-tint", onchange: () => this.publish() });
     this.islands = h("select", { id: "segment-islands", onchange: () => this.showParts() });
     fillOptions(this.islands, /** @type {[string, string][]} */ (ISLANDS));
-    this.least = ownNumber("segment-least", 0, 1e6, 1, 10);
+    this.least = ownNumber("segment-least", 0, 1e6, 1, 10, () => this.publish());
     this.least.setAttribute("aria-label", "Smallest island in cubic millimetres");
     this.leastField = this.field("Smallest island, mm³", this.least);
     this.crop = new CropBox(() => this.publish());

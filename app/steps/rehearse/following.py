@@ -129,6 +129,9 @@ class DriveFollower(Step):
     def _stop_where_withdrawn(self, now: DriveRecord) -> str:
         """The robot pauses where its registration has gone under it; returns words for the user, '' for none."""
         words = self._withdrawn(now) if self._changed and now.snapshot is not None and now.snapshot.running else ""
+        if words and not self._stopped_for:  # read anew before somebody's robot is stopped
+            self._registered = None
+            words = self._withdrawn(now)
         if words and self.drive is not None:
             self.drive.halt()
         said, self._stopped_for = self._stopped_for, words

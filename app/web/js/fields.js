@@ -134,9 +134,10 @@ export function numberInput(id, low, high, step, changed, emptied) {
  * @param {number} high
  * @param {number} step
  * @param {number | null} value null: empty, which means something
+ * @param {() => void} [changed] called once another number is held
  */
-export function ownNumber(id, low, high, step, value) {
-  const input = numberInput(id, low, high, step, () => {}, value === null ? () => {} : undefined);
+export function ownNumber(id, low, high, step, value, changed = () => {}) {
+  const input = numberInput(id, low, high, step, changed, value === null ? () => {} : undefined);
   watched.delete(input);
   showNumber(input, value);
   return input;

@@ -78,6 +78,15 @@ def test_comments_that_say_something_are_told() -> None:
         tfm_comments("# name: a\n")
 
 
+def test_comments_count_wherever_they_stand() -> None:
+    """An editor's blank line, or another program's order, takes away no 'simulated'."""
+    magic, *rest = tfm_text(np.eye(4), ["simulated: yes"]).splitlines(keepends=True)
+    comment = next(line for line in rest if "simulated" in line)
+    others = [line for line in rest if line != comment]
+    for text in ("".join([magic, "\n", *rest]), "".join([magic, *others[:2], comment, *others[2:]])):
+        assert tfm_comments(text) == [("simulated", "yes")]
+
+
 @pytest.mark.parametrize("name", ["a.tfm", "a.txt", "a.json", "A.TFM"])
 def test_what_is_written_is_read(tmp_path: Path, name: str) -> None:
     for seed in range(20):
