@@ -209,6 +209,7 @@ def test_a_place_is_typed_and_points_are_added_and_moved_by_keys_alone(open_page
         station.wait_for(key, lambda place=place: cross(station) == pytest.approx(place))
     page.keyboard.press("Enter")
     station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
+    station.drawn()  # what is not shown yet is not taken
     page.keyboard.press("Enter")
     station.wait_for("the point", lambda: len(station.state("plan")["points"]) == 1)
     point: Any = station.state("plan")["points"][0]
