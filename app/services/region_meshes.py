@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import trimesh
 
 from app.services.cases import CaseService
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shape_patch import patch_around
+
+if TYPE_CHECKING:
+    import trimesh
 
 Mesh = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]  # vertices (n, 3) LPS mm, faces (m, 3)
 
@@ -40,6 +42,8 @@ def region_surface(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -
 
 
 def _made(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Any:
+    import trimesh  # imported here: slow to load
+
     match shape["kind"]:
         case "sphere":
             return _at(trimesh.creation.icosphere(subdivisions=3, radius=shape["radius"]), np.eye(3), shape["centre"])
@@ -61,6 +65,8 @@ def _made(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Any:
 
 def _chain(points: list[Any], radius: float) -> Any:
     """Capsules from one place to the next, or a ball where there is one place."""
+    import trimesh  # imported here: slow to load
+
     places = np.array(points, dtype=np.float64)
     parts = [_at(trimesh.creation.icosphere(subdivisions=2, radius=radius), np.eye(3), place) for place in places]
     for start, end in itertools.pairwise(places):
