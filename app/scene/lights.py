@@ -6,6 +6,7 @@ import numpy as np
 import viser
 
 from app.scene import shapes
+from vfix_engine.geometry.axes import rotation_z_to
 
 # name, direction the light comes from (LPS), colour, intensity
 _LIGHTS = (
@@ -28,6 +29,6 @@ def add_lights(scene: viser.SceneApi) -> None:
             color=colour,
             intensity=intensity,
             cast_shadow=False,
-            wxyz=shapes.quaternion(shapes.rotation_z_to(towards)),
+            wxyz=shapes.quaternion(rotation_z_to(towards)),
             position=tuple(1000.0 * towards / np.linalg.norm(towards)),
         )

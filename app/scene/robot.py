@@ -10,6 +10,7 @@ import trimesh
 import viser
 
 from app.scene import palette, shapes
+from vfix_engine.geometry.axes import rotation_z_to
 from vfix_engine.robots import Visual
 
 Floats = npt.NDArray[np.float64]
@@ -71,7 +72,7 @@ class ToolNodes:
                 self._nodes[index] = (*key, self._add(index, *key))
             node = self._nodes[index][2]
             node.position = start[index]
-            node.wxyz = shapes.quaternion(shapes.rotation_z_to(end[index] - start[index]))
+            node.wxyz = shapes.quaternion(rotation_z_to(end[index] - start[index]))
 
     def _add(self, index: int, radius: float, length: float) -> viser.MeshHandle:
         vertices, faces = shapes.capsule(radius, length)

@@ -31,15 +31,6 @@ def diamond(radius: float) -> Shape:
     return vertices, faces
 
 
-def rotation_z_to(direction: Floats) -> Floats:
-    """(3, 3) rotation that takes +z to a direction."""
-    z = direction / np.linalg.norm(direction)
-    helper = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    x = np.cross(helper, z)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], axis=-1)
-
-
 def quaternion(rotation: Floats) -> Floats:
     """(4,) w, x, y, z of a (3, 3) rotation."""
     return np.asarray(trimesh.transformations.quaternion_from_matrix(rotation), dtype=np.float64)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from app.services.cases import CaseService
 from vfix_engine.errors import InputError
+from vfix_engine.geometry.axes import rotation_z_to
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shape_patch import patch_around
 
@@ -56,7 +57,7 @@ def _made(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Any:
             return box.apply_transform(np.reshape(shape["transform_box_to_patient"], (4, 4)))
         case "half_space":
             square = trimesh.creation.box((2.0 * PLANE_MM, 2.0 * PLANE_MM, 0.2))
-            return _at(square, axes_about(shape["normal"]), shape["point"])
+            return _at(square, rotation_z_to(shape["normal"]), shape["point"])
         case "patch":
             surface = cases.structure_mesh(case_id, shape.get("structure", cases.get(case_id).anatomy.id))
             return patch_around(surface, shape["centre"], shape["radius"])
@@ -73,17 +74,8 @@ def _chain(points: list[Any], radius: float) -> Any:
         length = float(np.linalg.norm(end - start))
         if length > 1e-6:
             tube = trimesh.creation.cylinder(radius=radius, height=length, sections=24)
-            parts.append(_at(tube, axes_about(end - start), 0.5 * (start + end)))
+            parts.append(_at(tube, rotation_z_to(end - start), 0.5 * (start + end)))
     return trimesh.util.concatenate(parts)
-
-
-def axes_about(direction: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """A rotation (3, 3) whose third column is a direction (3,) of any length; its turn about it is left open."""
-    along = np.asarray(direction, dtype=np.float64)
-    along = along / np.linalg.norm(along)
-    first = np.cross(np.eye(3)[np.abs(along).argmin()], along)
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(along, first), along])
 
 
 def _at(mesh: trimesh.Trimesh, rotation: npt.NDArray[np.float64], place: Any) -> trimesh.Trimesh:

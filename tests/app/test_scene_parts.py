@@ -16,6 +16,7 @@ from app.scene.camera import Lens
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.picking import BonePicker, Plane, hit_items, hit_plane
+from vfix_engine.geometry.axes import rotation_z_to
 from vfix_engine.geometry.mesh import TriangleMesh
 
 VIEWS = ("anterior", "left", "right", "superior", "oblique", "nose")
@@ -131,7 +132,7 @@ def test_a_capsule_runs_along_its_axis() -> None:
 @pytest.mark.parametrize("direction", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-0.3, 0.5, 0.8)])
 def test_the_rotation_takes_z_to_the_direction(direction: tuple[float, float, float]) -> None:
     wanted = np.array(direction, dtype=np.float64)
-    rotation = shapes.rotation_z_to(wanted)
+    rotation = rotation_z_to(wanted)
     assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(rotation) == pytest.approx(1.0)
     assert rotation[:, 2] == pytest.approx(wanted / np.linalg.norm(wanted))

@@ -125,8 +125,7 @@ class Intake:
         content = _registered(message)
         image = content.registration
         known = [one for one in self._registrations.list(plan.case_id) if not one.unreadable]
-        made = [one for one in known if one.content.made_from != "none"]
-        made = [one for one in made if one.content.to == image.to]
+        made = [one for one in known if one.content.made_from != "none" and one.content.to == image.to]
         if any(same_transform(one.content.registration.transform, image.transform) for one in made):
             return ""
         for one in made:

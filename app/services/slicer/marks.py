@@ -15,8 +15,8 @@ from app.services.exchange_parts import CurveSample, to_json_text
 from app.services.exchange_regions import region_markups
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.plan_zones import PlanZone
-from app.services.region_meshes import axes_about
 from app.services.slicer.scene import NodeKind
+from vfix_engine.geometry.axes import rotation_z_to
 
 PATH, OTHER_PATH, NOT_REACHED = "#6db3f2", "#8a94a6", "#f0857d"
 TARGET, REMOVED, BEAD, SHAFT = "#e58fd0", "#d9a066", "#facc5c", "#ced4dc"
@@ -101,7 +101,7 @@ def _plane(zone: PlanZone) -> dict[str, Any]:
     """
     origin = np.asarray(zone.shape["point"], dtype=np.float64)
     base = np.eye(4)
-    base[:3, :3], base[:3, 3] = axes_about(zone.shape["normal"]), origin
+    base[:3, :3], base[:3, 3] = rotation_z_to(zone.shape["normal"]), origin
     markup = markup_node("Plane", zone.name, [PlanPoint("", zone.name, tuple(origin.tolist()))])
     words = f"{NOTICE}. Half-space to spare, margin {zone.margin_mm:g} mm; the normal points to the side of the tool."
     return markup | {

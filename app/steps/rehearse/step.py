@@ -226,6 +226,7 @@ class RehearseStep(DriveFollower):
             self._open(drive, plan)
         elif now.state == "ready":
             self._run_when_ready = False
+            self._registered = None  # it may have changed while the robot came
             if words := self._withdrawn(now):
                 self.views.note(words, error=True)
             else:
