@@ -95,7 +95,7 @@ export default class PlanPanel {
       folding("versions", this.versions.element, false), folding("notes", this.paths.notesElement, false),
       group("Plans of this head", [h("button", { type: "button", class: "plain", id: "new-plan", onclick: () => this.newPlan() }, "New")], this.planList,
         h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
-      group("Export and import", null, h("div", { class: "list" }, this.exports),
+      group("Export and import", null, h("div", { class: "fields" }, this.exports),
         h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser,
         h("p", { class: "words" }, "The whole case as one file, with plans and registrations: Patient, ‘Save everything as one file …’. The folder for 3D Slicer: unpack it, and open its scene.mrml there.")));
   }
