@@ -289,7 +289,11 @@ export interface SecondVolumeSection {
   locked: boolean;
 }
 
-/** What is laid over the head. transform: 16 numbers row by row; opacity: 0 to 1. */
+/**
+ * What is laid over the head. transform: 16 numbers row by row; opacity: 0 to 1.
+ *
+ * to_confirm: the volume is of another head, and nobody has confirmed that it shows the same patient; it is not drawn.
+ */
 export interface LaidView {
   case: string;
   volume: string | null;
@@ -297,13 +301,19 @@ export interface LaidView {
   opacity: number;
   window: number;
   level: number;
+  to_confirm: boolean;
 }
 
-/** A volume that can be laid over the head. window, level: that it is shown with at first; None of a CT. */
+/**
+ * A volume that can be laid over the head. window, level: that it is shown with at first; None of a CT.
+ *
+ * other_head: it is the CT of another case, imported then; None of a volume of this case.
+ */
 export interface VolumeChoice {
   case: string;
   volume: string | null;
   name: string;
+  other_head: string | null;
   window: number | null;
   level: number | null;
 }
@@ -1048,6 +1058,7 @@ export interface RemovedBonePublic {
  *
  * transform: 16 numbers row by row, from the second volume's LPS to the head's, mm, rigid. opacity: from 0 to 1.
  * window, level: its values from black to white, and the value in their middle.
+ * other_head: confirms that a volume of another case than the plan's shows the same patient.
  */
 export interface SecondVolumePublic {
   case: string;
@@ -1056,6 +1067,7 @@ export interface SecondVolumePublic {
   opacity: number;
   window: number;
   level: number;
+  other_head: boolean;
 }
 
 /**
@@ -1680,6 +1692,7 @@ export interface Commands {
     opacity: number;
     window: number;
     level: number;
+    other_head?: boolean;
   };
   "second_volume.none": {};
   "shaft.aim": {
