@@ -32,7 +32,7 @@ export interface LabelView {
  *
  * window: width and centre of grey values that the scanner's files suggest, None where they do not.
  * volumes: names of the CT volumes in the slices, the widest first, the finer ones over it. outlines: what can be
- * drawn of its structures in the slices.
+ * drawn of its structures in the slices. images: it has some that can identify its patient.
  */
 export interface CaseSection {
   id: string;
@@ -42,6 +42,7 @@ export interface CaseSection {
   surfaces: SurfaceView[];
   uncertainty: string;
   has_volume: boolean;
+  images: boolean;
   beads: number;
   notes: string[];
   detail: string | null;
@@ -123,13 +124,18 @@ export interface CasesSection {
   items: CaseEntry[];
 }
 
-/** A case in the list. unreadable: why its content cannot be read, '' where it can. */
+/**
+ * A case in the list. unreadable: why its content cannot be read, '' where it can.
+ *
+ * images: it has some that can identify its patient.
+ */
 export interface CaseEntry {
   id: string;
   name: string;
   created: string;
   deleted: boolean;
   unreadable: string;
+  images: boolean;
 }
 
 /** The imported structures of the open case. */
