@@ -40,10 +40,14 @@ _HOST_REFUSED = Refusal(403, "host_refused", "This address is not one the planne
 _ORIGIN_REFUSED = Refusal(403, "origin_refused", "Requests from other pages are refused.")
 _SITE_REFUSED = Refusal(403, "site_refused", "Pages of other sites and ports may open the planner's first page only.")
 _TOKEN_MISSING = Refusal(
-    401, "token_required", "Open the address that the planner printed when it started; it carries the token."
+    401,
+    "token_required",
+    "Paste the address that the planner printed when it started into the address bar; it carries the token.",
 )
 _TOKEN_WRONG = Refusal(
-    401, "token_wrong", "This token is not the one of the running planner; open the address that it printed."
+    401,
+    "token_wrong",
+    "This token is not the one of the running planner; paste the address that it printed into the address bar.",
 )
 
 

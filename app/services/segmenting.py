@@ -45,14 +45,13 @@ class SegmentWish:
 
 def wish_of(
     name: str, preset: str | None, low: float | None, high: float | None, crop: tuple[Place, Place] | None,
-    largest: bool, least_mm3: float, smooth_mm: float,
+    largest: bool, least_mm3: float | None, smooth_mm: float,
 ) -> SegmentWish:  # fmt: skip
     """A preset, whose ends low and high replace, or a band of both. Raises InputError or ImageError."""
     if preset is None and (low is None or high is None):
         raise InputError("give a preset, or both ends of the threshold in HU.")
     base = Band(0.0, 0.0) if preset is None else PRESETS[preset]
-    band = Band(base.low_hu if low is None else low, base.high_hu if high is None else high)
-    band = replace(band, inside_body=base.inside_body, region=base.region)
+    band = replace(base, low_hu=base.low_hu if low is None else low, high_hu=base.high_hu if high is None else high)
     colour = OWN_COLOUR if preset is None else COLOURS[preset]
     return SegmentWish(SegmentRequest(band, crop, largest, least_mm3, smooth_mm), name, colour)
 
