@@ -206,7 +206,7 @@ def test_an_obj_of_another_program(tmp_path: Path, text: str) -> None:
     ],
 )
 def test_an_obj_that_is_not_read_says_why(tmp_path: Path, text: str, words: str) -> None:
-    """A first word that is not known may be a corner: passed over, all polygons would name others."""
+    """HAZ-14: a first word that is not known may be a corner: passed over, all polygons would name others."""
     with pytest.raises(MeshError, match=words) as refused:
         read(tmp_path, "a.obj", text.encode())
     assert ("cut off" in str(refused.value)) == (words == "cut off")
@@ -314,7 +314,7 @@ def test_information_in_an_array_of_a_vtp_is_passed_over(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(("unit", "per_mm"), [("um", 1e3), ("µm", 1e3), ("μm", 1e3), ("m", 1e-3), ("mm", 1.0)])
 def test_the_unit_comes_before_the_range(tmp_path: Path, unit: str, per_mm: float) -> None:
-    """A head of 80 mm is 80,000 µm, and farther than any head if that was read as mm."""
+    """HAZ-14: a head of 80 mm is 80,000 µm, and farther than any head if that was read as mm."""
     corners = "".join("v " + " ".join(f"{x * per_mm * 10:.9g}" for x in row) + "\n" for row in CORNERS)
     file = tmp_path / "a.obj"
     file.write_text(f"# SPACE=LPS UNIT={unit}\n{corners}f 1 2 5\n", encoding="utf-8")
