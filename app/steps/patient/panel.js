@@ -21,7 +21,7 @@ import { StructuresGroup } from "./structures.js";
 /** @type {Record<string, Question>} */
 const QUESTIONS = {
   frame: FRAME_QUESTION,
-  unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"]] },
+  unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"], ["um", "Micrometres"]] },
 };
 export default class PatientPanel {
   /** @param {Parts} parts */

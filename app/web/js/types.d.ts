@@ -952,7 +952,7 @@ export interface ErrorPublic {
 /** What a file leaves open: frame, unit, one of several series, the case of a segmentation. */
 export interface ImportAnswer {
   frame?: "LPS" | "RAS" | null;
-  units?: "mm" | "m" | null;
+  units?: "mm" | "m" | "um" | null;
   series?: number | null;
   into?: string | null;
 }
