@@ -30,6 +30,7 @@ _SEGMENTATION = re.compile(r"(Segmentation_|Segment\d+_)\w+")
 INTO_A_CASE = (
     "Import it into the case of its CT: with the case open at the Patient step, or by 'vfix import --into CASE FILE'."
 )
+_DIRECTION = re.compile(r"none|\([^)]*\)")
 _SPACES = {"LPS": "left-posterior-superior", "RAS": "right-anterior-superior"}
 _FRAMES = {word: frame for frame, space in _SPACES.items() for word in (space, frame.lower())}
 _NAMELESS_SPACES = {"", "scanner-xyz", "3d-right-handed", "3d-left-handed"}
@@ -40,6 +41,8 @@ _CODES = (
     ("u2", ("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t")),
     ("i4", ("int", "signed int", "int32", "int32_t")),
     ("u4", ("uint", "unsigned int", "uint32", "uint32_t")),
+    ("i8", ("longlong", "long long", "long long int", "signed long long", "signed long long int", "int64", "int64_t")),
+    ("u8", ("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t")),
     ("f4", ("float",)),
     ("f8", ("double",)),
 )
@@ -149,12 +152,20 @@ def read_fields(file: BinaryIO) -> tuple[dict[str, str], dict[str, str]]:
 
 
 def _sizes(fields: Mapping[str, str]) -> tuple[int, int, int]:
-    if fields.get("dimension") != "3":
-        raise ImageError("the NRRD file does not have three dimensions.")
+    """Voxels along the three axes with a direction in space; further axes, such as of time, have one voxel."""
     words = fields.get("sizes", "").split()
     if not all(word.isascii() and word.isdigit() and len(word) < 10 for word in words):
         raise ImageError("the sizes in the NRRD header are not whole numbers.")
-    return check_sizes([int(word) for word in words])
+    sizes = [int(word) for word in words]
+    if fields.get("dimension") != str(len(sizes)):
+        raise ImageError("the NRRD file has another number of dimensions than of sizes.")
+    if len(sizes) > 3:
+        directions = _DIRECTION.findall(fields.get("space directions", "").lower())
+        further = [size for size, direction in zip(sizes, directions, strict=False) if direction == "none"]
+        if len(directions) != len(sizes) or len(further) != len(sizes) - 3 or set(further) != {1}:
+            raise ImageError("the NRRD file has more than three dimensions of more than one voxel.")
+        sizes = [size for size, direction in zip(sizes, directions, strict=True) if direction != "none"]
+    return check_sizes(sizes)
 
 
 def _frame(fields: Mapping[str, str]) -> str | None:
