@@ -30,6 +30,7 @@ _SEGMENTATION = re.compile(r"(Segmentation_|Segment\d+_)\w+")
 INTO_A_CASE = (
     "Import it into the case of its CT: with the case open at the Patient step, or by 'vfix import --into CASE FILE'."
 )
+_OF_ALL_AXES = ("type", "endian", "encoding", "space origin", "space units")  # fields without a value for each axis
 _DIRECTION = re.compile(r"none|\([^)]*\)")
 _SPACES = {"LPS": "left-posterior-superior", "RAS": "right-anterior-superior"}
 _FRAMES = {word: frame for frame, space in _SPACES.items() for word in (space, frame.lower())}
@@ -63,7 +64,7 @@ def read_header(path: Path) -> GridHeader:
             check_length(inflated_length(file, 31, claimed), claimed)
         else:
             check_length(os.fstat(file.fileno()).st_size - file.tell(), claimed)
-    return GridHeader(sizes, *placement(fields))
+    return GridHeader(sizes, *placement(fields), further_axes=fields.get("dimension") != "3")
 
 
 def is_segmentation(keys: Mapping[str, str]) -> bool:
@@ -104,18 +105,22 @@ def placement(fields: Mapping[str, str]) -> tuple[npt.NDArray[np.float64], str |
     return transform, _frame(fields), unit
 
 
-def write_named(path: Path, frame: str, named: Path) -> None:
-    """Copy an NRRD file whose frame is not named, with the frame ('LPS' or 'RAS') in its header.
+def write_plain(path: Path, frame: str, plain: Path) -> None:
+    """Copy an NRRD file with a header of three axes and a frame ('LPS' or 'RAS') that is named.
 
-    SimpleITK's NRRD library refuses a volume with directions whose space has no name.
+    SimpleITK's NRRD library refuses a volume with directions whose space has no name, and some with further axes.
     """
-    with path.open("rb") as source, named.open("wb") as target:
-        target.write(source.readline())
-        target.write(f"space: {_SPACES[frame]}\n".encode("ascii"))
-        while (line := source.readline()).strip():
-            if line.partition(b":")[0].strip().lower() not in (b"space", b"space dimension"):
-                target.write(line)
-        target.write(b"\n")
+    with path.open("rb") as source, plain.open("wb") as target:
+        fields, _ = read_fields(source)
+        given = {
+            "dimension": "3",
+            "space": _SPACES[frame],
+            "sizes": " ".join(map(str, _sizes(fields))),
+            "space directions": " ".join(re.findall(r"\([^)]*\)", fields.get("space directions", ""))),
+        }
+        kept = {key: fields[key] for key in _OF_ALL_AXES if key in fields}
+        lines = "".join(f"{key}: {value}\n" for key, value in (given | kept).items())
+        target.write(f"NRRD0005\n{lines}\n".encode("latin-1"))
         shutil.copyfileobj(source, target)
 
 

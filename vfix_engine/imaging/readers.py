@@ -113,13 +113,13 @@ def _read_nrrd(
     path: Path, given: tuple[str | None, str | None], assume: bool
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], FrameReport]:
     header = nrrd.read_header(path)
-    if header.frame is not None:
+    if header.frame is not None and not header.further_axes:
         return _read_grid(path, header, "NrrdImageIO", given, assume)
-    frame, _, report = resolve_frame((None, header.unit), given, assume=assume)
+    frame, _, report = resolve_frame((header.frame, header.unit), given, assume=assume)
     with tempfile.TemporaryDirectory() as folder:
-        named = Path(folder) / "named.nrrd"
-        nrrd.write_named(path, frame, named)
-        values, transform, _ = _read_grid(named, nrrd.read_header(named), "NrrdImageIO", (None, None), assume)
+        plain = Path(folder) / "plain.nrrd"
+        nrrd.write_plain(path, frame, plain)
+        values, transform, _ = _read_grid(plain, nrrd.read_header(plain), "NrrdImageIO", (None, None), assume)
     return values, transform, report
 
 
