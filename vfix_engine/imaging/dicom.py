@@ -30,7 +30,7 @@ from vfix_engine.imaging.dicom_pixels import (
     words_of_frames,
     words_of_slice,
 )
-from vfix_engine.imaging.dicom_series import SeriesList
+from vfix_engine.imaging.dicom_series import SeriesList, is_localizer
 from vfix_engine.imaging.dicom_stack import Slice, left_out_words, stack
 from vfix_engine.imaging.grid_header import MAX_VOXELS, PLAUSIBLE_SPACING
 from vfix_engine.imaging.nrrd import INTO_A_CASE
@@ -137,12 +137,6 @@ def _read_one_file(path: Path) -> tuple[Volume, tuple[str, ...]]:
             raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
         slices = _slices_of(dataset, data, (where, where))
     return stack(slices)
-
-
-def is_localizer(dataset: Any) -> bool:
-    """Whether an image or a frame says of itself that it is a scout view."""
-    kinds = dataset.get("ImageType") or ()
-    return "LOCALIZER" in ([kinds] if isinstance(kinds, str) else [str(kind).strip().upper() for kind in kinds])
 
 
 def _slices_of(dataset: Any, data: bytes, names: tuple[str, str], modalities: tuple[str, ...] = CT_ONLY) -> list[Slice]:
