@@ -106,11 +106,12 @@ def read_series(
                 continue
             try:
                 with fault_named(where):
-                    more = _slices_of(dataset, data, (where, told), modalities)
+                    more, aside = _slices_of(dataset, data, (where, told), modalities)
             except ImageError as error:
                 fault = error  # this may be another series than the chosen one
                 continue
         slices += more
+        scouts += aside
         voxels += sum(one.hu.size for one in more)
         if voxels > MAX_VOXELS:
             raise ImageError(f"the series holds more than {MAX_VOXELS:,} voxels.")
@@ -118,10 +119,16 @@ def read_series(
     found.check_choice(series)
     if fault is not None:
         raise fault
+    volume, notes = _stacked(slices, scouts)
+    return volume, (*passed, *notes)
+
+
+def _stacked(slices: list[Slice], scouts: list[str]) -> tuple[Volume, tuple[str, ...]]:
+    """The volume, and what was left out or resampled."""
     if scouts and not slices:
         raise ImageError("the series holds localizers (scout views) only, which are no slices; choose another one.")
     volume, notes = stack(slices)
-    return volume, (*passed, *([left_out_words(scouts)] if scouts else []), *notes)
+    return volume, (*([left_out_words(scouts)] if scouts else []), *notes)
 
 
 def _read_one_file(path: Path) -> tuple[Volume, tuple[str, ...]]:
@@ -135,18 +142,23 @@ def _read_one_file(path: Path) -> tuple[Volume, tuple[str, ...]]:
             raise SegmentationFound(f"the file is a DICOM segmentation, not a CT. {INTO_A_CASE}")
         if not is_enhanced(dataset):
             raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
-        slices = _slices_of(dataset, data, (where, where))
-    return stack(slices)
+        slices, scouts = _slices_of(dataset, data, (where, where))
+    return _stacked(slices, scouts)
 
 
-def _slices_of(dataset: Any, data: bytes, names: tuple[str, str], modalities: tuple[str, ...] = CT_ONLY) -> list[Slice]:
-    """The slice of a file, or the slices of one with several frames; names: `where` and `told` of a slice."""
+def _slices_of(
+    dataset: Any, data: bytes, names: tuple[str, str], modalities: tuple[str, ...] = CT_ONLY
+) -> tuple[list[Slice], list[str]]:
+    """The slice of a file, or the slices of one with several frames, and what its localizers are called.
+
+    names: `where` and `told` of a slice.
+    """
     where, told = names
     if not is_enhanced(dataset):
         _check_modality(dataset, where, modalities)
         _check_place(dataset, where)
         layout = checked_layout(dataset, where)
-        return [_slice(dataset, words_of_slice(dataset, data, where), layout, names)]
+        return [_slice(dataset, words_of_slice(dataset, data, where), layout, names)], []
     _check_modality(dataset, where, CT_ONLY)
     count, size = int(dataset.get("NumberOfFrames") or 1), int(dataset.Rows) * int(dataset.Columns)
     if count * size > MAX_VOXELS:
@@ -154,13 +166,16 @@ def _slices_of(dataset: Any, data: bytes, names: tuple[str, str], modalities: tu
     frames = frames_of(dataset, where)
     layout = checked_layout(dataset, where)
     stored = words_of_frames(dataset, where)
-    made = []
+    made: list[Slice] = []
+    scouts: list[str] = []
     for number, (frame, words) in enumerate(zip(frames, stored, strict=True), start=1):
-        if not is_localizer(frame):
-            _check_place(frame, where)
-            called = f"frame {number} of {where}", f"frame {number} of {told}"
-            made.append(_slice(frame, words, layout, called))
-    return made
+        called = f"frame {number} of {where}", f"frame {number} of {told}"
+        if is_localizer(frame):
+            scouts.append(called[1])
+            continue
+        _check_place(frame, where)
+        made.append(_slice(frame, words, layout, called))
+    return made, scouts
 
 
 def _count(dataset: Any, found: SeriesList) -> int:

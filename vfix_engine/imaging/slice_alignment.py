@@ -88,7 +88,8 @@ def _lanczos(fraction: float) -> Floats:
     weights: Floats = np.sinc(away) * np.sinc(away / _WIDTH)
     weights /= weights.sum()
     off = float(weights @ away)
-    weights[_WIDTH - 1 : _WIDTH + 1] += off, -off
+    weights[_WIDTH - 1] += off
+    weights[_WIDTH] -= off
     return weights
 
 
