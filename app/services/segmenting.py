@@ -91,13 +91,13 @@ class Segmenting:
             raise InputError(f"a case may have {MAX_STRUCTURES} structures beside its anatomy; delete some first.")
 
     def _stored(self, case_id: str, wish: SegmentWish, found: Segmented) -> Structure:
-        structure_id, moved = f"structure-{secrets.token_hex(4)}", found.smoothed_mm
-        report = SurfaceReport(0.0, 0.0, Dropped(), 0.0, 0, moved)
+        structure_id = f"structure-{secrets.token_hex(4)}"
+        report = SurfaceReport(0.0, 0.0, Dropped(), 0.0, 0, found.smoothed_mm, found.resampled_mm)
         info = self._cases.files.put_surface(structure_id, found.mesh, report)
         band = wish.request.band
         threshold = band.high_hu if band.inside_body else band.low_hu
         structure = Structure(
-            structure_id, wish.name, "spare", structure_id, info.source, Provenance("ct", threshold), moved,
+            structure_id, wish.name, "spare", structure_id, info.source, Provenance("ct", threshold), report.error_mm,
             is_closed(found.mesh), colour=wish.colour, notes=_notes(wish.request, found),
         )  # fmt: skip
 
@@ -137,4 +137,6 @@ def _notes(request: SegmentRequest, found: Segmented) -> tuple[str, ...]:
         notes.append(f"{found.left_out:,} of {found.islands:,} islands were left out.")
     if found.smoothed_mm:
         notes.append(f"Smoothing moved its border by up to {found.smoothed_mm:.2f} mm: give its margin that much more.")
+    if found.resampled_mm:
+        notes.append(f"The CT's slices were resampled, which may have moved its border by {found.resampled_mm:.2f} mm.")
     return tuple(note.replace("-", "\N{MINUS SIGN}") if note.startswith("Voxels") else note for note in notes)

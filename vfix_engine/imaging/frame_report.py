@@ -29,6 +29,7 @@ class FrameReport:
     name: the frame. assumed: whether frame or unit were assumed.
     missing: what neither file nor user names: 'frame', 'unit', both or nothing.
     unit: 'mm', 'm' or 'um'; unit_named: whether the file names it.
+    notes: what its reader left out, resampled or chose between, in sentences.
     """
 
     name: str
@@ -36,6 +37,7 @@ class FrameReport:
     missing: tuple[str, ...] = ()
     unit: str = "mm"
     unit_named: bool = False
+    notes: tuple[str, ...] = ()
 
 
 def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.float64]:

@@ -103,6 +103,7 @@ class Segmented:
     volume_mm3: of its voxels. enclosed_mm3: what the surface encloses. islands, left_out: how many there are, and how
         many were left out.
     smoothed_mm: no point of the border before smoothing is farther than this from the surface.
+    resampled_mm: how far resampling within the slices of the CT may have moved it.
     """
 
     mesh: TriangleMesh
@@ -111,6 +112,7 @@ class Segmented:
     islands: int
     left_out: int
     smoothed_mm: float
+    resampled_mm: float
 
 
 def segment(volume: Volume, request: SegmentRequest, tell: ProgressCallback = no_progress) -> Segmented:
@@ -138,7 +140,7 @@ def segment(volume: Volume, request: SegmentRequest, tell: ProgressCallback = no
             "islands out, or crop."
         )
     voxels = int(np.count_nonzero(mask)) * float(np.prod(part.spacing))
-    found = Segmented(mesh, voxels, mesh.volume_mm3, islands, left_out, 0.0)
+    found = Segmented(mesh, voxels, mesh.volume_mm3, islands, left_out, 0.0, volume.resampled_mm or 0.0)
     return found if request.smooth_mm == 0.0 else _smoothed(found, part, mask, request.smooth_mm, tell)
 
 
