@@ -68,7 +68,7 @@ def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Service
     assert "bone on the shaft, 0.3 mm away" in words
 
     # A scan that may hide bone tells so of the bone, although a structure is nearer to its margin than bone is.
-    row = int(profile.rows[-1])
+    row = len(run.s) - 1
     far = Zone("nerve", Sphere(run.segments_end[row, 0] + [0.0, 12.0, 0.0], 3.0), 20.0)
     hidden = profile_of(run, tool, path_of(plan), None, ZoneSet((far,)))
     with pytest.MonkeyPatch.context() as patch:
