@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Query
 from pydantic import BaseModel
 
 from app.api.dependencies import Identifier, ServicesDep
+from app.services.verdict import Level, Reason, TissueLevel
 
 router = APIRouter()
 
@@ -29,17 +30,24 @@ class SoftDepthPublic(BaseModel):
 
 
 class PathReportPublic(BaseModel):
-    """The verdict on one path; lengths in mm, null where they are not known, as tissue is without a CT."""
+    """The verdict on one path; lengths in mm, null where they are not known, as tissue is without a CT.
+
+    short: the level with what decided it, with which the words begin. nearest: bone or the structure to spare that
+    leaves least above its margin, margin_mm; least_clearance_mm: to it.
+    """
 
     path: str
     name: str
-    verdict: Literal["fits", "tight", "blocked", "unknown"]
+    verdict: Level
+    reason: Reason
+    short: str
     words: str
     least_clearance_mm: float | None
+    margin_mm: float | None
     nearest: str | None
     part: str | None
     s_mm: float | None
-    tissue_level: Literal["none", "pressed", "deep", "unknown"]
+    tissue_level: TissueLevel
     tissue_mm: float | None
     nostril_mm: float | None
     tissue_depth_mm: float | None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -23,12 +23,13 @@ from app.services.openings import Openings, PlanBone
 from app.services.placing import StoredPlacing, placed_robot
 from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
+from app.services.plan_paths import side_caution
 from app.services.plan_shaft import shaft_of
 from app.services.plan_zones import PlanZone, check_zone, zone_to_json
 from app.services.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from app.services.remote_centre import path_of
 from app.services.switches import NO_SWITCHES, Standing, Switches, standing
-from app.services.verdict import Profile, Verdict, profile_of, verdict_of
+from app.services.verdict import Profile, Stated, Verdict, profile_of, verdict_of
 from app.services.zone_sets import check_kept, near_zones, with_errors, zone_set
 from vfix_engine.errors import InputError, PlanError, VfixError
 from vfix_engine.fixtures.zone_file import ZoneSet
@@ -188,7 +189,8 @@ class Planning:
         """
         registered = self._read(plan, through)  # once: the answer is kept under the one that was driven
         key = self._content_key(plan, switches, registered_key(registered))
-        return self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
+        found = self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
+        return _beside(found, plan)
 
     def bone(self, plan: Plan) -> PlanBone:
         """The bone that a plan is driven in: the case's, without what the plan removes. Raises PlanError."""
@@ -310,7 +312,7 @@ class Planning:
         placing: of the robot for the path as it was. It is not placed anew, and nothing is kept of the answer.
         Raises as `evaluate`, and StartRefused where the robot does not reach the entry from where it stands.
         """
-        return self._evaluate(plan, progress, switches, self.registration(plan), placing)
+        return _beside(self._evaluate(plan, progress, switches, self.registration(plan), placing), plan)
 
     def _evaluate(
         self,
@@ -347,6 +349,7 @@ class Planning:
         tell("Measuring the soft tissue", 0.95)
         s = _stations(path)
         profile, passed = self._profile(plan, run, zones, registered, tell), tissue_passed(volume, run.stations())
+        stated = Stated(stands.words, bone.removed_mm3)
         return PlanEvaluation(
             s=s,
             positions=path.position(s),
@@ -362,7 +365,7 @@ class Planning:
             soft_tissue=passed,
             standing=stands,
             profile=profile,
-            verdict=verdict_of(run, profile, tool, tree, case, settings.kept_mm, passed.complete),
+            verdict=verdict_of(run, profile, tool, tree, case, settings.kept_mm, passed.complete, stated),
             tool_radius=tool.radius,
             zones=zones,
             removed_mm3=bone.removed_mm3,
@@ -379,6 +382,12 @@ class Planning:
             tissue = None
         off_mm = None if registered is None else registered.off_mm
         return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, off_mm)
+
+
+def _beside(found: PlanEvaluation, plan: Plan) -> PlanEvaluation:
+    """The evaluation with the side where the path is said to enter weighed, on which its drive does not depend."""
+    caution = side_caution(plan.path)
+    return replace(found, verdict=found.verdict.beside(caution)) if caution else found
 
 
 def registered_key(registered: DrivenRegistration | None) -> str:

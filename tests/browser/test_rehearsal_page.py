@@ -324,7 +324,7 @@ def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
     station.wait_for("its place", lambda: (station.state("options")["centre"] or {}).get("at_mm"))
     expect(page.locator("#centre-mm")).to_have_value("7")
     expect(page.locator("#centre-place")).to_have_value("entry")
-    centre = "Dry run with the remote centre at 7.0 mm"
+    centre = "Simulated with the remote centre at 7.0 mm"
     expect(page.locator("#drive-verdict")).to_contain_text(centre, use_inner_text=True, timeout=1000.0 * DRIVEN_S)
     expect(page.locator("#start")).to_be_enabled()
     station.tab_to("#start", back=True)

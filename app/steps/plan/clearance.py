@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from app.scene.tool_ghost import ToolGhost
 from app.services.planning import PlanEvaluation
-from app.steps.plan.sections import ClearanceProfile, VerdictPart, VerdictView
+from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, VerdictView
 from app.views.layers import Layer
 
 Floats = npt.NDArray[np.float64]
@@ -20,26 +20,32 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
     """The page's view of a verdict."""
     verdict, profile = evaluation.verdict, evaluation.profile
     tissue = profile.tissue
+    curves: list[ObstacleCurve] = [
+        {
+            "name": one.name,
+            "margin_mm": round(one.margin_mm, 3),
+            "clearance_mm": np.round(one.clearance, 3).tolist(),
+        }
+        for one in verdict.obstacles
+    ]
     plotted: ClearanceProfile = {
         "s_mm": np.round(profile.s, 2).tolist(),
-        "clearance_mm": np.round(profile.clearance, 3).tolist(),
+        "curves": curves,
         "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
         "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
         "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
     }
     deep = verdict.level == "fits" and verdict.tissue_level == "deep" and verdict.tissue_s_mm is not None
     show = evaluation.reached_mm if verdict.level == "blocked" else verdict.tissue_s_mm if deep else verdict.s_mm
-    standing = evaluation.standing.words
-    before: list[VerdictPart] = [{"words": f"Dry run with {standing}. ", "s_mm": None}] if standing else []
-    removed = f" {evaluation.removed_mm3:.0f} mm³ of bone are removed first."
-    after: list[VerdictPart] = [{"words": removed, "s_mm": None}] if evaluation.removed_mm3 else []
     return {
         "level": verdict.level,
         "short": verdict.short,
         "tissue_level": verdict.tissue_level,
-        "parts": before + [{"words": part.words, "s_mm": part.s_mm} for part in verdict.parts] + after,
+        "parts": [{"words": part.words, "s_mm": part.s_mm, "detail": part.detail} for part in verdict.parts],
         "show_mm": float(show or 0.0),
         "nearest": verdict.nearest,
+        "nearest_curve": int(np.argmin([one.left_mm for one in verdict.obstacles])),
+        "nearest_mm": float(verdict.s_mm or 0.0),
         "length_mm": round(evaluation.length_mm, 3),
         "profile": plotted,
     }

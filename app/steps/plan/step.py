@@ -308,8 +308,7 @@ class PlanStep(Step):
             edited.add_mode,
             edited.ghost is not None,
             edited.locked,
-            corridor.completed,
-            None if corridor.evaluation is None else corridor.evaluation.verdict.reason,
+            None if corridor.verdict is None else (corridor.verdict.level, corridor.verdict.reason, corridor.short),
             corridor.status == "failed",
         )
 

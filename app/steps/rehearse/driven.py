@@ -22,7 +22,7 @@ class Planned:
 
     reached_mm, reason: how far it gets, and what holds the tool there, '' where it arrives. least_mm: bone clearance.
     depth_mm: greatest, in soft tissue; tissue: the field (LPS mm) that it is measured in. Both None where it is not
-    known. verdict: in a few words, where it arrives but is not known to fit; else ''.
+    known. verdict: in a few words; '' of a path that fits.
     """
 
     completed: bool
@@ -40,15 +40,16 @@ class Planned:
         depth = None if tissue is None else found.verdict.tissue_depth_mm
         reason = "" if found.completed else found.reason
         least = found.min_clearance_mm
-        verdict = "" if found.verdict.level in ("fits", "blocked") else found.verdict.short
+        verdict = "" if found.verdict.level == "fits" else found.verdict.short
         return cls(found.completed, found.reached_mm, found.length_mm, reason, least, depth, tissue, verdict)
 
     @property
     def ends_words(self) -> str:
-        """Where the dry run ends and why, or why it is not known to fit; '' where it arrives and fits."""
+        """The verdict in a few words, and where the dry run ends and why; '' where it arrives and fits."""
         if self.completed:
             return self.verdict
-        return f"the dry run ends at {self.reached_mm:.0f} of {self.length_mm:.0f} mm: {self.reason}"
+        ends = f"The dry run ends at {self.reached_mm:.0f} of {self.length_mm:.0f} mm: {self.reason}"
+        return ". ".join(filter(None, (self.verdict, ends)))
 
 
 class SoFar:

@@ -4,6 +4,7 @@ import { isOld } from "/static/js/dry-run.js";
 import { fixed, mm, sentence } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
+import { preselected } from "./preselected.js";
 import { SwitchesGroup } from "./switches.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
@@ -36,7 +37,8 @@ export default class RehearsePanel {
       h("button", { type: "button", "data-mode": mode, onclick: () => this.setMode(mode) }, label));
     this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Mode" }, this.modeButtons);
     this.modeWords = h("p", { class: "words" });
-    this.target = h("select", { "aria-label": "Target to inspect", onchange: () => this.setMode("inspect") });
+    this.target = h("select", { "aria-label": "Target to inspect", onchange: () => { this.chosen = this.target.value; this.setMode("inspect"); } });
+    this.chosen = ""; // the target that somebody has chosen here
     /**
      * @param {string} label
      * @param {string} hint
@@ -79,6 +81,7 @@ export default class RehearsePanel {
     const rehearsal = state.rehearsal ?? {};
     const targets = (state.driven ?? state.plan)?.targets ?? []; // those of the robot that is there
     this.changedTargets([targets], () => this.renderTargets(targets));
+    this.preselect(state, targets);
     this.registration.update(state);
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
@@ -144,6 +147,18 @@ export default class RehearsePanel {
     const part = length ? Math.min(1, Math.max(0, (progress ?? 0) / length)) : 0;
     this.progressBar.style.width = `${(part * 100).toFixed(1)}%`;
     this.progressWords.textContent = length ? `${fixed(progress, 1)} of ${mm(length)} along the path` : "";
+  }
+
+  /**
+   * Show a target that can be inspected, until somebody chooses one; while one is inspected it is that.
+   * @param {ViewModel} state
+   * @param {ItemEntry[]} targets
+   */
+  preselect({ rehearsal, cones, plan }, targets) {
+    if (rehearsal?.mode === "inspect" || targets.some(({ id }) => id === this.chosen)) return;
+    const place = rehearsal?.phase === "done" ? rehearsal.virtual_point : plan?.points.at(-1)?.position;
+    const id = preselected(targets, cones, place ?? null);
+    if (id !== null && this.target.value !== id) this.target.value = id;
   }
 
   /** @param {ItemEntry[]} targets */

@@ -87,7 +87,7 @@ class SettingsSection(TypedDict):
 
 
 class OptionView(TypedDict):
-    """A switch of the rehearsal; words: what it does; refusal: why it cannot be used, '' where it can."""
+    """A switch of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can."""
 
     name: str
     label: str

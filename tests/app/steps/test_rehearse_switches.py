@@ -107,6 +107,20 @@ def fail_tissue() -> None:
     raise AssertionError("nobody needs the tissue")
 
 
+def test_a_switch_is_told_as_acting_only_where_it_acts() -> None:
+    on, off = Switches(speed_limit=True), NO_SWITCHES
+
+    def words(wanted: Switches, in_force: Switches | None) -> str:
+        items = {item["name"]: item["words"] for item in options_section(wanted, in_force, None, True, True)["items"]}
+        assert items["remote_centre"].startswith("Off. Turn on to make the tool pass one place of the path within ")
+        return items["speed_limit"]
+
+    assert words(off, None) == words(off, off) == "Off. Turn on to limit the tip to 5 mm/s and 10°/s."
+    assert words(on, None) == words(on, on) == "The tip moves no faster than 5 mm/s and turns no faster than 10°/s."
+    assert words(on, off).startswith("Not in force yet: the tip moves")
+    assert words(off, on).startswith("Still in force: the tip moves")
+
+
 def test_the_page_lists_places_for_the_remote_centre_and_says_which_cannot_be(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     later, places = Later(), CentrePlaces(phantom_services, Now(), lambda act: act())
