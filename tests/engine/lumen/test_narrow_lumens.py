@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +15,7 @@ from lumen_shapes import arc, straight
 from snake_runs import hand, judged, made_spec, rows
 
 from benchmarks.lumen_attack.judge import Judge, bounds_by_place
-from vfix_engine.errors import PathwayError
+from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.lumen.drive.drive import drive_lumen
 from vfix_engine.lumen.drive.drive_run import STALLED, DriveRun
 from vfix_engine.lumen.drive.drive_state import Command, DriveSettings, DriveState
@@ -26,8 +29,12 @@ from vfix_engine.lumen.pathway.pathway import Pathway
 from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
 from vfix_engine.lumen.pathway.tissue_motion import peristalsis
 from vfix_engine.lumen.query.query import Query
-from vfix_engine.lumen.system import LumenContours, SnakeSystemSpec
+from vfix_engine.lumen.system import LumenContours, SnakeSettings, SnakeSystemSpec
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime.driver import Driver
+from vfix_engine.runtime.replay import replay
+from vfix_engine.runtime.run import END, Run, RunWriter
+from vfix_engine.worlds import spec_of
 
 COARSE = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01)
 
@@ -250,3 +257,34 @@ def test_rows_have_the_depth_of_each_distal_link() -> None:
     found = rows(system, states)
     np.testing.assert_array_equal(found[-1, -5:], states[-1].drive.state.deviation.depth[-5:])
     assert judged(system.start(), states).violations == 0
+
+
+def test_a_recording_of_before_is_read_and_driven_again(tmp_path: Path) -> None:
+    """Without the depths of links, with 8 mm and 4 mm everywhere: the same columns come again, bit by bit."""
+    given = replace(made_spec(), settings=SnakeSettings(bound_mm=8.0, tip_bound_mm=4.0))
+    system, file = given.build(), tmp_path / "before.run"
+    writer = RunWriter(file, given, system.row_layout)
+    driver = Driver(system, log=writer)
+    for _ in range(30):
+        driver.step(hand(insert=-1.0))
+    writer.close()
+    (file / END).unlink()  # its hash is of the ticks as they are now
+    manifest = json.loads((file / "manifest.json").read_text(encoding="utf-8"))
+    width = len(manifest["columns"])
+    manifest["columns"] = manifest["columns"][:-5]
+    del manifest["spec"]["anyway"]
+    (file / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    ticks = np.fromfile(file / "ticks.f64").reshape(-1, width)
+    ticks[:, :-5].tofile(file / "ticks.f64")
+    run = Run.read(file)
+    again = replay(run, spec_of(run), keep_states=False)
+    assert again.same
+    assert again.rows.shape == (30, len(system.row_layout))
+    assert run.column("beyond_bound")[-1] <= 0.0
+    with pytest.raises(InputError, match="no column 'outside_link7'"):
+        run.column("outside_link7")
+    manifest["columns"][-1] = ["other", "mm"]
+    (file / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    other = Run.read(file)
+    with pytest.raises(InputError, match="other columns"):
+        replay(other, spec_of(other))
