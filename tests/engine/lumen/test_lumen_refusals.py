@@ -295,9 +295,12 @@ def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.Monke
     stuck = SimpleNamespace(
         tip_s=100.0, length_mm=300.0, settings=DriveSettings(), can_look=True, straight=False, bend=np.full(10, 0.2),
         state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside", held_at=np.zeros(3)),
-        plan_anew=lambda _: None,
+        plan_anew=lambda _: None, pathway=SimpleNamespace(motion=None),
     )  # fmt: skip
     assert sum(1 for _ in scripted(stuck, [], 200.0)) < 1000
+    stuck.state.outcome = "held"  # the same numbers would refuse the same step again and again
+    assert sum(1 for _ in scripted(stuck, [], 200.0)) < 30
+    stuck.state.outcome = "shrunk"
     monkeypatch.setattr("vfix_engine.lumen.drive.look_round._by_hand", lambda *_: iter(()))
     orders = list(look_round(stuck, Stop("here", 100.0)))
     assert len(orders) < 200
