@@ -11,6 +11,7 @@ import pytest
 from session_doubles import SAMPLE, Tabs, fail, rehearse_step, settle
 
 from app.services import Services
+from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TabTaken, TooManyTabs
 from app.steps.rehearse.commands import HandCommand, SetMode
@@ -148,6 +149,7 @@ def test_every_command_that_asks_for_a_reply_gets_one(
     session, replies = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[tuple[bool, Any]]()
     settle(session)
     step = rehearse_step(session)
+    monkeypatch.setattr(step, "handle", lambda command: None)
     if broken == "publish":
         monkeypatch.setattr(session, "_publish", lambda: fail(RuntimeError("of Doe, John")))
     elif broken != "nothing":
@@ -175,7 +177,10 @@ def test_a_newer_value_of_a_stream_does_not_answer_for_one_that_asks_for_a_reply
     assert replies == [0, 1, 2]
 
 
-def test_the_end_waits_for_what_sessions_do_with_the_store(phantom_services: Services) -> None:
+def test_the_end_waits_for_what_sessions_do_with_the_store(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(client_sessions, "CLOSE_S", 60.0)
     sessions, done = ClientSessions(phantom_services, Tabs(), lambda: ""), list[str]()
     session, begun, go_on = sessions.connect("tab-one-0", {"plan": SAMPLE}), threading.Event(), threading.Event()
     settle(session)
