@@ -11,6 +11,7 @@ import pytest
 from session_doubles import SAMPLE, Tabs, fail, rehearse_step, settle
 
 from app.services import Services
+from app.services.errors import JobCancelled
 from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TabTaken, TooManyTabs
@@ -181,6 +182,7 @@ def test_the_end_waits_for_what_sessions_do_with_the_store(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(client_sessions, "CLOSE_S", 60.0)
+    monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda *_, **__: fail(JobCancelled()))
     sessions, done = ClientSessions(phantom_services, Tabs(), lambda: ""), list[str]()
     session, begun, go_on = sessions.connect("tab-one-0", {"plan": SAMPLE}), threading.Event(), threading.Event()
     settle(session)
