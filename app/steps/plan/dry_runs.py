@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -25,7 +24,7 @@ from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStat
 from vfix_engine.errors import StartRefused, VfixError
 
 Floats = npt.NDArray[np.float64]
-_LOG = logging.getLogger(__name__)
+FAILED = "The dry run failed"
 
 STATE_WORDS: dict[CorridorState, str] = {
     "none": "",
@@ -176,7 +175,7 @@ class DryRuns:
             if ticket == self._ticket:
                 self._done(ticket, answer)
 
-        self._lanes.submit(plan.id, work)
+        self._lanes.submit(plan.id, FAILED, work, lambda words: self._done(ticket, failed_run(words, kept_mm)))
 
     def accept(self, ticket: int, corridor: Corridor) -> None:
         """Show an answer, unless the plan has changed while it waited."""
@@ -195,8 +194,13 @@ class DryRuns:
             return Corridor("failed", words, caution=True, completed=False, margin_mm=kept_mm, cancelled=True)
 
 
+def failed_run(words: str, kept_mm: float, provisional: bool = False) -> Corridor:
+    """No answer, and why."""
+    return Corridor("failed", words, True, completed=False, margin_mm=kept_mm, provisional=provisional)
+
+
 def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> Corridor:
-    """The evaluation of a plan with its words, or why there is none. Lets JobCancelled pass.
+    """The evaluation of a plan with its words, or why there is none. Lets JobCancelled pass, and what is unexpected.
 
     kept_mm: of an answer that has failed; one that has not says itself what was kept.
     """
@@ -210,10 +214,7 @@ def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[
         verdict = refused(error).beside(side_caution(plan.path))
         return Corridor("failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict)
     except VfixError as error:
-        return Corridor("failed", str(error), caution=True, completed=False, margin_mm=kept_mm)
-    except Exception:
-        _LOG.exception("the dry run of a plan failed")
-        return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
+        return failed_run(str(error), kept_mm)
     words = evaluation.verdict.words
     caution, warning = evaluation.verdict.level != "fits", uncertainty.warning(settings.margin_mm)
     return Corridor("done", words, caution, evaluation.completed, evaluation, settings.kept_mm, warning)

@@ -37,6 +37,7 @@ class Judged:
             views.services,
             views.executor,
             lambda ticket, answer: views.post(lambda: self.cones.accept(ticket, answer)),
+            lambda words: views.post(lambda: views.note(words, error=True)),
         )
         self.tool = ShownTool()
         self._key: Any = None

@@ -65,8 +65,9 @@ export default class RehearsePanel {
     this.marginWarning = h("p", { class: "words caution", hidden: true });
     this.registration = new UsedRegistration("driven-registration", true);
     this.tissueWords = h("p", { class: "words", hidden: true });
+    this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
     this.element = h("div", {},
-      group("Robot", null, this.words, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      group("Robot", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
@@ -90,6 +91,8 @@ export default class RehearsePanel {
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
+    this.unrecorded.textContent = rehearsal.unrecorded ? sentence(`Not recorded: ${rehearsal.unrecorded}`) : "";
+    this.unrecorded.hidden = !rehearsal.unrecorded;
     this.soFar.textContent = rehearsal.so_far ?? "";
     this.soFar.hidden = !rehearsal.so_far;
     const passed = Math.max(0, ...(isOld(state.corridor) ? null : state.corridor?.verdict?.profile.tissue_mm) ?? []); // the length that the verdict of the plan names

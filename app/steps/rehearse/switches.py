@@ -20,6 +20,7 @@ from app.services.switches import (
 )
 from app.services.verdict import NOSTRIL_MM
 from app.steps.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
+from app.views.background import in_background
 from vfix_engine.errors import VfixError
 from vfix_engine.fixtures import RemoteCentre
 from vfix_engine.geometry.path import SplinePath
@@ -62,17 +63,21 @@ class CentrePlaces:
         at = zip(plan.points, point_places(plan, path), strict=True)
         has_ct = bool(self._services.cases.get(plan.case_id).volumes)
         known = self.known = _Known(path, tuple((point.id, point.label, s) for point, s in at), has_ct)
-        self._executor.submit(self._find, key, plan, known)
+        self._find(key, plan, known)
 
     def _find(self, key: object, plan: Plan, known: _Known) -> None:
-        entry, trouble = None, ""
-        try:
-            volume = self._services.cases.volume(self._services.cases.get(plan.case_id))
-            entry = entry_mm(plan, known.path, volume)
-        except VfixError as error:
-            trouble = str(error)
-        found = _Known(known.path, known.points, known.has_ct, entry, trouble)
-        self._post(lambda: self._accept(key, found))
+        def find() -> None:
+            try:
+                volume = self._services.cases.volume(self._services.cases.get(plan.case_id))
+                tell(entry_mm(plan, known.path, volume), "")
+            except VfixError as error:
+                tell(None, str(error))
+
+        def tell(entry: float | None, trouble: str) -> None:
+            found = _Known(known.path, known.points, known.has_ct, entry, trouble)
+            self._post(lambda: self._accept(key, found))
+
+        in_background(self._executor, "The entry was not found", find, lambda words: tell(None, words))
 
     def _accept(self, key: object, found: _Known) -> None:
         if key == self._key:

@@ -254,7 +254,7 @@ export interface StructureChoice {
   name: string;
 }
 
-/** The bone that the open plan removes; words: in all, '' where nothing is to be removed. */
+/** The bone that the open plan removes; words: in all, '' where nothing is to be removed, or why it is not known. */
 export interface RemovedBoneSection {
   items: RemovedRegionView[];
   words: string;
@@ -784,7 +784,11 @@ export interface TrackerView {
   words: string;
 }
 
-/** The rehearsal and who drives it; mine: this window holds the handle, holder: who else does. */
+/**
+ * The rehearsal and who drives it; mine: this window holds the handle, holder: who else does.
+ *
+ * unrecorded: why the drive is not recorded, or not to its end; None where it is.
+ */
 export interface RehearsalSection {
   mode?: string;
   phase?: string;
@@ -810,6 +814,7 @@ export interface RehearsalSection {
   mine: boolean;
   holder: string | null;
   can_take: boolean;
+  unrecorded: string | null;
   plan_changed: boolean;
   target_id: string | null;
 }

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, other_case, put_in_place, views_of
+from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, views_of
 
 from app.messages.client import Client
 from app.services import Services, head_tissue
@@ -144,6 +144,19 @@ def test_the_page_lists_places_for_the_remote_centre_and_says_which_cannot_be(ph
     early = waiting.section(ENTRY)
     assert early is not None
     assert early["at_mm"] is None  # the CT is read in the background
+
+
+def test_an_entry_that_nobody_expected_not_to_be_found_is_told(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(phantom_services.cases, "volume", lambda case: fail(RuntimeError("of Doe, John")))
+    places = CentrePlaces(phantom_services, Now(), lambda act: act())
+    places.ask(phantom_services.plans.get(SAMPLE))
+    section = places.section(ENTRY)
+    assert section is not None
+    assert section["trouble"] == "The entry was not found; the planner's log says why."
+    assert "RuntimeError" in caplog.text
+    assert "John" not in caplog.text
 
 
 def test_the_dry_run_is_that_of_the_drive_and_says_which_switches_are_on(phantom_services: Services) -> None:
