@@ -33,7 +33,7 @@ class PathReportPublic(BaseModel):
 
     path: str
     name: str
-    verdict: Literal["fits", "tight", "blocked", "unknown"]
+    verdict: Literal["fits", "tight", "pierces", "blocked", "unknown"]
     words: str
     least_clearance_mm: float | None
     nearest: str | None

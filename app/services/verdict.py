@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services.case_model import Case
+from app.services.piercing import NOT_KNOWN, Pierced
 from app.services.soft_depths import SoftDepth, soft_depths
 from vfix_engine.fixtures import Zone
 from vfix_engine.fixtures.zone_file import ZoneSet
@@ -24,9 +25,10 @@ from vfix_engine.robots import Tool
 from vfix_engine.simulation.dry_run import STATION_MM, TIGHT_MM, DryRun
 
 Floats = npt.NDArray[np.float64]
-Level = Literal["fits", "tight", "blocked", "unknown"]
+Level = Literal["fits", "tight", "pierces", "blocked", "unknown"]
 Reason = Literal[
-    "clear", "spent", "margin", "surface", "registration", "registration_unknown", "scan_ends", "held"
+    "clear", "spent", "margin", "surface", "registration", "registration_unknown", "scan_ends", "held",
+    "pierced", "wall",
 ]  # fmt: skip
 TissueLevel = Literal["none", "pressed", "deep", "unknown"]
 
@@ -46,6 +48,8 @@ IN_SHORT: dict[Reason, str] = {
     "registration_unknown": "Not known: nothing tells how far the registration may be off",
     "scan_ends": "Not known: the scan ends beside the tool",
     "held": "Blocked",
+    "pierced": "Blocked: the tool pierces skin",
+    "wall": "Pierces a wall between two airs of the body",
 }  # what the bar says: the head of the verdict, with the reason that decided its level
 
 
@@ -100,12 +104,14 @@ class Verdict:
 
     level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %)
     or than the scan tells where bone is,
-    'unknown' that the scan ends beside the tool, or that nothing is known of the registration's error.
+    'unknown' that the scan ends beside the tool, or that nothing is known of the registration's error;
+    'blocked' that bone holds the tool or that it pierces tissue from the room's air, 'pierces' a wall within the body.
     nearest, part: names of the structure and of the part of the tool at the least clearance, and s_mm of the tip there.
     tissue_mm: largest length of the tool whose surface is in soft tissue, nostril_mm the share of it within 20 mm of
     the entry; tissue_depth_mm: the greatest depth, and tissue_s_mm of the tip there. None without a CT.
     parts: the verdict in words. soft: the soft structures to spare that the tool touches, the deepest touched first.
     doubt: where the registration leaves it open whether the tool is clear, at the worst such place; None elsewhere.
+    pierced: what of skin and walls the tool goes through.
     reason: what decided the level; 'spent' fits, though the registration's error leaves less than the margin.
     """
 
@@ -123,6 +129,7 @@ class Verdict:
     soft: tuple[SoftDepth, ...] = ()
     doubt: Doubt | None = None
     reason: Reason = "clear"
+    pierced: Pierced = NOT_KNOWN
 
     @property
     def short(self) -> str:
@@ -174,7 +181,14 @@ def _zone_clearance(zone: Zone, start: Floats, end: Floats, radius: Floats) -> F
 
 
 def verdict_of(
-    run: DryRun, profile: Profile, tool: Tool, tree: ProximityTree, case: Case, margin_mm: float, complete: bool
+    run: DryRun,
+    profile: Profile,
+    tool: Tool,
+    tree: ProximityTree,
+    case: Case,
+    margin_mm: float,
+    complete: bool,
+    pierced: Pierced = NOT_KNOWN,
 ) -> Verdict:
     """The verdict on a dry run.
 
@@ -184,7 +198,7 @@ def verdict_of(
     off = case.uncertainty.off_mm if nearest in case.structure_names().values() else -np.inf
     worst = _worst(profile, case.structure_names()[case.anatomy.id], margin_mm)
     near = least < kept_mm + TIGHT_MM
-    reason = _reason(run, profile, worst, least <= off, near, complete or not case.has_volume)
+    reason = _reason(run, profile, worst, least <= off, near, complete or not case.has_volume, pierced)
     level = _LEVELS[reason]
     found = profile.tissue
     longest, deepest = (0, 0) if found is None else (int(found.length.argmax()), int(found.depth.argmax()))
@@ -194,27 +208,34 @@ def verdict_of(
     deepest_s = None if found is None else float(profile.s[deepest])
     margin = _margin_words(kept_mm, margin_mm, case) if near else ""
     parts = (
+        *_pierced_parts(pierced, before=True),
         *_bone_parts(run, level, least, nearest, part, s_mm, off, margin),
         *_doubt_parts(worst, profile.off_unknown),
         *_soft_parts(profile.soft),
         *_tissue_parts(length, at_nostril, depth, deepest_s, complete),
+        *_pierced_parts(pierced, before=False),
     )
     return Verdict(
         level, tissue_level(length, depth, complete), least, nearest, part, s_mm, length, at_nostril, depth, deepest_s,
-        parts, profile.soft, worst if worst is not None and worst.left_mm < 0.0 else None, reason,
+        parts, profile.soft, worst if worst is not None and worst.left_mm < 0.0 else None, reason, pierced,
     )  # fmt: skip
 
 
 _LEVELS: dict[Reason, Level] = {
     "clear": "fits", "spent": "fits", "margin": "tight", "surface": "tight", "registration": "tight",
     "registration_unknown": "unknown", "scan_ends": "unknown", "held": "blocked",
+    "pierced": "blocked", "wall": "pierces",
 }  # fmt: skip
 
 
-def _reason(run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool) -> Reason:
+def _reason(
+    run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool, pierced: Pierced
+) -> Reason:
     """What decides the level, the gravest first."""
     found: tuple[tuple[bool, Reason], ...] = (
         (not run.completed, "held"),
+        (pierced.state == "room", "pierced"),
+        (pierced.state == "wall", "wall"),
         (surface, "surface"),
         (worst is not None and worst.left_mm < 0.0, "registration"),
         (near, "margin"),
@@ -280,7 +301,7 @@ def _bone_parts(
     run: DryRun, level: Level, least: float, nearest: str, part: str, s_mm: float, off_mm: float, margin: str
 ) -> tuple[Part, ...]:
     at = (Part(f"{nearest} {least:.2f} mm ({part}, "), Part(f"at {s_mm:.0f} mm", s_mm))
-    if level == "blocked":
+    if not run.completed:
         reached = Part(f"at {run.reached_mm:.0f} of {run.length_mm:.0f} mm", run.reached_mm)
         return (Part("Blocked "), reached, Part(f": {run.reason}. Least clearance on the way: "), *at, Part(")."))
     if least <= off_mm:
@@ -288,7 +309,19 @@ def _bone_parts(
         return (Part("Fits the surface only: "), *at, Part(doubt))
     if level == "tight":
         return (Part("Tight: "), *at, Part(f"), with {margin}." if margin else ")."))
+    if level in ("blocked", "pierces"):  # said before, by what it pierces
+        return (Part(" Clear of bone: "), *at, Part(")."))
     return (Part("Not known whether it fits: " if level == "unknown" else "Fits: "), *at, Part(")."))
+
+
+def _pierced_parts(pierced: Pierced, before: bool) -> tuple[Part, ...]:
+    """What is pierced, said before all else; that it is not known, after it."""
+    if not pierced.words or before != (pierced.state in ("room", "wall")):
+        return ()
+    if not before:
+        return (Part(f" {pierced.words}"),)
+    head = "Blocked. " if pierced.state == "room" else ""
+    return (Part(f"{head}{pierced.words.rstrip('.')} ("), Part(f"at {pierced.s_mm:.0f} mm", pierced.s_mm), Part(")."))
 
 
 def _doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[Part, ...]:

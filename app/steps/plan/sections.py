@@ -147,7 +147,7 @@ class VerdictView(TypedDict):
     show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
     """
 
-    level: Literal["fits", "tight", "blocked", "unknown"]
+    level: Literal["fits", "tight", "pierces", "blocked", "unknown"]
     short: str
     tissue_level: Literal["none", "pressed", "deep", "unknown"]
     parts: list[VerdictPart]

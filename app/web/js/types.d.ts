@@ -465,7 +465,7 @@ export interface ScaleView {
  * show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
  */
 export interface VerdictView {
-  level: "fits" | "tight" | "blocked" | "unknown";
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
   short: string;
   tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
