@@ -20,6 +20,7 @@ from app.services.exchange_parts import CurveSample
 from app.services.fields import Fields
 from app.services.instruments import Instruments, plan_tool, shaped_tool
 from app.services.openings import Openings, PlanBone
+from app.services.piercing import Pierced, pierced_along
 from app.services.placing import StoredPlacing, placed_robot
 from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
@@ -37,6 +38,7 @@ from vfix_engine.frames import placement_of
 from vfix_engine.geometry.distance_field import DistanceField
 from vfix_engine.geometry.fit import Inside, nearest_free_point
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.imaging.piercing import Ways
 from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
 from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.simulation import preparation
@@ -365,12 +367,34 @@ class Planning:
             soft_tissue=passed,
             standing=stands,
             profile=profile,
-            verdict=verdict_of(run, profile, tool, tree, case, settings.kept_mm, passed.complete, stated),
+            verdict=verdict_of(
+                run,
+                profile,
+                tool,
+                tree,
+                case,
+                settings.kept_mm,
+                passed.complete,
+                self._pierced(plan, run, path, tell),
+                stated,
+            ),
             tool_radius=tool.radius,
             zones=zones,
             removed_mm3=bone.removed_mm3,
             registered=registered,
         )
+
+    def ways(self, plan: Plan, tell: ProgressCallback = no_progress) -> Ways | None:
+        """What looks for ways round tissue in a plan's head; None without a CT, or where none shows the path."""
+        case = self._cases.get(plan.case_id)
+        try:
+            tissue = self._fields.of_plan(plan, tell).tissue
+        except InputError:
+            return None
+        return None if tissue is None else Ways(tissue, self._fields.air(case), plan.points[0].position)
+
+    def _pierced(self, plan: Plan, run: DryRun, path: SplinePath, tell: ProgressCallback) -> Pierced:
+        return pierced_along(self.ways(plan), run, path, tell)
 
     def _profile(
         self, plan: Plan, run: DryRun, zones: ZoneSet, registered: DrivenRegistration | None, tell: ProgressCallback

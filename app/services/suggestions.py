@@ -51,7 +51,7 @@ WORTH_TELLING_MM = 0.5  # a path that ends farther than this from its target say
 _KEPT = 16  # answers that are remembered
 _FIELDS_SHARE = 0.05  # of a job, where its fields are measured
 _JUDGED_SHARE = 0.95  # from where on what was found is judged
-_ORDER: dict[Level, int] = {"fits": 0, "tight": 1, "unknown": 2, "blocked": 3}
+_ORDER: dict[Level, int] = {"fits": 0, "tight": 1, "unknown": 2, "pierces": 3, "blocked": 4}
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from app.services.case_model import Case
 from app.services.obstacles import Obstacle, nearest_part, structures_of
+from app.services.piercing import NOT_KNOWN, Pierced
 from app.services.soft_depths import SoftDepth, soft_depths
 from vfix_engine.errors import StartRefused
 from vfix_engine.fixtures.zone_file import ZoneSet
@@ -26,10 +27,10 @@ from vfix_engine.robots import Tool
 from vfix_engine.simulation.dry_run import STATION_MM, TIGHT_MM, DryRun
 
 Floats = npt.NDArray[np.float64]
-Level = Literal["fits", "tight", "blocked", "unknown"]
+Level = Literal["fits", "tight", "pierces", "blocked", "unknown"]
 Reason = Literal[
     "clear", "spent", "margin", "surface", "registration", "registration_unknown", "scan_ends", "side",
-    "held", "refused",
+    "held", "refused", "pierced", "wall",
 ]  # fmt: skip
 TissueLevel = Literal["none", "pressed", "deep", "unknown"]
 
@@ -51,6 +52,8 @@ IN_SHORT: dict[Reason, str] = {
     "side": "Not known: the entry is not on the side that the path says",
     "held": "Blocked",
     "refused": "Blocked at the entry",
+    "pierced": "Blocked: the tool pierces skin",
+    "wall": "Pierces a wall between two airs of the body",
 }  # the head of the verdict, with the reason that decided its level: every place that tells a verdict begins with it
 
 
@@ -123,7 +126,8 @@ class Verdict:
     level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %)
     or than the scan tells where bone is,
     'unknown' that the scan ends beside the tool, that nothing is known of the registration's error, or that the entry
-    lies on the other side than the path says.
+    lies on the other side than the path says; 'blocked' that bone holds the tool or that it pierces tissue from the
+    room's air, 'pierces' a wall within the body.
     nearest: what leaves least above its margin, bone or a structure to spare; least_clearance_mm: the least clearance
     to it, margin_mm: its margin; part: name of the part of the tool there, s_mm: of the tip there. None and '' where
     the tool does not fit at the entry.
@@ -132,6 +136,7 @@ class Verdict:
     body: the verdict in words, without its head. soft: the soft structures to spare that the tool touches, the deepest
     touched first.
     doubt: where the registration leaves it open whether the tool is clear, at the worst such place; None elsewhere.
+    pierced: what of skin and walls the tool goes through.
     reason: what decided the level; 'spent' fits, though the registration's error leaves less than the margin.
     side_caution: a sentence where the entry lies on the other side than the path says, which the words end with.
     obstacles: bone and each hard structure to spare, with the clearance along the path.
@@ -151,6 +156,7 @@ class Verdict:
     soft: tuple[SoftDepth, ...] = ()
     doubt: Doubt | None = None
     reason: Reason = "clear"
+    pierced: Pierced = NOT_KNOWN
     side_caution: str = ""
     margin_mm: float | None = None
     obstacles: tuple[Obstacle, ...] = ()
@@ -172,7 +178,7 @@ class Verdict:
         """
         if not side_caution:
             return self
-        reason: Reason = self.reason if self.level == "blocked" else "side"
+        reason: Reason = self.reason if self.level in ("blocked", "pierces") else "side"
         body = (*self.body, Part(f" {side_caution}"))
         return replace(self, level=_LEVELS[reason], reason=reason, body=body, side_caution=side_caution)
 
@@ -210,9 +216,16 @@ def profile_of(
 
 
 def verdict_of(
-    run: DryRun, profile: Profile, tool: Tool, tree: ProximityTree, case: Case, margin_mm: float, complete: bool,
+    run: DryRun,
+    profile: Profile,
+    tool: Tool,
+    tree: ProximityTree,
+    case: Case,
+    margin_mm: float,
+    complete: bool,
+    pierced: Pierced = NOT_KNOWN,
     stated: Stated = _NOTHING_STATED,
-) -> Verdict:  # fmt: skip
+) -> Verdict:
     """The verdict on a dry run.
 
     margin_mm: kept from bone. complete: the scan holds all of the tissue beside the tool.
@@ -221,7 +234,7 @@ def verdict_of(
     bone, nearest = obstacles[0], min(obstacles, key=lambda one: one.left_mm)
     least, off = nearest.least_mm, case.uncertainty.off_mm
     worst, near = _worst(profile, obstacles), nearest.left_mm < TIGHT_MM
-    reason = _reason(run, profile, worst, bone.least_mm <= off, near, complete or not case.has_volume)
+    reason = _reason(run, profile, worst, bone.least_mm <= off, near, complete or not case.has_volume, pierced)
     found = profile.tissue
     longest, deepest = (0, 0) if found is None else (int(found.length.argmax()), int(found.depth.argmax()))
     length = None if found is None else float(found.length[longest])
@@ -230,18 +243,20 @@ def verdict_of(
     deepest_s = None if found is None else float(profile.s[deepest])
     part, s_mm = _part_of(nearest, run, tool, tree), float(run.s[nearest.row])
     body = (
+        *_pierced_parts(pierced, before=True),
         *_held_parts(run),
         *_nearest_parts(nearest, s_mm, part, case.uncertainty.added_mm if nearest is bone else 0.0),
         *_surface_parts(bone, run, off, nearest is bone),
         *_doubt_parts(worst, profile.off_unknown),
         *_soft_parts(profile.soft),
         *_tissue_parts(length, at_nostril, depth, deepest_s, complete),
+        *_pierced_parts(pierced, before=False),
         *_stated_parts(stated),
     )
     return Verdict(
         _LEVELS[reason], tissue_level(length, depth, complete), least, nearest.name, part, s_mm, length, at_nostril,
         depth, deepest_s, body, profile.soft, worst if worst is not None and worst.left_mm < 0.0 else None, reason,
-        margin_mm=nearest.margin_mm, obstacles=obstacles,
+        pierced, margin_mm=nearest.margin_mm, obstacles=obstacles,
     )  # fmt: skip
 
 
@@ -257,14 +272,18 @@ def refused(error: StartRefused) -> Verdict:
 _LEVELS: dict[Reason, Level] = {
     "clear": "fits", "spent": "fits", "margin": "tight", "surface": "tight", "registration": "tight",
     "registration_unknown": "unknown", "scan_ends": "unknown", "side": "unknown",
-    "held": "blocked", "refused": "blocked",
+    "held": "blocked", "refused": "blocked", "pierced": "blocked", "wall": "pierces",
 }  # fmt: skip
 
 
-def _reason(run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool) -> Reason:
+def _reason(
+    run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool, pierced: Pierced
+) -> Reason:
     """What decides the level, the gravest first; the side of the entry is weighed by `Verdict.beside`."""
     found: tuple[tuple[bool, Reason], ...] = (
         (not run.completed, "held"),
+        (pierced.state == "room", "pierced"),
+        (pierced.state == "wall", "wall"),
         (surface, "surface"),
         (worst is not None and worst.left_mm < 0.0, "registration"),
         (near, "margin"),
@@ -346,6 +365,16 @@ def _stated_parts(stated: Stated) -> tuple[Part, ...]:
     standing = (Part(f" Simulated with {stated.standing}."),) if stated.standing else ()
     removed = (Part(f" {stated.removed_mm3:.0f} mm³ of bone are removed first."),) if stated.removed_mm3 else ()
     return (*standing, *removed)
+
+
+def _pierced_parts(pierced: Pierced, before: bool) -> tuple[Part, ...]:
+    """What is pierced, said before all else; that it is not known, after it."""
+    if not pierced.words or before != (pierced.state in ("room", "wall")):
+        return ()
+    if not before:
+        return (Part(f" {pierced.words}"),)
+    at = Part(f"at {pierced.s_mm:.0f} mm", pierced.s_mm)
+    return (Part(f" {pierced.words.rstrip('.')} ("), at, Part(")."))
 
 
 def _doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[Part, ...]:

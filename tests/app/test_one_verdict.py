@@ -20,6 +20,7 @@ from app.services import planning as planning_module
 from app.services.case_model import Case
 from app.services.case_settings import settings_in_case
 from app.services.path_reports import PathReports
+from app.services.piercing import NOT_KNOWN, Pierced
 from app.services.plan_drive import Drive
 from app.services.plan_model import Plan
 from app.services.plan_zones import PlanZone
@@ -36,7 +37,7 @@ from vfix_engine.simulation.dry_run import TIGHT_MM, DryRun
 from vfix_engine.simulation.placing import Placing
 
 Floats = NDArray[np.float64]
-WORD = {"fits": "Fits", "tight": "Tight", "blocked": "Blocked", "unknown": "Not known"}
+WORD = {"fits": "Fits", "tight": "Tight", "blocked": "Blocked", "pierces": "Pierces", "unknown": "Not known"}
 TRIALS = 500
 
 
@@ -56,6 +57,7 @@ class World:
         passed, told = planning_module.tissue_passed, lambda: self.complete
         monkeypatch.setattr(planning_module, "tissue_passed", lambda *given: replace(passed(*given), complete=told()))
         monkeypatch.setattr(Drive, "run", lambda *given: self._driven())
+        monkeypatch.setattr(Planning, "_pierced", lambda *given: self.pierced)
 
     def next(self) -> Plan:
         """Another plan; its drive, surface, scan and registration are those of this world from now on."""
@@ -71,6 +73,8 @@ class World:
         )  # fmt: skip
         self.surface = SurfaceUncertainty(float(draw(0.0, 0.1)), float(draw(0.0, 1.2)) if some(0.5) else 0.0)
         self.patch.setattr(Case, "uncertainty", self.surface)
+        state = self.random.choice(["none", "room", "wall", "unknown"], p=[0.7, 0.1, 0.1, 0.1])
+        self.pierced = Pierced(state, 12.0, 8.0, s_mm=30.0, where="on the left") if state != "unknown" else NOT_KNOWN
         self._register(some)
         zones, self.ball = (), None
         if some(0.4):
@@ -101,8 +105,10 @@ class World:
 
     def expected(self, plan: Plan) -> str:
         """The level, from the inputs: clearance by samples of the tool, one error and one margin after the other."""
-        if self.refused or not self.run.completed:
+        if self.refused or not self.run.completed or self.pierced.state == "room":
             return "blocked"
+        if self.pierced.state == "wall":
+            return "pierces"
         x = plan.points[0].position[0]
         if (plan.entry_side == "left" and x < -2.0) or (plan.entry_side == "right" and x > 2.0):
             return "unknown"

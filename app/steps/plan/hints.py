@@ -15,6 +15,8 @@ _NEXT: dict[Reason, str] = {
     "scan_ends": "The tool passes what the scan shows.",
     "side": "Check the side under Paths.",
     "held": "Move points where the path turns grey, or choose another tool or robot.",
+    "pierced": "Lead the path through the nostril, or move its points.",
+    "wall": "Lead the path round it, or go on with care.",
     "refused": "Move the first point, or choose another tool or robot.",
 }
 
@@ -49,7 +51,7 @@ def plan_hint(
 
 def _next(level: Level, reason: Reason, targets: int, add_mode: str) -> str:
     """What to do about a verdict."""
-    if add_mode == "target" and not targets and level != "blocked":
+    if add_mode == "target" and not targets and level not in ("blocked", "pierces"):
         return _CLICK_TARGET
     if reason in _NEXT:
         return _NEXT[reason]

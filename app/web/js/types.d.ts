@@ -443,7 +443,7 @@ export interface CurveSection {
 export interface CorridorSection {
   status: "none" | "computing" | "done" | "failed";
   words: string;
-  level: "fits" | "tight" | "blocked" | "unknown" | null;
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown" | null;
   short: string;
   caution: boolean;
   completed: boolean | null;
@@ -487,7 +487,7 @@ export interface ScaleView {
  * structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
  */
 export interface VerdictView {
-  level: "fits" | "tight" | "blocked" | "unknown";
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
   short: string;
   tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
@@ -1127,7 +1127,7 @@ export interface SuggestionPublic {
  * turns: the shaft's direction changes along the path.
  */
 export interface AlternativePublic {
-  verdict: "fits" | "tight" | "blocked" | "unknown";
+  verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
   short: string;
   words: string;
   nearest: string;
