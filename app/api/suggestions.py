@@ -37,7 +37,8 @@ class AlternativePublic(BaseModel):
     """A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
 
     short_of_target_mm: from the path's end to the target. tight: within 0.2 mm of the margin; turns: the shaft's
-    direction changes along the path.
+    direction changes along the path. sideways_mm: how far sideways air leads round the tissue that the tool passes;
+    ways that pierce tissue are never among the alternatives.
     """
 
     short_of_target_mm: float
@@ -47,6 +48,7 @@ class AlternativePublic(BaseModel):
     tight: bool
     tissue_mm: Length
     tissue_depth_mm: Length
+    sideways_mm: Length
     turns: bool
     points: list[SuggestedPoint]
 
@@ -90,6 +92,7 @@ class ToolPublic(BaseModel):
     tissue_mm: Length
     tissue_depth_mm: Length
     reason: str
+    pierces: bool
 
 
 class ToolTablePublic(BaseModel):

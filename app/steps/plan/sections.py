@@ -132,6 +132,7 @@ class ClearanceProfile(TypedDict):
 
     tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
     registration_mm: what the registration may be off by at the tip (95 %); None without one.
+    sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
     """
 
     s_mm: list[float]
@@ -139,11 +140,20 @@ class ClearanceProfile(TypedDict):
     tissue_mm: list[float] | None
     tissue_depth_mm: list[float] | None
     registration_mm: list[float] | None
+    sideways_mm: list[float] | None
+
+
+class PiercedView(TypedDict):
+    """The tissue that the tool pierces, on its axis where the tip is at s_mm: from outside to inside, in LPS."""
+
+    begin: Position
+    end: Position
 
 
 class VerdictView(TypedDict):
     """The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
 
+    pierced: what is drawn in red; None where the tool pierces nothing.
     show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
     """
 
@@ -151,6 +161,7 @@ class VerdictView(TypedDict):
     short: str
     tissue_level: Literal["none", "pressed", "deep", "unknown"]
     parts: list[VerdictPart]
+    pierced: PiercedView | None
     show_mm: float
     nearest: str
     length_mm: float

@@ -107,4 +107,6 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
     tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
     items, recording = tuple(plan_items(plan)), services.recordings.new(plan)
     key = plan_key(plan, registered_key(found.registered))
-    return Prepared(spec, settings, items, curve, recording, switches, Planned.of(found, tissue), key)
+    return Prepared(
+        spec, settings, items, curve, recording, switches, Planned.of(found, tissue, services.planning.ways(plan)), key
+    )

@@ -462,6 +462,7 @@ export interface ScaleView {
 /**
  * The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
  *
+ * pierced: what is drawn in red; None where the tool pierces nothing.
  * show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
  */
 export interface VerdictView {
@@ -469,6 +470,7 @@ export interface VerdictView {
   short: string;
   tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
+  pierced: PiercedView | null;
   show_mm: number;
   nearest: string;
   length_mm: number;
@@ -481,11 +483,18 @@ export interface VerdictPart {
   s_mm: number | null;
 }
 
+/** The tissue that the tool pierces, on its axis where the tip is at s_mm: from outside to inside, in LPS. */
+export interface PiercedView {
+  begin: [number, number, number];
+  end: [number, number, number];
+}
+
 /**
  * Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
  *
  * tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
  * registration_mm: what the registration may be off by at the tip (95 %); None without one.
+ * sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
  */
 export interface ClearanceProfile {
   s_mm: number[];
@@ -493,6 +502,7 @@ export interface ClearanceProfile {
   tissue_mm: number[] | null;
   tissue_depth_mm: number[] | null;
   registration_mm: number[] | null;
+  sideways_mm: number[] | null;
 }
 
 /**
@@ -1078,7 +1088,8 @@ export interface SuggestionPublic {
  * A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
  *
  * short_of_target_mm: from the path's end to the target. tight: within 0.2 mm of the margin; turns: the shaft's
- * direction changes along the path.
+ * direction changes along the path. sideways_mm: how far sideways air leads round the tissue that the tool passes;
+ * ways that pierce tissue are never among the alternatives.
  */
 export interface AlternativePublic {
   short_of_target_mm: number;
@@ -1088,6 +1099,7 @@ export interface AlternativePublic {
   tight: boolean;
   tissue_mm: number | null;
   tissue_depth_mm: number | null;
+  sideways_mm: number | null;
   turns: boolean;
   points: SuggestedPoint[];
 }
@@ -1127,6 +1139,7 @@ export interface ToolPublic {
   tissue_mm: number | null;
   tissue_depth_mm: number | null;
   reason: string;
+  pierces: boolean;
 }
 
 /**
