@@ -34,7 +34,8 @@ from vfix_engine.suggestion import Alternative, Room, Surroundings, suggest_path
 SUMMARY = "suggested ways in a head: none pierces skin or a wall, judged out of the voxels by another code"
 TOOLS = ("straight_pointer", "bent_30", "endoscope_0")
 SLACK_MM = 0.75  # both codes have grids of 0.5 mm
-_EVERY_MM, _MOVED_MM, _AROUND_MM = 8.0, 2.0, 30.0
+EVERY_MM = 8.0  # between poses that are judged
+_MOVED_MM, _AROUND_MM = 2.0, 30.0
 
 Array = NDArray[np.float64]
 
@@ -119,9 +120,9 @@ def suggested(
         number += 1
 
 
-def pierced_by(volume: Volume, one: Alternative, entry: Array) -> list[Array]:
+def pierced_by(volume: Volume, one: Alternative, entry: Array, every_mm: float = EVERY_MM) -> list[Array]:
     """Where the poses of an alternative pierce tissue, by brute force."""
-    rows = np.unique(np.rint(one.run.s / _EVERY_MM), return_index=True)[1]
+    rows = np.unique(np.rint(one.run.s / every_mm), return_index=True)[1]
     found = list[Array]()
     for row in np.union1d(rows, [len(one.run.s) - 1]):
         found += pierced_runs(volume, one.run.segments_start[row], one.run.segments_end[row], entry, SLACK_MM)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,16 +17,18 @@ from app.services.piercing import Pierced, PiercedReport, pierced_along
 from app.services.plan_model import Plan
 from app.services.verdict import verdict_of
 from app.steps.plan.clearance import verdict_view
+from app.steps.rehearse.driven import Planned, SoFar
 from benchmarks.piercing_judge import pierced_runs
 from vfix_engine.imaging.piercing import PoseWays, Ways
 from vfix_engine.robots import Tool
 from vfix_engine.simulation.dry_run import DryRun
 
 TIP = np.array([4.5, 36.5, 0.5])
+DORSUM = (0.0, -12.0, 22.0)
 # Places that a straight shaft to TIP passes, what it pierces there, and how far round air leads, between two bounds.
 SHAFTS: dict[str, tuple[tuple[float, float, float], str, float, float]] = {
     "dorsum, 12 mm above": ((0.0, -18.0, 15.0), "room", 13.0, np.inf),
-    "dorsum, 20 mm above": ((0.0, -12.0, 22.0), "room", 13.0, np.inf),
+    "dorsum, 20 mm above": (DORSUM, "room", 13.0, np.inf),
     "dorsum, 27 mm above": ((0.0, -6.0, 28.0), "room", 13.0, np.inf),
     "ala": ((16.0, -8.0, 6.0), "room", 9.5, 12.0),
     "columella and tip": ((0.0, -22.0, 6.0), "room", 8.0, 9.5),
@@ -135,3 +139,25 @@ def test_a_report_tells_it(client: Client, plan: Plan) -> None:
     chosen = json.loads(client.get(f"/api/plans/{plan.id}/report").text)["chosen"]
     assert chosen["pierced"]["state"] == "none"
     assert 1.0 < chosen["pierced"]["sideways_mm"] < 8.0
+
+
+def test_a_drive_tells_how_far_air_leads_round_what_it_passes(
+    phantom_services: Services, plan: Plan, ways: Ways
+) -> None:
+    evaluation = phantom_services.planning.evaluate(plan)
+    planned, so_far = Planned.of(evaluation, phantom_services.fields.of_plan(plan).tissue, ways), SoFar()
+    radius = Tool.load("bent_30").radius
+
+    def taken(steps: int, run: DryRun) -> str:
+        values = {"reason": "", "held": False, "force": np.zeros(3), "threshold_mm": 5.0, "clearance_mm": 1.0}
+        start, end = run.segments_start[-1], run.segments_end[-1]
+        pose: Any = SimpleNamespace(
+            steps=steps, segments_start=start, segments_end=end, tip=TIP, radius=radius, **values
+        )
+        so_far.take(pose, planned)
+        return so_far.words
+
+    words = taken(1, evaluation.run)
+    assert f"air {evaluation.verdict.pierced.sideways_mm:.1f} mm round tissue." in words
+    assert "pierced" not in words
+    assert "no air round tissue within 15 mm: tissue is pierced." in taken(2, straight_run(evaluation.run, DORSUM))

@@ -157,8 +157,8 @@ class Ways:
         self, points: Floats, first: int, last: int, outer: Indices, inner: Indices, ends: tuple[Ends, Ends]
     ) -> Run:
         window = int(WINDOW_MM / _SAMPLE_MM)
-        nodes = _thinned(points[max(first - window, 0) : last + window + 1])
-        sides = points[outer], points[inner]
+        around = _thinned(points[max(first - window, 0) : last + window + 1])
+        nodes, sides = (_thinned(points), around), (points[outer], points[inner])
         found = self._way(nodes, sides, through=False)
         along = points[first : last + 1]
         there = along[np.linalg.norm(along - found[2:5], axis=1).argmin()] if found[2] == found[2] else along[-1]
@@ -168,8 +168,8 @@ class Ways:
         begin, end = _triple(points[last]), _triple(points[first])
         return Run(None if hidden else float(found[0]), gives, begin, end, *ends)
 
-    def _way(self, nodes: Floats, sides: tuple[Floats, Floats], through: bool) -> Floats:
-        found: Floats = way_round(self._fine, self._whole, self._kinds, nodes, *sides, 0.5 * WIDE_MM, through)
+    def _way(self, nodes: tuple[Floats, Floats], sides: tuple[Floats, Floats], through: bool) -> Floats:
+        found: Floats = way_round(self._fine, self._whole, self._kinds, *nodes, *sides, 0.5 * WIDE_MM, through)
         return found
 
 
