@@ -1,4 +1,4 @@
-"""Ways round tissue in a made-up head: two cavities open to the room, a wall between them, and skin around them."""
+"""Ways round tissue in a made-up head: two cavities open to the room, a wall between them, and skin around (HAZ-36)."""
 
 import json
 from functools import cache
