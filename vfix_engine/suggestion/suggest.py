@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 
 # Balanced first: the others spare soft tissue, or keep away from bone.
 RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))
+SPARING = (Ranking(bone=1.0, depth=4.0, touched=0.3), Ranking(bone=0.3, depth=20.0, touched=0.3))
 STEADY = 3  # plans with one orientation for the whole path, beside those that change it
 _SAME_DEG = 3.0  # plans that differ by less than this everywhere are one
 _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its progress
@@ -149,6 +150,9 @@ def suggest_path(
         reason = f"{way.in_the_way} lies between the end of the widest way and the target"
         return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, searched))
     found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell)
+    if found and found[0].pierces:
+        # Those that spare tissue most are the last resort: they come nearer to bone.
+        found = best_drives(around, robot, tool, smoothed(way.places), settings, SPARING, 0, tell)
     clear = tuple(one for one in found if one.run.completed and not one.pierces)
     if clear:
         return Suggestion(clear)
