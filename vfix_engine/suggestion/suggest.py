@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 # Balanced first: the others spare soft tissue, or keep away from bone.
 RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))
-SPARING = (Ranking(bone=1.0, depth=4.0, touched=0.3), Ranking(bone=0.3, depth=20.0, touched=0.3))
+SPARING = tuple(Ranking(bone, depth, 0.3) for bone, depth in ((1.0, 4.0), (0.1, 1.0), (0.3, 20.0), (0.02, 4.0)))
 STEADY = 3  # plans with one orientation for the whole path, beside those that change it
 _SAME_DEG = 3.0  # plans that differ by less than this everywhere are one
 _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its progress
