@@ -8,6 +8,7 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel
 
 from app.api.dependencies import Identifier, ServicesDep
+from app.services.piercing import PiercedState
 from app.services.verdict import Level, Reason, TissueLevel
 
 router = APIRouter()
@@ -27,6 +28,22 @@ class SoftDepthPublic(BaseModel):
     name: str
     depth_mm: float
     s_mm: float
+
+
+class PiercedPublic(BaseModel):
+    """Whether the tool goes through skin ('room') or a wall between two airs of the body ('wall'); lengths in mm.
+
+    sideways_mm: how far sideways the nearest air leads round the worst tissue that the tool's axis passes, null where
+    that is not known or beyond 15 mm; gives_mm: what tissue gives there. begin, end: of that tissue, in LPS.
+    """
+
+    state: PiercedState
+    sideways_mm: float | None
+    gives_mm: float | None
+    begin: tuple[float, float, float] | None
+    end: tuple[float, float, float] | None
+    s_mm: float | None
+    words: str
 
 
 class PathReportPublic(BaseModel):
@@ -53,6 +70,7 @@ class PathReportPublic(BaseModel):
     tissue_depth_mm: float | None
     tissue_s_mm: float | None
     soft_structures: list[SoftDepthPublic]
+    pierced: PiercedPublic
     side_caution: str
     completed: bool
     reached_mm: float

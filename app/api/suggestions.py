@@ -41,6 +41,8 @@ class AlternativePublic(BaseModel):
     nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
     least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
     turns: the shaft's direction changes along the path.
+    sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never
+    among the alternatives.
     """
 
     verdict: Level
@@ -56,6 +58,7 @@ class AlternativePublic(BaseModel):
     tight: bool
     tissue_mm: Length
     tissue_depth_mm: Length
+    sideways_mm: Length
     turns: bool
     points: list[SuggestedPoint]
 
@@ -99,6 +102,7 @@ class ToolPublic(BaseModel):
     tissue_mm: Length
     tissue_depth_mm: Length
     reason: str
+    pierces: bool
 
 
 class ToolTablePublic(BaseModel):

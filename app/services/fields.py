@@ -15,6 +15,7 @@ from app.services.plan_model import Plan
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.distance_field import DistanceField, field_of_surface, refined_by_surface
 from vfix_engine.geometry.opened_field import opened_field
+from vfix_engine.imaging.piercing import Ways
 from vfix_engine.imaging.room_air import RoomAir, room_air
 from vfix_engine.imaging.soft_tissue import TISSUE_HU
 from vfix_engine.imaging.solids import COARSE_MM, FINE_MM, refined_solid, solid_of_volumes
@@ -136,6 +137,17 @@ def plan_tissue(volumes: Sequence[Volume], plan: Plan) -> DistanceField:
     """
     places = [point.position for point in plan.points] + [target.position for target in plan.targets]
     return opened_field(solid_of_volumes(volumes, TISSUE_HU, np.array(_box(places))), regions_of(plan))
+
+
+def plan_ways(volumes: Sequence[Volume], plan: Plan) -> Ways | None:
+    """What looks for ways round tissue in a head of scans alone; None without one, or where none shows the path."""
+    if not volumes:
+        return None
+    try:
+        tissue = plan_tissue(volumes, plan)
+    except InputError:
+        return None
+    return Ways(tissue, room_air(tissue, volumes), plan.points[0].position)
 
 
 def _box(places: npt.ArrayLike) -> Box:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from app.services.dry_runs import DryRuns
+from app.services.piercing import NOT_KNOWN, PiercedReport
 from app.services.plan_model import NOTICE, Plan
 from app.services.plan_paths import side_caution
 from app.services.planning import Planning
@@ -38,6 +39,7 @@ class PathReport:
     tissue_mm: largest length of the tool in soft tissue, nostril_mm the share of it within 20 mm of the entry;
     tissue_depth_mm: greatest depth, tissue_s_mm: arc length of the tip there. None without a CT.
     side_caution: a sentence where the entry lies on the other side than the path says, which the words end with.
+    pierced: whether the tool goes through skin or a wall, and how far sideways air leads round the tissue.
     soft_structures: the soft structures to spare that the tool touches, the deepest touched first.
     """
 
@@ -58,6 +60,7 @@ class PathReport:
     tissue_depth_mm: float | None = None
     tissue_s_mm: float | None = None
     soft_structures: tuple[SoftDepth, ...] = ()
+    pierced: PiercedReport = field(default_factory=lambda: PiercedReport.of(NOT_KNOWN))
     side_caution: str = ""
     completed: bool = False
     reached_mm: float = 0.0
@@ -141,6 +144,7 @@ def _report(
         tissue_depth_mm=verdict.tissue_depth_mm,
         tissue_s_mm=verdict.tissue_s_mm,
         soft_structures=verdict.soft,
+        pierced=PiercedReport.of(verdict.pierced),
         side_caution=verdict.side_caution,
         completed=evaluation is not None and evaluation.completed,
         reached_mm=0.0 if evaluation is None else evaluation.reached_mm,

@@ -20,7 +20,7 @@ from app.services.exchange_parts import CurveSample
 from app.services.fields import Fields
 from app.services.instruments import Instruments, plan_tool, shaped_tool
 from app.services.openings import Openings, PlanBone
-from app.services.piercing import Pierced, pierced_along
+from app.services.piercing import pierced_along
 from app.services.placing import StoredPlacing, placed_robot
 from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
@@ -352,6 +352,7 @@ class Planning:
         s = _stations(path)
         profile, passed = self._profile(plan, run, zones, registered, tell), tissue_passed(volume, run.stations())
         stated = Stated(stands.words, bone.removed_mm3)
+        pierced = pierced_along(self.ways(plan), run, tell)
         return PlanEvaluation(
             s=s,
             positions=path.position(s),
@@ -375,7 +376,7 @@ class Planning:
                 case,
                 settings.kept_mm,
                 passed.complete,
-                self._pierced(plan, run, path, tell),
+                pierced,
                 stated,
             ),
             tool_radius=tool.radius,
@@ -392,9 +393,6 @@ class Planning:
         except InputError:
             return None
         return None if tissue is None else Ways(tissue, self._fields.air(case), plan.points[0].position)
-
-    def _pierced(self, plan: Plan, run: DryRun, path: SplinePath, tell: ProgressCallback) -> Pierced:
-        return pierced_along(self.ways(plan), run, path, tell)
 
     def _profile(
         self, plan: Plan, run: DryRun, zones: ZoneSet, registered: DrivenRegistration | None, tell: ProgressCallback

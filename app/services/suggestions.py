@@ -18,6 +18,7 @@ from app.services.errors import NotFound, PlanConflict
 from app.services.fields import Fields
 from app.services.instruments import Instruments, plan_tool, shipped_tools
 from app.services.jobs import Job, JobKind, Jobs, Progress
+from app.services.piercing import sideways_of
 from app.services.plan_model import Plan, PlanContent, PlanPoint, check_position, new_point_id
 from app.services.plan_paths import side_caution
 from app.services.plan_shaft import shaft_of
@@ -30,6 +31,7 @@ from app.services.verdict import Level, Verdict, refused
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.opened_field import opened_field
+from vfix_engine.imaging.piercing import Ways
 from vfix_engine.progress import ProgressCallback
 from vfix_engine.robots import Tool
 from vfix_engine.simulation import preparation
@@ -98,7 +100,7 @@ class ToolRow:
 
     reaches: it gets to the end; reason: what holds it where it does not. as_planned: with the directions of the plan,
     else with the best that were found. least_clearance_mm and reached_mm: None where it does not fit at the entry.
-    tissue_mm, tissue_depth_mm: None without a CT.
+    tissue_mm, tissue_depth_mm: None without a CT. pierces: it goes through skin or a wall, and is told not to reach.
     """
 
     tool: str
@@ -112,6 +114,7 @@ class ToolRow:
     tissue_mm: float | None
     tissue_depth_mm: float | None
     reason: str
+    pierces: bool = False
 
 
 @dataclass(frozen=True)
@@ -257,7 +260,8 @@ class Suggestions:
         bone = self._planning.bone(plan)
         tissue = None if fields.tissue is None else opened_field(fields.tissue, bone.regions)
         room = Room(opened_field(fields.bone, bone.regions), tissue)
-        return Surroundings(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names())
+        ways = None if tissue is None else Ways(tissue, self._fields.air(case), places[0])
+        return Surroundings(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names(), ways)
 
 
 def draft(case: Case, content: PlanContent, name: str = "") -> Plan:
@@ -316,6 +320,7 @@ def _described(one: Alternative, verdict: Verdict, looked: SuggestedPaths) -> di
         "tight": verdict.level == "tight",
         "tissue_mm": one.passage.tissue_mm,
         "tissue_depth_mm": one.passage.tissue_depth_mm,
+        "sideways_mm": sideways_of(one.piercing),
         "turns": bool(np.ptp(one.directions, axis=0).max() > 1e-6),
         "points": [
             {"position": point.position, "direction": point.direction, "roll_deg": point.roll_deg}
@@ -352,10 +357,12 @@ def _row(tool: Tool, one: Alternative | None, chosen: bool, planned: bool, lengt
     if one is None:
         blank = (False, None, length, None, None, None, "it does not fit at the entry")
         return ToolRow(tool.name, tool.title, chosen, planned, *blank)
-    done, run = one.run.completed, one.run
+    done, run, reason = one.run.completed and not one.pierces, one.run, one.run.reason
+    if one.pierces and one.run.completed:
+        reason = "it pierces skin or a wall between two airs"
     return ToolRow(
         tool.name, tool.title, chosen, planned, done, run.reached_mm, length, one.least_clearance_mm,
-        one.passage.tissue_mm, one.passage.tissue_depth_mm, run.reason,
+        one.passage.tissue_mm, one.passage.tissue_depth_mm, reason, one.pierces,
     )  # fmt: skip
 
 

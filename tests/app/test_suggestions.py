@@ -22,6 +22,7 @@ from app.services.plans import Plan
 from app.services.suggestion_ends import check_ends
 from app.services.suggestions import SuggestedPaths, described
 from app.services.verdict import Verdict
+from benchmarks.piercing import pierced_by
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shaft_directions import rolled_frame
@@ -49,6 +50,7 @@ def plan(phantom_services: Services) -> Plan:
 
 
 def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services: Services, plan: Plan) -> None:
+    phantom_case = phantom_services.cases.get(PHANTOM_ID)
     job = client.post(f"/api/plans/{plan.id}/suggestions", json={}).json()
     assert job["kind"] == "suggestion"
     done = waited(client, job)
@@ -59,6 +61,12 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     best = found["alternatives"][0]
     assert best["least_clearance_mm"] > 1.0
     assert 8.0 < best["tissue_mm"] < 20.0
+    assert 0.0 <= best["sideways_mm"] < 8.0
+    looked, volume = phantom_services.suggestions.paths(found["id"]), phantom_services.cases.volume(phantom_case)
+    assert volume is not None
+    for one in looked.found.alternatives[:2]:
+        assert not one.pierces
+        assert pierced_by(volume, one, np.array(ENTRY), 40.0) == []  # by another code
     assert best["points"][0]["position"] == pytest.approx(ENTRY)
     assert best["points"][-1]["position"] == pytest.approx(TARGET)
     tails = np.array([point["direction"] for point in best["points"]])

@@ -12,11 +12,18 @@ test("a clearance has the colour of the path there", () => {
 });
 
 const bone = { name: "bone", margin_mm: 0.38, clearance_mm: [5, 1.234, 0.7] };
-const profile = { s_mm: [0, 0.5, 1], curves: [bone], tissue_mm: [0, 18.6, 0.2], tissue_depth_mm: [0, 2.71, 0.1], registration_mm: null };
+const profile = { s_mm: [0, 0.5, 1], curves: [bone], tissue_mm: [0, 18.6, 0.2], tissue_depth_mm: [0, 2.71, 0.1], registration_mm: null, sideways_mm: null };
 
 test("a place says bone and soft tissue of the nearest pose", () => {
   assert.equal(placeWords({ profile }, 0.6), "At 0.6 mm: bone 1.23 mm; soft tissue 19 mm, 2.7 mm deep.");
   assert.equal(placeWords({ profile }, 7), "At 7.0 mm: bone 0.70 mm; no soft tissue.");
+});
+
+test("a place says how far sideways air leads round the tissue", () => {
+  const passed = { ...profile, sideways_mm: [0, 2.14, 15] };
+  assert.equal(placeWords({ profile: passed }, 0), "At 0.0 mm: bone 5.00 mm; no soft tissue.");
+  assert.match(placeWords({ profile: passed }, 0.5), /; air leads round the tissue 2\.1 mm beside the tool\.$/);
+  assert.match(placeWords({ profile: passed }, 1), /; air leads round the tissue 15 mm or more beside the tool\.$/);
 });
 
 test("behind a registration a place says what it may be off by", () => {

@@ -40,7 +40,7 @@ _MOVED_MM = 0.5  # the axis in two poses that are judged apart, at least
 _EVERY = 4  # samples: of the axis, where its motion is measured
 _AHEAD_MM = 10.0  # of the tip, as far as the axis goes on for a tool that slides along itself
 _NO_RUN_MM = 5.0  # what a verdict lacks at most
-_SHARE = 0.5  # of what a verdict lacks to change, by which the axis may move without being judged
+_SHARE = 0.75  # of what a verdict lacks to change, by which the axis may move without being judged
 
 
 @dataclass(frozen=True)
@@ -121,8 +121,8 @@ class Ways:
     def __init__(self, tissue: DistanceField, air: RoomAir, entry: npt.ArrayLike) -> None:
         self._fine, self._whole = _grid(tissue.grids[0]), _grid(tissue.grids[-1])
         self._kinds = (air.kinds, np.asarray(air.origin, dtype=np.float64), float(air.step_mm))
-        self._entry = np.asarray(entry, dtype=np.float64)
-        self.has_room = air.has_room
+        self.entry = np.asarray(entry, dtype=np.float64)
+        self.has_room, self.middle_mm = air.has_room, air.middle_mm
 
     def of_pose(self, start: Floats, end: Floats) -> PoseWays:
         """The runs in a pose with axis segments (S, 3), from the tip on, as `Tool.segments` returns them."""
@@ -157,19 +157,19 @@ class Ways:
         self, points: Floats, first: int, last: int, outer: Indices, inner: Indices, ends: tuple[Ends, Ends]
     ) -> Run:
         window = int(WINDOW_MM / _SAMPLE_MM)
-        nodes = _thinned(points[max(first - window, 0) : last + window + 1])
-        sides = points[outer], points[inner]
+        around = _thinned(points[max(first - window, 0) : last + window + 1])
+        nodes, sides = (_thinned(points), around), (points[outer], points[inner])
         found = self._way(nodes, sides, through=False)
         along = points[first : last + 1]
         there = along[np.linalg.norm(along - found[2:5], axis=1).argmin()] if found[2] == found[2] else along[-1]
-        near = np.linalg.norm(there - self._entry) <= ENTRY_MM
+        near = np.linalg.norm(there - self.entry) <= ENTRY_MM
         gives = GIVES_AT_ENTRY_MM if near else GIVES_MM
         hidden = found[0] > gives and found[1] > 0.0 and self._way(nodes, sides, through=True)[0] <= gives
         begin, end = _triple(points[last]), _triple(points[first])
         return Run(None if hidden else float(found[0]), gives, begin, end, *ends)
 
-    def _way(self, nodes: Floats, sides: tuple[Floats, Floats], through: bool) -> Floats:
-        found: Floats = way_round(self._fine, self._whole, self._kinds, nodes, *sides, 0.5 * WIDE_MM, through)
+    def _way(self, nodes: tuple[Floats, Floats], sides: tuple[Floats, Floats], through: bool) -> Floats:
+        found: Floats = way_round(self._fine, self._whole, self._kinds, *nodes, *sides, 0.5 * WIDE_MM, through)
         return found
 
 
@@ -180,27 +180,43 @@ def piercing_of(
 
     rows: of the poses to look at, in order; those in which the verdict cannot have changed since the last judged
     one are passed over. go_on: called before each pose; what it raises ends the work.
-    A way is longer by no more than the axis has moved sideways, so a pose is judged again where that is half of
-    what the nearest verdict lacks, or where the axis passes other tissue than before.
+    A way is longer by no more than the axis has moved sideways, so a pose is judged again where that is three
+    quarters of what the nearest verdict lacks, or where the axis passes other tissue than before.
     """
-    judged, found, last = list[int](), list[PoseWays](), _Judged()
+    watch = PiercingWatch(ways)
     for row in rows:
         go_on()
-        points = _axis(start[row], end[row])
-        kinds = ways.kinds(points)
-        if last.may_differ(points, kinds):
-            pose = ways.of_axis(points, kinds)
-            judged.append(row)
-            found.append(pose)
-            last = _Judged(points, _pattern(kinds), _may_move(pose))
-    worst = [(pose.worst, row) for pose, row in zip(found, judged, strict=True)]
-    runs = [(run, row) for run, row in worst if run is not None]
-    gravest, at = max(runs, key=lambda one: _gravity(one[0]), default=(None, None))
-    sideways = np.array([0.0 if run is None else run.sideways_mm for run, _ in worst], dtype=np.float64)
-    over = np.array([-np.inf if run is None else run.over_mm for run, _ in worst])
-    return Piercing(
-        np.array(judged, dtype=np.intp), sideways, over, gravest, at, all(pose.known for pose in found)
-    )  # fmt: skip
+        watch.add(row, start[row], end[row])
+    return watch.found
+
+
+class PiercingWatch:
+    """The runs of tissue of a tool that moves, pose by pose, as `piercing_of` finds them."""
+
+    def __init__(self, ways: Ways) -> None:
+        self._ways, self._last = ways, _Judged()
+        self._rows, self._poses = list[int](), list[PoseWays]()
+
+    def add(self, row: int, start: Floats, end: Floats) -> None:
+        """Judge a pose with axis segments (S, 3) and the number `row`, unless its verdict cannot be another one."""
+        points = _axis(start, end)
+        kinds = self._ways.kinds(points)
+        if self._last.may_differ(points, kinds):
+            pose = self._ways.of_axis(points, kinds)
+            self._rows.append(row)
+            self._poses.append(pose)
+            self._last = _Judged(points, _pattern(kinds), _may_move(pose))
+
+    @property
+    def found(self) -> Piercing:
+        """What was found so far."""
+        worst = [(pose.worst, row) for pose, row in zip(self._poses, self._rows, strict=True)]
+        runs = [(run, row) for run, row in worst if run is not None]
+        gravest, at = max(runs, key=lambda one: _gravity(one[0]), default=(None, None))
+        sideways = np.array([0.0 if run is None else run.sideways_mm for run, _ in worst], dtype=np.float64)
+        over = np.array([-np.inf if run is None else run.over_mm for run, _ in worst])
+        known = all(pose.known for pose in self._poses)
+        return Piercing(np.array(self._rows, dtype=np.intp), sideways, over, gravest, at, known)
 
 
 class _Judged(NamedTuple):
@@ -248,10 +264,10 @@ def _gravity(run: Run) -> tuple[bool, float]:
 def _axis(start: Floats, end: Floats) -> Floats:
     """Points (n, 3) along a tool's axis from its tip on, at most 0.25 mm apart."""
     parts = []
-    for a, b in zip(start, end, strict=True):
+    for a, b in zip(end, start, strict=True):  # a segment ends at its front
         count = max(1, int(np.ceil(np.linalg.norm(b - a) / _SAMPLE_MM)))
         parts.append(a + (np.arange(count) / count)[:, None] * (b - a))
-    return np.ascontiguousarray(np.concatenate([*parts, end[-1:]]))
+    return np.ascontiguousarray(np.concatenate([*parts, start[-1:]]))
 
 
 def _thinned(points: Floats) -> Floats:

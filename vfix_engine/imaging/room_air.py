@@ -32,11 +32,13 @@ class RoomAir:
 
     kinds: (K, J, I) uint8 of AIR, ROOM and UNKNOWN, tissue being either of the first two; indexed [k, j, i] along z, y,
     x. origin: (3,) LPS position [mm] of the cell (0, 0, 0). step_mm: between cells.
+    middle_mm: x of the middle of the tissue: a head may lie aside in its scan.
     """
 
     kinds: npt.NDArray[np.uint8]
     origin: Floats
     step_mm: float
+    middle_mm: float
 
     @property
     def has_room(self) -> bool:
@@ -65,7 +67,9 @@ def room_air(tissue: DistanceField, volumes: Sequence[Volume]) -> RoomAir:
     if room.any():
         kinds[ndimage.distance_transform_edt(~room, sampling=step) <= BALL_MM] = ROOM
     kinds[unknown] = UNKNOWN
-    return RoomAir(kinds, grid.origin, step)
+    in_tissue = (~unknown & (distance < 0.0)).sum(axis=(0, 1))
+    middle = float(grid.origin[0] + step * np.average(np.arange(len(in_tissue)), weights=in_tissue + 1e-9))
+    return RoomAir(kinds, grid.origin, step, middle)
 
 
 def padding(volume: Volume) -> Mask:

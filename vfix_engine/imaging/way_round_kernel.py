@@ -131,13 +131,14 @@ def _mark_beside(points: Any, low: Any, near: float, mark: Any, value: int) -> N
 
 @compiled
 def way_round(
-    fine: Any, whole: Any, kinds: Any, nodes: Any, outer: Any, inner: Any, half_mm: float, through: bool
+    fine: Any, whole: Any, kinds: Any, nodes: Any, window: Any, outer: Any, inner: Any, half_mm: float, through: bool
 ) -> Any:
     """The least distance from an axis within which air leads from one side of tissue to the other, and where.
 
     Args:
         fine, whole: (values, origin, step) of the distance to tissue; kinds: of AIR, ROOM and UNKNOWN.
-        nodes: (m, 3) polyline of the axis around the tissue. outer, inner: points (n, 3) of it in the air on both
+        nodes: (m, 3) polyline of the axis, from the tip on. window: (n, 3) points of it around the tissue; a way may
+            lead by as far beside them as is looked for. outer, inner: points (n, 3) of it in the air on both
             sides; where `inner` is empty, the axis ends in the tissue at nodes[0], and the way leads to the air that
             is as near to that end as the way is to the axis.
         half_mm: a ball of this radius moves along the way; the distance is that of the ball's side that faces the axis.
@@ -149,8 +150,8 @@ def way_round(
     near, top = half_mm + 0.5 * LATTICE_MM, REACH_MM + half_mm
     low, shape = np.empty(3, np.int64), np.empty(3, np.int64)
     for axis in range(3):
-        low[axis] = math.floor((nodes[:, axis].min() - top) / LATTICE_MM)
-        shape[2 - axis] = math.ceil((nodes[:, axis].max() + top) / LATTICE_MM) - low[axis] + 1
+        low[axis] = math.floor((window[:, axis].min() - top) / LATTICE_MM)
+        shape[2 - axis] = math.ceil((window[:, axis].max() + top) / LATTICE_MM) - low[axis] + 1
     plane, row = shape[1] * shape[2], shape[2]
     mark = np.zeros((shape[0], shape[1], shape[2]), np.uint8)
     after = np.empty(shape[0] * plane, np.int32)

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.scene.pierced import PiercedNodes
 from app.scene.tool_ghost import ToolGhost
+from app.services.piercing import Pierced
 from app.services.planning import PlanEvaluation
-from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, VerdictView
+from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
 from app.views.layers import Layer
 
 Floats = npt.NDArray[np.float64]
@@ -34,14 +36,25 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
         "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
         "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
+        "sideways_mm": verdict.pierced.at(profile.s),
     }
     deep = verdict.level == "fits" and verdict.tissue_level == "deep" and verdict.tissue_s_mm is not None
-    show = evaluation.reached_mm if verdict.level == "blocked" else verdict.tissue_s_mm if deep else verdict.s_mm
+    pierced = verdict.reason in ("pierced", "wall") and verdict.pierced.s_mm is not None
+    show = (
+        verdict.pierced.s_mm
+        if pierced
+        else evaluation.reached_mm
+        if verdict.level == "blocked"
+        else verdict.tissue_s_mm
+        if deep
+        else verdict.s_mm
+    )
     return {
         "level": verdict.level,
         "short": verdict.short,
         "tissue_level": verdict.tissue_level,
         "parts": [{"words": part.words, "s_mm": part.s_mm, "detail": part.detail} for part in verdict.parts],
+        "pierced": _pierced(verdict.pierced),
         "show_mm": float(show or 0.0),
         "nearest": verdict.nearest,
         "nearest_curve": int(np.argmin([one.left_mm for one in verdict.obstacles])),
@@ -49,6 +62,17 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "length_mm": round(evaluation.length_mm, 3),
         "profile": plotted,
     }
+
+
+def _pierced(found: Pierced) -> PiercedView | None:
+    ends = found.ends
+    return None if ends is None else {"begin": list(ends[0]), "end": list(ends[1])}
+
+
+def pierced_layer(evaluation: PlanEvaluation | None) -> Layer[Any]:
+    """The tissue that the tool of a dry run pierces, in the scene."""
+    ends = None if evaluation is None else evaluation.verdict.pierced.ends
+    return Layer("plan.pierced", ends, PiercedNodes, lambda nodes: nodes.show(ends))
 
 
 class ShownTool:

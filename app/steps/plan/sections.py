@@ -146,6 +146,7 @@ class ClearanceProfile(TypedDict):
     curves: bone first, then each hard structure to spare.
     tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
     registration_mm: what the registration may be off by at the tip (95 %); None without one.
+    sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
     """
 
     s_mm: list[float]
@@ -153,11 +154,20 @@ class ClearanceProfile(TypedDict):
     tissue_mm: list[float] | None
     tissue_depth_mm: list[float] | None
     registration_mm: list[float] | None
+    sideways_mm: list[float] | None
+
+
+class PiercedView(TypedDict):
+    """The tissue that the tool pierces, on its axis where the tip is at s_mm: from outside to inside, in LPS."""
+
+    begin: Position
+    end: Position
 
 
 class VerdictView(TypedDict):
     """The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
 
+    pierced: what is drawn in red; None where the tool pierces nothing.
     show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
     structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
     """
@@ -166,6 +176,7 @@ class VerdictView(TypedDict):
     short: str
     tissue_level: TissueLevel
     parts: list[VerdictPart]
+    pierced: PiercedView | None
     show_mm: float
     nearest: str
     nearest_curve: int

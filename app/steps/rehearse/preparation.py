@@ -114,4 +114,5 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
     except StorageError as error:
         recording, unrecorded = None, str(error)
     key = plan_key(plan, registered_key(found.registered))
-    return Prepared(spec, settings, items, curve, recording, switches, Planned.of(found, tissue), key, unrecorded)
+    planned = Planned.of(found, tissue, services.planning.ways(plan))
+    return Prepared(spec, settings, items, curve, recording, switches, planned, key, unrecorded)

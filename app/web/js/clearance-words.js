@@ -34,7 +34,9 @@ export function placeWords({ profile }, s) {
   const tissue = !profile.tissue_mm ? "" : length < 0.5 ? "; no soft tissue" : `; soft tissue ${fixed(length, 0)} mm, ${fixed(profile.tissue_depth_mm?.[row], 1)} mm deep`;
   const off = profile.registration_mm ? `, and the registration may be off by ${fixed(profile.registration_mm[row], 2)} mm` : "";
   const away = profile.curves.map(({ name, clearance_mm: clearance }) => `${name} ${fixed(clearance[row], 2)} mm`).join(", ");
-  return `At ${fixed(s, 1)} mm: ${away}${off}${tissue}.`;
+  const sideways = profile.sideways_mm?.[row] ?? 0;
+  const round = sideways < 0.1 ? "" : `; air leads round the tissue ${sideways < 15 ? `${fixed(sideways, 1)} mm` : "15 mm or more"} beside the tool`;
+  return `At ${fixed(s, 1)} mm: ${away}${off}${tissue}${round}.`;
 }
 
 /**

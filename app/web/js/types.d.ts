@@ -483,6 +483,7 @@ export interface ScaleView {
 /**
  * The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
  *
+ * pierced: what is drawn in red; None where the tool pierces nothing.
  * show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
  * structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
  */
@@ -491,6 +492,7 @@ export interface VerdictView {
   short: string;
   tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
+  pierced: PiercedView | null;
   show_mm: number;
   nearest: string;
   nearest_curve: number;
@@ -510,12 +512,19 @@ export interface VerdictPart {
   detail: boolean;
 }
 
+/** The tissue that the tool pierces, on its axis where the tip is at s_mm: from outside to inside, in LPS. */
+export interface PiercedView {
+  begin: [number, number, number];
+  end: [number, number, number];
+}
+
 /**
  * Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
  *
  * curves: bone first, then each hard structure to spare.
  * tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
  * registration_mm: what the registration may be off by at the tip (95 %); None without one.
+ * sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
  */
 export interface ClearanceProfile {
   s_mm: number[];
@@ -523,6 +532,7 @@ export interface ClearanceProfile {
   tissue_mm: number[] | null;
   tissue_depth_mm: number[] | null;
   registration_mm: number[] | null;
+  sideways_mm: number[] | null;
 }
 
 /** Clearance of the whole tool to bone or to a hard structure to spare along the path, and its margin, in mm. */
@@ -1125,6 +1135,8 @@ export interface SuggestionPublic {
  * nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
  * least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
  * turns: the shaft's direction changes along the path.
+ * sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never
+ * among the alternatives.
  */
 export interface AlternativePublic {
   verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
@@ -1140,6 +1152,7 @@ export interface AlternativePublic {
   tight: boolean;
   tissue_mm: number | null;
   tissue_depth_mm: number | null;
+  sideways_mm: number | null;
   turns: boolean;
   points: SuggestedPoint[];
 }
@@ -1179,6 +1192,7 @@ export interface ToolPublic {
   tissue_mm: number | null;
   tissue_depth_mm: number | null;
   reason: string;
+  pierces: boolean;
 }
 
 /**

@@ -1,6 +1,8 @@
-"""Ways round tissue in a made-up head: two cavities open to the room, a wall between them, and skin around them."""
+"""Ways round tissue in a made-up head: two cavities open to the room, a wall between them, and skin around (HAZ-36)."""
 
+import json
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,12 +11,14 @@ from scipy import ndimage
 from vfix_engine.geometry.opened_field import opened_field
 from vfix_engine.geometry.shapes import Sphere
 from vfix_engine.imaging.piercing import GIVES_AT_ENTRY_MM, PoseWays, Ways, piercing_of
+from vfix_engine.imaging.readers import read_volume
 from vfix_engine.imaging.room_air import padding, room_air
 from vfix_engine.imaging.solids import refined_solid, solid_of_volumes
 from vfix_engine.imaging.volume import Volume
+from vfix_engine.imaging.way_round_kernel import UNKNOWN
 
 AIR_HU, SKIN_HU, PADDING_HU = -1000, 40, -2000
-LOW, HIGH = np.array([-34.0, -40.0, -30.0]), np.array([34.0, 60.0, 40.0])
+LOW, HIGH = np.array([-42.0, -36.0, -30.0]), np.array([42.0, 56.0, 42.0])
 FOCUS = np.array([[-14.0, -12.0, -12.0], [14.0, 50.0, 14.0]])
 ENTRY = np.array([6.0, -2.0, 0.0])
 STRAIGHT = np.array([0.0, -1.0, 0.0])
@@ -30,7 +34,7 @@ def hounsfield(points: np.ndarray) -> np.ndarray:
 
 
 @cache
-def volume(storage: str = "axial", step: float = 0.8) -> Volume:
+def volume(storage: str = "axial", step: float = 1.0) -> Volume:
     """The head, whose voxels lie along the axes, in another order, or tilted by 30° with padding around it."""
     directions = {"axial": np.eye(3), "coronal": np.eye(3)[:, [0, 2, 1]], "sagittal": np.eye(3)[:, [1, 2, 0]]}
     direction = TILT if storage == "tilted" else directions[storage]
@@ -63,7 +67,7 @@ def judged(ways: Ways, tip: tuple[float, float, float], through: tuple[float, fl
     """A straight tool of 90 mm whose axis passes a place."""
     at = np.array(tip)
     ahead = np.array(through) - at
-    return ways.of_pose(at[None], (at + 90.0 * ahead / np.linalg.norm(ahead))[None])
+    return ways.of_pose((at + 90.0 * ahead / np.linalg.norm(ahead))[None], at[None])
 
 
 def kinds(pose: PoseWays) -> list[tuple[str, str, bool]]:
@@ -77,8 +81,8 @@ SHAFTS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], 
     "front": ((-6.0, 30.0, 0.0), (-16.0, 0.0, 14.0), [("room", "body", True)]),
     "side": ((6.0, 25.0, 0.0), (28.0, 15.0, 0.0), [("room", "body", True)]),
     "wall": ((-6.0, 42.0, 0.0), (0.0, 24.0, 0.0), [("body", "body", True)]),
-    "tip in the skin": ((20.0, 14.0, 0.0), (20.0, 0.0, 0.0), [("room", "tip", True)]),
-    "tip on the skin": ((20.0, 2.0, 0.0), (20.0, 0.0, 0.0), [("room", "tip", False)]),
+    "tip in the skin": ((16.0, 14.0, -20.0), (16.0, 0.0, -20.0), [("room", "tip", True)]),
+    "tip on the skin": ((16.0, 2.0, -20.0), (16.0, 0.0, -20.0), [("room", "tip", False)]),
 }
 
 
@@ -90,7 +94,7 @@ def test_what_a_shaft_pierces_in_the_made_up_head(shaft: str) -> None:
     assert pose.known
 
 
-@pytest.mark.parametrize(("storage", "step"), [("coronal", 0.8), ("sagittal", 0.8), ("tilted", 0.8), ("axial", 2.0)])
+@pytest.mark.parametrize(("storage", "step"), [("coronal", 1.2), ("sagittal", 1.2), ("tilted", 1.0), ("axial", 2.0)])
 def test_how_a_scan_is_stored_changes_no_verdict(storage: str, step: float) -> None:
     ways = ways_in(volume(storage, step))
     for name, (tip, through, expected) in SHAFTS.items():
@@ -107,7 +111,7 @@ def brute_force(tip: np.ndarray, ahead: np.ndarray, first: float, last: float) -
     across = np.arange(-most - 1.2, most + 1.2 + step / 2, step)
     u = np.cross(ahead, [1.0, 0.0, 0.0])
     u /= np.linalg.norm(u)
-    along = np.arange(first - most, last + most, step)
+    along = np.arange(first - most - 9.0, last + most + 9.0, step)
     s, a, b = np.meshgrid(along, across, across, indexing="ij")
     places = tip + s[..., None] * ahead + a[..., None] * u + b[..., None] * np.cross(ahead, u)
     air = volume().sample(places.reshape(-1, 3)).reshape(s.shape) < -300.0
@@ -146,15 +150,17 @@ def test_the_threshold_of_tissue_moves_the_distance_little(threshold: float) -> 
     assert run.sideways_mm == pytest.approx(other.sideways_mm, abs=1.5)
 
 
-@pytest.mark.parametrize(("radius", "beside", "pierced"), [(3.0, 3.0, False), (0.8, 3.0, True), (3.0, 14.0, True)])
+@pytest.mark.parametrize(
+    ("radius", "place", "pierced"), [(3.0, (27.0, 0.0), False), (0.7, (24.0, 3.0), True), (1.7, (50.0, 0.0), True)]
+)
 def test_a_hole_in_the_wall_leads_round_it_where_it_is_near_and_wide(
-    radius: float, beside: float, pierced: bool
+    radius: float, place: tuple[float, float], pierced: bool
 ) -> None:
     scan = volume()
     hu = np.array(scan.hu)
     k, j, i = np.indices(hu.shape)
     x, y, z = scan.index_to_lps(np.column_stack([i.ravel(), j.ravel(), k.ravel()])).T
-    hole = (np.abs(x) < 2.5) & (np.hypot(y - 24.0 - beside, z) < radius)
+    hole = (np.abs(x) < 2.5) & (np.hypot(y - place[0], z - place[1]) < radius)
     hu[hole.reshape(hu.shape)] = AIR_HU
     tip, through, _ = SHAFTS["wall"]
     pose = judged(ways_in(Volume(hu, scan.origin, scan.spacing, scan.direction)), tip, through)
@@ -186,7 +192,7 @@ def cut(scan: Volume, keep: np.ndarray, value: int) -> Volume:
 
 def test_where_the_scan_does_not_show_the_room_it_is_not_known() -> None:
     scan = volume()
-    ahead = int((0.5 - LOW[1]) / 0.8)
+    ahead = int((0.5 - LOW[1]) / 1.0)
     ends = Volume(np.array(scan.hu[:, ahead:]), scan.index_to_lps([0, ahead, 0]), scan.spacing, scan.direction)
     assert not judged(ways_in(ends), *SHAFTS["nostril"][:2]).known
     pose = judged(ways_in(ends), *SHAFTS["front"][:2])
@@ -219,26 +225,25 @@ def test_corners_beyond_the_scanner_s_circle_are_not_air() -> None:
 def test_a_bent_tool_is_judged_along_its_bend() -> None:
     """A shaft that would pierce the side is bent into the nostril; one through the nostril into the wall."""
     corner = np.array([6.0, -6.0, 0.0])
-    into = head().of_pose(
-        np.array([[6.0, 20.0, 0.0], corner]), np.array([corner, corner + np.array([60.0, -30.0, 0.0])])
-    )
-    assert into.runs == ()
-    corner = np.array([6.0, 20.0, 0.0])
-    across = head().of_pose(np.array([[-6.0, 24.0, 0.0], corner]), np.array([corner, corner + 80.0 * STRAIGHT]))
+    tail, tip = corner + np.array([60.0, -30.0, 0.0]), np.array([6.0, 20.0, 0.0])
+    assert head().of_pose(np.array([corner, tail]), np.array([tip, corner])).runs == ()
+    assert kinds(head().of_pose(tail[None], tip[None])) == [("room", "body", True)]
+    corner, tip = np.array([6.0, 20.0, 0.0]), np.array([-6.0, 24.0, 0.0])
+    across = head().of_pose(np.array([corner, corner + 80.0 * STRAIGHT]), np.array([tip, corner]))
     assert kinds(across) == [("body", "body", True)]
 
 
 def test_poses_between_those_that_are_judged_have_no_other_verdict() -> None:
     """A tool whose tip goes straight in while its shaft swings from the nostril through the rim into the skin."""
-    count = 120
+    count = 40
     tips = np.column_stack([np.full(count, 6.0), np.linspace(2.0, 40.0, count), np.zeros(count)])
     angle = np.linspace(0.0, 0.9, count)
     tails = tips + 90.0 * np.column_stack([np.zeros(count), -np.cos(angle), np.sin(angle)])
-    found = piercing_of(head(), tips[:, None], tails[:, None], range(count))
-    every = [head().of_pose(tips[[row]], tails[[row]]) for row in range(count)]
+    found = piercing_of(head(), tails[:, None], tips[:, None], range(count))
+    every = [head().of_pose(tails[[row]], tips[[row]]) for row in range(count)]
     over = np.array([-np.inf if pose.worst is None else pose.worst.over_mm for pose in every])
     last = np.searchsorted(found.rows, np.arange(count), side="right") - 1
-    assert ((over > 0.0) == (found.over_mm[last] > 0.0)).mean() > 0.97  # but for half a millimetre at the change
+    assert ((over > 0.0) == (found.over_mm[last] > 0.0)).mean() >= 0.95  # but for half a millimetre at the change
     assert found.pierced is not None
     assert len(found.rows) < 0.7 * count
     assert found.worst is not None
@@ -247,7 +252,31 @@ def test_poses_between_those_that_are_judged_have_no_other_verdict() -> None:
 
 def test_a_tool_that_touches_nothing_is_judged_once() -> None:
     tips = np.array([6.0, 0.0, 0.0]) + np.linspace(0.0, 40.0, 80)[:, None] * -STRAIGHT
-    found = piercing_of(head(), tips[:, None], (tips + 90.0 * STRAIGHT)[:, None], range(80))
+    found = piercing_of(head(), (tips + 90.0 * STRAIGHT)[:, None], tips[:, None], range(80))
     assert found.rows.tolist() == [0]
     assert found.worst is None
     assert found.known
+
+
+def test_in_a_real_head_the_corridor_passes_and_other_shafts_are_told(trial_data: Path) -> None:
+    """By the grid of 1 mm alone; places that a shaft to the floor of the nose passes are told from the nostril."""
+    scan = read_volume(trial_data / "head_ct" / "cthead_hu_lps.nrrd")[0]
+    corridor = json.loads((trial_data / "head_ct" / "corridor.json").read_text(encoding="utf-8"))
+    places = np.array([point["lps"] for point in corridor["points"]])
+    tissue = solid_of_volumes([scan], -300.0)
+    air = room_air(tissue, [scan])
+    assert (air.kinds[:, 0, 0] == UNKNOWN).all()  # the corners beyond the scanner's circle
+    assert air.middle_mm == pytest.approx(-22.7, abs=2.0)  # the head lies aside
+    ways, tip = Ways(tissue, air, places[0]), places[6]
+    for place in places[2:]:
+        pose = judged(ways, tuple(place), tuple(places[0]))
+        assert pose.known
+        assert not any(run.pierced for run in pose.runs)
+    told = {
+        "dorsum": ((0, 0, 20), True), "root": ((0, 4, 28), True), "ala": ((-10, 0, 4), True),
+        "left cheek": ((35, 10, 5), True), "right cheek": ((-35, 10, 5), True), "septum": ((14, 0, 4), False),
+    }  # fmt: skip
+    for name, (beside, from_room) in told.items():
+        worst = judged(ways, tuple(tip), tuple(places[0] + beside)).worst
+        assert worst is not None, name
+        assert (worst.pierced, worst.from_room) == (True, from_room), name
