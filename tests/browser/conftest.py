@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from page_scripts import NO_ANTIALIASING, SAID
+from page_scripts import HOLD_SCENE, NO_ANTIALIASING, SAID
 from playwright.sync_api import Browser, Playwright, expect, sync_playwright
 from workstation import PATIENCE_MS, ROOT, TOKEN, VIEWPORT, Planner, Rest, Workstation, launch
 
@@ -54,13 +54,13 @@ def artefacts() -> Path:
     return folder
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")  # of this folder: its loop would be in the way of tests that come after
 def playwright() -> Iterator[Playwright]:
     with sync_playwright() as running:
         yield running
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser(playwright: Playwright) -> Iterator[Browser]:
     started = launch(playwright)
     yield started
@@ -75,13 +75,13 @@ def pages(browser: Browser, planner: Planner, artefacts: Path) -> Iterator[Calla
     def open_one(
         path: str = "/", viewport: dict[str, int] | None = None, script: str = "", sample: bool = True
     ) -> Workstation:
-        """sample: the sample is open, else what the planner opens by itself."""
+        """sample: the sample is open, else what the planner opens by itself. The scene is held until asked for."""
         context = browser.new_context(viewport=viewport or VIEWPORT, accept_downloads=True)
-        context.add_init_script(NO_ANTIALIASING + SAID + (SAMPLE_OPEN if sample else "") + script)
+        context.add_init_script(NO_ANTIALIASING + HOLD_SCENE + SAID + (SAMPLE_OPEN if sample else "") + script)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(PATIENCE_MS)
-        station = Workstation(page, artefacts)
+        station = Workstation(page, artefacts, scene_held=True)
         page.goto(f"{planner.base}{path}?token={TOKEN}")
         return station
 
