@@ -30,9 +30,9 @@ CHECKS = (
 # The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself. With all
 # tests, one of them is such a start and hands on what it has compiled: then this finds all done.
 PREPARATION = ("-c", "from vfix_engine.simulation.preparation import prepare; prepare()")
-# The tests, in runs of which two are made at once; the first begins first. A run leaves out what another one names.
-# The page and what has a clock of its own wait more than they compute and go first; the others, which only compute,
-# give way to them. The lumen compiles most, and what needs the same kernels comes late enough to find them.
+# The tests, in runs of which two are made at once; the first two begin first, one after the other. A run leaves out
+# what another one names. The page and what has a clock of its own wait more than they compute and go first; the
+# others, which only compute, give way to them: the longest first, so that both cores are busy until the end.
 FIRST_START = "a first start"
 IN_TIME = "the page and what runs in real time"
 RUNS = {
@@ -44,15 +44,16 @@ RUNS = {
         "tests/engine/simulation/test_rigid_runs.py",
         "tests/engine/lumen/test_snake_process.py",
     ),
-    "the lumen": ("tests/engine/lumen",),
+    "the application": ("tests/app",),
+    "the engine": ("tests/engine",),
     "the simulation": ("tests/engine/simulation",),
-    "rehearsals and hostile files": (
+    "rehearsals, snakes by command and hostile files": (
         *(f"tests/app/test_rehearse_{name}.py" for name in ("command", "robots", "zones")),
+        "tests/app/test_lumen_command.py",
+        "tests/app/test_bench_lumen.py",
         "tests/app/test_file_mutants.py",
     ),
-    "the engine": ("tests/engine",),
-    "the application": ("tests/app",),
-    "snakes by command": ("tests/app/test_lumen_command.py", "tests/app/test_bench_lumen.py"),
+    "the lumen": ("tests/engine/lumen",),
     "docs, scripts and the wheel": ("tests",),
 }
 WORKERS = 2
