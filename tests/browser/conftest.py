@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -54,17 +55,38 @@ def artefacts() -> Path:
     return folder
 
 
-@pytest.fixture(scope="package")  # of this folder: its loop would be in the way of tests that come after
-def playwright() -> Iterator[Playwright]:
-    with sync_playwright() as running:
-        yield running
+_CLOSING = contextlib.ExitStack()
 
 
-@pytest.fixture(scope="package")
-def browser(playwright: Playwright) -> Iterator[Browser]:
-    started = launch(playwright)
-    yield started
-    started.close()
+@cache
+def _playwright() -> Playwright:
+    return _CLOSING.enter_context(sync_playwright())
+
+
+@cache
+def _browser() -> Browser:
+    started = launch(_playwright())
+    _CLOSING.callback(started.close)
+    return started
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
+    """One browser serves all files of this folder; its loop would be in the way of tests that come after."""
+    if nextitem is None or Path(__file__).parent not in nextitem.path.parents:
+        for started in (_browser, _playwright):
+            started.cache_clear()
+        _CLOSING.close()
+
+
+@pytest.fixture(scope="module")
+def playwright() -> Playwright:
+    return _playwright()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Browser:
+    return _browser()
 
 
 @contextlib.contextmanager

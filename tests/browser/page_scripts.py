@@ -8,12 +8,16 @@ HTMLCanvasElement.prototype.getContext = function (kind, options) {
 };
 """
 
-# The scene's frame stays empty until OPEN_SCENE, over a reload too: software takes one of two cores to draw it.
+# The scene's frame stays empty until OPEN_SCENE, over a reload too: software takes one of two cores to draw it. Then it
+# has half the resolution that the page asks of software, a quarter of the pixels.
 HOLD_SCENE = """
 if (window === top) {
   const source = Object.getOwnPropertyDescriptor(HTMLIFrameElement.prototype, "src");
   const isHeld = () => !sessionStorage.getItem("vfix-scene-opened");
-  const hold = { ...source, set(address) { isHeld() ? this.heldAddress = address : source.set.call(this, address); } };
+  const hold = { ...source, set(address) {
+    this.heldAddress = address.replace("fixedDpr=0.6", "fixedDpr=0.3");
+    if (!isHeld()) source.set.call(this, this.heldAddress);
+  } };
   Object.defineProperty(HTMLIFrameElement.prototype, "src", hold);
 }
 """
