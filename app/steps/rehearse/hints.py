@@ -54,6 +54,6 @@ def rehearse_hint(
     if phase == "done" and targets:
         return "The end of the path is reached. Choose Inspect to look at a target."
     return (
-        "Drag the blue sphere on the shaft, or hold ↑ or W to drive forwards, ↓ or S back; in a list W and S. "
+        "Hold ↑ or W to drive forwards, ↓ or S back (in a list W and S), or drag the blue sphere. "
         "The margin to the bone surface is kept."
     )
