@@ -19,6 +19,7 @@ from app.api.passing_file import PassingFile
 from app.api.uploads import Upload, form_of, receive, safe_name
 from app.services import Services
 from app.services.errors import JobCancelled
+from app.services.identity import WITH_IMAGES, check_images
 from app.services.jobs import Progress
 from app.services.plan_model import NOTICE
 from app.store.errors import StorageError
@@ -41,12 +42,16 @@ async def export_archive(
     request: Request,
     services: ServicesDep,
     runs: Annotated[bool, Query(description="the manifests of recorded drives as well")] = False,
+    with_images: Annotated[bool, Query(description=WITH_IMAGES)] = False,
 ) -> PassingFile:
     """The case as one zip with checksums; made first, which takes seconds to minutes. Not for clinical use.
+
+    Images can identify their patient: a case that has some is exported with `with_images=true` only.
 
     One is made at a time, others wait; where too many do, the answer is 503.
     """
     case = await run_in_threadpool(services.cases.get, case_id)
+    check_images(case, with_images, "with_images=true")
     ticket = services.archive_line.join()
     try:
         while not services.archive_line.is_turn(ticket):

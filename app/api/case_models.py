@@ -32,6 +32,7 @@ class SurfaceReportPublic(BaseModel):
 
     certified_mm: no point of the source is farther from the surface; null where only vertices were measured.
     put_back: triangles of the source that decimation had moved too far. smoothed_mm: what smoothing moved at most.
+    resampled_mm: what resampling within tilted slices may have moved.
     """
 
     mean_deviation_mm: float
@@ -40,6 +41,7 @@ class SurfaceReportPublic(BaseModel):
     certified_mm: float | None
     put_back: int
     smoothed_mm: float
+    resampled_mm: float
 
 
 class SurfacePublic(BaseModel):

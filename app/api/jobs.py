@@ -65,7 +65,7 @@ class ImportAnswer(Wish):
     """What a file leaves open: frame, unit, one of several series, the case of a segmentation."""
 
     frame: Literal["LPS", "RAS"] | None = None
-    units: Literal["mm", "m"] | None = None
+    units: Literal["mm", "m", "um"] | None = None
     series: Annotated[int, Field(ge=1, le=100_000)] | None = None
     into: Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")] | None = None
 

@@ -14,6 +14,7 @@ from app.api.passing_file import PassingFile
 from app.api.plan_models import PlanPublic
 from app.api.uploads import form_of, receive_small, safe_name
 from app.services.exchange import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
+from app.services.identity import WITH_IMAGES, check_images
 from app.services.plan_model import NOTICE
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
@@ -72,9 +73,17 @@ def export_plan(
     response_class=FileResponse,
     responses={200: {"content": {"application/zip": {}}, "description": "A folder for 3D Slicer"}},
 )
-def export_slicer(plan_id: Identifier, services: ServicesDep) -> PassingFile:
-    """Plan and head as a zipped folder that 3D Slicer opens by its scene; takes seconds. Not for clinical use."""
+def export_slicer(
+    plan_id: Identifier,
+    services: ServicesDep,
+    with_images: Annotated[bool, Query(description=WITH_IMAGES)] = False,
+) -> PassingFile:
+    """Plan and head as a zipped folder that 3D Slicer opens by its scene; takes seconds. Not for clinical use.
+
+    Images can identify their patient: a head that has some is exported with `with_images=true` only.
+    """
     plan = services.plans.get(plan_id)
+    check_images(services.cases.get(plan.case_id), with_images, "with_images=true")
     place = services.store.exports.new_place()
     try:
         name = safe_name(plan.name)

@@ -95,6 +95,7 @@ class SecondVolumePublic(BaseModel):
 
     transform: 16 numbers row by row, from the second volume's LPS to the head's, mm, rigid. opacity: from 0 to 1.
     window, level: its values from black to white, and the value in their middle.
+    other_head: confirms that a volume of another case than the plan's shows the same patient.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -105,6 +106,7 @@ class SecondVolumePublic(BaseModel):
     opacity: Number = 0.5
     window: Number = 2500.0
     level: Number = 600.0
+    other_head: Flag = False
 
 
 class PlanPublic(BaseModel):

@@ -24,14 +24,14 @@ Preset = Literal["bone", "thin_bone", "soft_tissue", "air", "mucosa", "unseen_bo
 
 
 class IslandsWish(Wish):
-    """A preset or a band [HU]; crop_mm: two LPS corners; least_mm3: of an island."""
+    """A preset or a band [HU]; crop_mm: two LPS corners; least_mm3: of an island, else as the preset has it."""
 
     preset: Preset | None = None
     low_hu: Number | None = None
     high_hu: Number | None = None
     crop_mm: tuple[Corner, Corner] | None = None
     largest: Annotated[bool, Field(strict=True)] = False
-    least_mm3: Annotated[Number, Field(ge=0.0)] = 0.0
+    least_mm3: Annotated[Number, Field(ge=0.0)] | None = None
 
     def request(self) -> SegmentRequest:
         """What the service takes. Raises InputError without a preset or a band."""

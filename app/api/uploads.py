@@ -37,7 +37,7 @@ def form_of(files: dict[str, str], fields: dict[str, str | dict[str, Any]], *, f
     if frame:
         properties |= {
             "frame": {"type": "string", "enum": ["LPS", "RAS"], "description": "where the file names none"},
-            "units": {"type": "string", "enum": ["mm", "m"], "description": "where the file names none"},
+            "units": {"type": "string", "enum": ["mm", "m", "um"], "description": "where the file names none"},
         }
     schema = {"type": "object", "required": [next(iter(files))], "properties": properties}
     return {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": schema}}}}

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from app.services import Services
 from app.services.case_model import Case
+from app.services.identity import check_images
 from app.store.files import open_atomically
 
 
@@ -15,6 +16,7 @@ def add_parsers(actions: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     export = actions.add_parser("export", help="write a case with its plans, surfaces and volumes to a zip")
     export.add_argument("case", metavar="CASE", help="id or name")
     export.add_argument("file", metavar="FILE.zip", type=Path, help="replaced where it is there")
+    export.add_argument("--with-images", action="store_true", help="confirm that the patient's images are written")
     export.add_argument("--runs", action="store_true", help="the manifests of recorded drives as well")
     read = actions.add_parser("import-archive", help="make a case of such a zip")
     read.add_argument("file", metavar="FILE.zip", type=Path, help="made by vfix case export")
@@ -22,7 +24,8 @@ def add_parsers(actions: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 
 
 def write(args: argparse.Namespace, services: Services, case: Case) -> int:
-    """Write the archive whole or not at all."""
+    """Write the archive whole or not at all. Raises InputError where it holds images and that was not confirmed."""
+    check_images(case, args.with_images, "--with-images")
     with open_atomically(args.file) as target:
         services.archive_writer.write(case.id, target, with_runs=args.runs)
     size = args.file.stat().st_size

@@ -25,7 +25,9 @@ def add_parser(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     parser.add_argument("--high", type=float, metavar="HU", help="upper end of the threshold")
     parser.add_argument("--crop", metavar="X,Y,Z,X,Y,Z", help="two corners of a box, LPS mm (--crop=-10,…)")
     parser.add_argument("--largest", action="store_true", help="keep the largest island only")
-    parser.add_argument("--smallest", type=float, default=0.0, metavar="MM3", help="leave smaller islands out")
+    parser.add_argument(
+        "--smallest", type=float, metavar="MM3", help="leave smaller islands out; 100 for air unless said, else 0"
+    )
     parser.add_argument("--smooth-mm", type=float, default=0.0, metavar="MM", help="blur that smooths the border")
     return parser
 

@@ -11,7 +11,7 @@ from typing import Any
 def add_file_options(parser: argparse.ArgumentParser) -> None:
     """Add the options for a head's file."""
     parser.add_argument("--frame", choices=("LPS", "RAS"), help="frame of a file that does not name one (else LPS)")
-    parser.add_argument("--units", choices=("mm", "m"), help="unit of a file that does not name one (else mm)")
+    parser.add_argument("--units", choices=("mm", "m", "um"), help="unit of a file that does not name one (else mm)")
     parser.add_argument("--series", type=int, metavar="N", help="which of several DICOM series, as the refusal lists")
 
 

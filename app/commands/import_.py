@@ -12,6 +12,7 @@ from app.commands import case_structures
 from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.services import Services, build_services
 from app.services.case_model import Case
+from app.services.identity import WARNING, holds_images
 from app.services.importing import ImportRequest, OverlayRequest
 from app.services.resolve import find
 from app.settings import Settings
@@ -56,6 +57,8 @@ def run(args: argparse.Namespace) -> int:
     say_notes(case.notes)
     if words := case.uncertainty.words():
         say_notes([f"{words}; the margin has to cover that."])
+    if holds_images(case):
+        say_notes([WARNING])
     if args.json:
         print(json.dumps(summary(case)))
     else:

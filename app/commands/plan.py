@@ -20,6 +20,7 @@ from app.services.exchange import (
     to_native_json,
     write_export,
 )
+from app.services.identity import check_images
 from app.services.plans import Plan
 from app.services.resolve import find, path_notes, read_bytes
 from app.settings import Settings
@@ -57,6 +58,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["rename"].add_argument("name", metavar="NAME", help="the new name")
     every["export-slicer"] = actions.add_parser("export-slicer", help="write plan and head as a folder for 3D Slicer")
     every["export-slicer"].add_argument("plan", metavar="PLAN", help="id or name")
+    every["export-slicer"].add_argument(
+        "--with-images", action="store_true", help="confirm that the patient's images are written"
+    )
     every["export-slicer"].add_argument("folder", metavar="FOLDER", type=Path, help="one that is not there yet")
     every["import"] = actions.add_parser("import", help="make a plan of a file")
     _add_import_options(every["import"])
@@ -120,6 +124,7 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
         return
     if args.action == "export-slicer":
         plan = services.plans.get(plan_id)
+        check_images(services.cases.get(plan.case_id), args.with_images, "--with-images")
         names = services.slicer.write(plan, args.folder)
         answer = {**summary(plan), "folder": str(args.folder), "files": list(names)}
         _say(args, answer, [f"{args.folder / names[0]} written, with {len(names) - 1} files. Not for clinical use."])

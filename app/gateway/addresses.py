@@ -33,6 +33,12 @@ def login_url(settings: Settings) -> str:
     return f"{base_url(settings)}/?token={settings.token}"
 
 
+def with_port(host: str, port: int) -> str:
+    """A Host header with another port, or with a port where it has none."""
+    name, colon, old = host.rpartition(":")
+    return f"{name if colon and old.isdigit() else host}:{port}"
+
+
 def cookie_name(settings: Settings) -> str:
     """Name of the cookie, with the port: cookies do not depend on ports, and planners may share a machine."""
     return f"vfix_token_{settings.port}"

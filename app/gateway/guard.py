@@ -19,7 +19,7 @@ from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Re
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.error_shape import error_body
-from app.gateway.addresses import allowed_hosts, base_url, cookie_name
+from app.gateway.addresses import allowed_hosts, base_url, cookie_name, with_port
 from app.gateway.headers import secure
 from app.settings import Settings
 
@@ -40,10 +40,14 @@ _HOST_REFUSED = Refusal(403, "host_refused", "This address is not one the planne
 _ORIGIN_REFUSED = Refusal(403, "origin_refused", "Requests from other pages are refused.")
 _SITE_REFUSED = Refusal(403, "site_refused", "Pages of other sites and ports may open the planner's first page only.")
 _TOKEN_MISSING = Refusal(
-    401, "token_required", "Open the address that the planner printed when it started; it carries the token."
+    401,
+    "token_required",
+    "Paste the address that the planner printed when it started into the address bar; it carries the token.",
 )
 _TOKEN_WRONG = Refusal(
-    401, "token_wrong", "This token is not the one of the running planner; open the address that it printed."
+    401,
+    "token_wrong",
+    "This token is not the one of the running planner; paste the address that it printed into the address bar.",
 )
 
 
@@ -56,6 +60,13 @@ class Guard:
         self._token = settings.token.encode()
         self._cookie = cookie_name(settings)
         self._address = base_url(settings)
+        self._port = settings.port
+        self._other_port = Refusal(
+            403,
+            "host_refused",
+            f"The planner answers at port {settings.port} only. A tunnel to it needs the same port at both ends: "
+            f"ssh -L {settings.port}:127.0.0.1:{settings.port} …, then open the address that the planner printed.",
+        )
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -65,7 +76,8 @@ class Guard:
             raise RuntimeError(f"unknown kind of connection: {scope['type']}")
         headers = Headers(scope=scope)
         refusal = self._check_names(headers) or self._check_site(scope, headers)
-        secured = _SecuredSend(send, scope["path"], headers["host"] if refusal is not _HOST_REFUSED else None)
+        is_ours = refusal not in (_HOST_REFUSED, self._other_port)
+        secured = _SecuredSend(send, scope["path"], headers["host"] if is_ours else None)
         if refusal is None and self._is_login(scope):
             await self._log_in(scope)(scope, receive, secured)
             return
@@ -80,7 +92,8 @@ class Guard:
     def _check_names(self, headers: Headers) -> Refusal | None:
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
         if len(hosts) != 1 or hosts[0] not in self._hosts:
-            return _HOST_REFUSED
+            is_tunnel = len(hosts) == 1 and with_port(hosts[0], self._port) in self._hosts
+            return self._other_port if is_tunnel else _HOST_REFUSED
         if origins and origins != [f"http://{hosts[0]}"]:
             return _ORIGIN_REFUSED
         return None

@@ -1,4 +1,4 @@
-"""Messages of OpenIGTLink, versions 1 to 3: TRANSFORM, POINT and STRING packed and unpacked.
+"""Messages of OpenIGTLink, versions 1 to 3: TRANSFORM, POINT and STRING packed and unpacked, poses of tools unpacked.
 
 Source: http://openigtlink.org/protocols/v2_header.html and the pages beside it, https://openigtlink.org/developers/spec
 for the extended header. Numbers are big-endian; lengths in mm; matrices and positions are float32.
@@ -27,8 +27,12 @@ _HEADER = struct.Struct(">H12s20sIIQQ")
 _EXTENDED = struct.Struct(">HHII")
 _MATRIX = struct.Struct(">12f")
 _POINT = struct.Struct(">64s32s4B4f20s")
+_POSITION = struct.Struct(">3f4f")  # and a unit quaternion x, y, z, w
+_TOOL = struct.Struct(">20s2x48s")  # of TDATA, with a matrix as that of TRANSFORM
+_QUATERNION_TOOL = struct.Struct(">20s2x28s")  # of QTDATA, as a POSITION
 _UTF8 = 106  # IANA's number of the character set
 _VERSIONS = (1, 2, 3)
+_UNIT = 1e-3  # how far a quaternion's length may be from 1
 
 
 class LinkFault(InputError):
@@ -85,6 +89,14 @@ class Text:
     time_s: float = 0.0
 
 
+@dataclass(frozen=True)
+class ToolPoses:
+    """Poses of tools, each under its own name, in one message of a tracking server."""
+
+    name: str
+    poses: tuple[Transform, ...]
+
+
 Message = Transform | PointList | Text
 
 
@@ -114,19 +126,34 @@ def parse_header(data: bytes) -> Header:
     return Header(version, _text(kind), _text(name), whole + fraction / 2**32, size, crc)
 
 
-def unpack(header: Header, body: bytes) -> Message | None:
+class WrongChecksum(LinkFault):
+    """A message was damaged on its way, or its sender makes no checksums."""
+
+
+def unpack(header: Header, body: bytes) -> Message | ToolPoses | None:
     """The message of a header and its body; None for a kind that is not read.
 
     Raises LinkFault for a body that is damaged.
     """
     if len(body) != header.size or crc64(body) != header.crc:
-        raise LinkFault(f"the {header.kind} {header.name!r} arrived damaged: its checksum is another.")
+        raise WrongChecksum(
+            f"the {header.kind} {header.name!r} arrived with a wrong checksum: it was damaged on its way, or its "
+            "sender makes no checksums (CRC-64)."
+        )
     content, metadata = (body, {}) if header.version == 1 else _without_extension(body)
     try:
         if header.kind == "TRANSFORM":
             return Transform(header.name, _matrix(content), header.time_s, metadata)
         if header.kind == "POINT":
             return PointList(header.name, _points(content), header.time_s)
+        if header.kind in ("POSITION", "QTRANS"):
+            return Transform(header.name, _posed(content), header.time_s, metadata)
+        if header.kind == "TDATA":
+            tools = [(_text(name), _matrix(part)) for name, part in _TOOL.iter_unpack(content)]
+            return ToolPoses(header.name, tuple(Transform(*tool, header.time_s, metadata) for tool in tools))
+        if header.kind == "QTDATA":
+            tools = [(_text(name), _posed(part)) for name, part in _QUATERNION_TOOL.iter_unpack(content)]
+            return ToolPoses(header.name, tuple(Transform(*tool, header.time_s, metadata) for tool in tools))
         if header.kind == "STRING":
             return Text(header.name, content[4:].decode("utf-8", "replace"), header.time_s)
     except struct.error:
@@ -158,6 +185,19 @@ def _matrix(content: bytes) -> Array:
     matrix[:3] = np.reshape(_MATRIX.unpack(content), (4, 3)).T
     if not np.isfinite(matrix).all():
         raise LinkFault("a matrix holds a number that is not finite.")
+    return matrix
+
+
+def _posed(content: bytes) -> Array:
+    """The matrix (4, 4) of a place and a quaternion."""
+    *place, x, y, z, w = _POSITION.unpack(content)
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    if not (np.isfinite(place).all() and abs(length - 1.0) <= _UNIT):
+        raise LinkFault("a pose has a number that is not finite, or a quaternion that is not of length 1.")
+    matrix = np.eye(4)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) / length
+    matrix[:3, :3] += 2.0 * (w / length) * cross + 2.0 * (cross @ cross)
+    matrix[:3, 3] = place
     return matrix
 
 

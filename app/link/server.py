@@ -15,7 +15,7 @@ import logging
 import threading
 from collections.abc import Callable, Iterable
 
-from app.link.messages import HEADER_BYTES, Header, LinkFault, Message, Text, pack, parse_header, unpack
+from app.link.messages import HEADER_BYTES, Header, LinkFault, Message, Text, ToolPoses, pack, parse_header, unpack
 from vfix_engine.errors import InputError, VfixError
 
 _LOG = logging.getLogger(__name__)
@@ -179,7 +179,7 @@ class LinkServer:
     def _dealt(self, header: Header, body: bytes) -> str:
         """Off the loop's thread: the checksum of a large body takes tens of milliseconds."""
         message = unpack(header, body)
-        return "" if message is None else self._heard(message)
+        return "" if message is None or isinstance(message, ToolPoses) else self._heard(message)
 
 
 class _Client:

@@ -14,7 +14,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from app.link.messages import HEADER_BYTES, LinkFault, Transform, parse_header, unpack
+from app.link.messages import (
+    HEADER_BYTES,
+    Header,
+    LinkFault,
+    ToolPoses,
+    Transform,
+    WrongChecksum,
+    parse_header,
+    unpack,
+)
 
 Array = NDArray[np.float64]
 TrackerState = Literal["connecting", "waiting", "fresh", "stale"]
@@ -27,6 +36,8 @@ _CONNECT_S = 2.0
 _KEPT = 20_000  # poses that `poses` looks back at
 _FEWEST = 5  # poses of which a place is averaged
 _UNSEEN_MM = 5.0  # that a tool may move while it is out of sight in a recording
+_OF_TOOLS = ("TDATA", "QTDATA")  # kinds of messages that hold the poses of several tools, each under its own name
+_OF_A_TOOL = ("TRANSFORM", "POSITION", "QTRANS")
 _RIGID = 1e-4  # of RᵀR − I: float32, and a tracker's own rounding
 
 
@@ -69,6 +80,8 @@ class TrackerClient:
         self._poses: deque[Pose] = deque(maxlen=_KEPT)
         self._connected = False
         self._trouble = ""
+        self._wrong_checksums = 0  # of messages with poses, since the connection was made
+        self._unread = ""  # why a message of the tool's name could not be read, since then
         self._lost_s = -np.inf  # when the connection was lost last
         self._socket: socket.socket | None = None
         self._ended = threading.Event()
@@ -117,10 +130,20 @@ class TrackerClient:
             case "fresh":
                 return f"{self.name} is tracked"
             case "stale":
-                return f"{self.name} is stale: no pose for more than {STALE_S:g} s"
+                return f"{self.name} is stale: no pose for more than {STALE_S:g} s{self._why_unread}"
             case "waiting":
-                return f"connected; no pose of {self.name} yet"
+                return f"connected; no pose of {self.name} yet{self._why_unread}"
         return f"no connection to {self.host}, port {self.port}{self._trouble and ': ' + self._trouble}"
+
+    @property
+    def _why_unread(self) -> str:
+        """What came instead of poses that can be used, as the end of a sentence; '' for nothing."""
+        if self._wrong_checksums:
+            return (
+                f": {self._wrong_checksums:,} poses arrive with a wrong checksum and are not used; let the server make "
+                "checksums (CRC-64)"
+            )
+        return self._unread and f": {self._unread}"
 
     def collect(self, seconds: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> Collected:
         """Average the place of a point (3,) of the tool's frame over the next seconds.
@@ -206,6 +229,7 @@ class TrackerClient:
                     _keep_alive(opened)
                     with self._lock:
                         self._socket, self._connected, self._trouble = opened, True, ""
+                        self._wrong_checksums, self._unread = 0, ""
                     self._listen(opened)
             except LinkFault as error:
                 self._trouble = str(error).rstrip(".")
@@ -228,21 +252,40 @@ class TrackerClient:
                 header = parse_header(data)
                 if header.size > MAX_BODY_BYTES:
                     raise LinkFault(f"the server announced a body of {header.size:,} bytes.")
-                if header.kind != "TRANSFORM" or header.name != self.name or header.size > _READ_BYTES:
+                if not self._is_read(header):
                     left = header.size
                     while left > 0 and (passed := len(stream.read(min(left, _READ_BYTES)))):
                         left -= passed
                     continue
-                body = stream.read(header.size)
-                try:
-                    message = unpack(header, body)
-                except LinkFault:  # a damaged pose is passed over, as one that is not rigid
-                    continue
-                if isinstance(message, Transform):
-                    self._take(message)
+                self._hear(header, stream.read(header.size))
+
+    def _is_read(self, header: Header) -> bool:
+        """Whether a message may hold a pose of the tool; of one under its name that does not, the kind is kept."""
+        if header.size > _READ_BYTES:
+            return False
+        if header.name == self.name and header.kind not in (*_OF_A_TOOL, *_OF_TOOLS):
+            self._unread = f"it arrives as {header.kind}, which is not read; let the server send TRANSFORM"
+        return header.kind in _OF_TOOLS or (header.name == self.name and header.kind in _OF_A_TOOL)
+
+    def _hear(self, header: Header, body: bytes) -> None:
+        """Take the pose of a message; one that is damaged is passed over and counted, as one that is not rigid is."""
+        try:
+            message = unpack(header, body)
+        except WrongChecksum:
+            self._wrong_checksums += 1
+            return
+        except LinkFault as error:
+            self._unread = f"a {header.kind} cannot be read: {str(error).rstrip('.')}"
+            return
+        for one in message.poses if isinstance(message, ToolPoses) else (message,):
+            if isinstance(one, Transform) and one.name == self.name:
+                self._take(one)
 
     def _take(self, message: Transform) -> None:
         """Keep a pose that is one: of a tool that is out of sight some servers send what they last saw, marked so."""
+        if np.array_equal(message.matrix, np.eye(4)):  # no tool is exactly there: so it is sent without a status
+            self._unread = "it arrives as the identity, as of a tool that is out of sight"
+            return
         status = [text for key, text in message.metadata.items() if key.endswith("Status")]
         rotation = message.matrix[:3, :3]
         rigid = np.abs(rotation.T @ rotation - np.eye(3)).max() < _RIGID and np.linalg.det(rotation) > 0

@@ -53,8 +53,9 @@ class CaseFiles:
         """Read a volume. Raises StorageError when its file is gone or damaged."""
         if source in PHANTOM_CT:
             return PHANTOM_CT[source]()
-        arrays = self._arrays(source, {"hu", "origin", "spacing", "direction"}, {"slice_thickness_mm", "window"})
-        for name, shape in (("slice_thickness_mm", ()), ("window", (2,))):
+        more: dict[str, tuple[int, ...]] = {"slice_thickness_mm": (), "window": (2,), "resampled_mm": ()}
+        arrays = self._arrays(source, {"hu", "origin", "spacing", "direction"}, set(more))
+        for name, shape in more.items():
             if name in arrays and arrays[name].shape != shape:
                 raise StorageError(f"the stored file of a volume has another {name} than it should; import it again.")
         return Volume(**arrays)

@@ -17,7 +17,7 @@ from app.services.structures import (
 )
 from vfix_engine.imaging.bone import SurfaceReport
 from vfix_engine.imaging.surface import BONE_HU
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, describe_report
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, describe_report, uncertainty_of
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 
@@ -171,17 +171,11 @@ class Case:
     @property
     def uncertainty(self) -> SurfaceUncertainty:
         """How far the anatomy may lie from its surface, as far as that is known."""
-        return SurfaceUncertainty(
-            self._anatomy_error_mm, max(*(self.spacing_mm or (0.0,)), self.slice_thickness_mm or 0.0, 0.0)
-        )
-
-    @property
-    def _anatomy_error_mm(self) -> float:
-        """What thinning and smoothing may have moved the anatomy by; 0 where that was not measured."""
+        voxel_mm = max(*(self.spacing_mm or (0.0,)), self.slice_thickness_mm or 0.0, 0.0)
         info = next((item for item in self.surfaces if item.name == self.anatomy.surface), None)
         if info is None or info.report is None:
-            return self.anatomy.deviation_mm or 0.0
-        return info.report.error_mm
+            return SurfaceUncertainty(self.anatomy.deviation_mm or 0.0, voxel_mm)
+        return uncertainty_of(info.report, voxel_mm)
 
     @property
     def surface_uncertainty_mm(self) -> float | None:

@@ -125,6 +125,7 @@ def _report(item: Any) -> SurfaceReport:
         _optional(given.get("certified_mm"), lambda value: error_mm(value, "the certified deviation of a surface")),
         _count(given.get("put_back", 0), "the triangles put back into a surface"),
         error_mm(given.get("smoothed_mm", 0.0), "the smoothing of a surface"),
+        error_mm(given.get("resampled_mm", 0.0), "the resampling of a surface"),
     )
 
 

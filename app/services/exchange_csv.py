@@ -59,7 +59,7 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
         raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
     scale = mm_per_unit(header.get("unit", "mm"))  # without any header, a user who names the frame means mm
     content: dict[str, list[PlanPoint]] = {kind: [] for kind in _KINDS}
-    rows = list(table_rows(lines, ()))
+    rows = list(table_rows(lines, ("x", "y", "z")))
     for number, row in rows:
         with fault_at(f"line {number} of the table"):
             kind = row.get("kind", "point")
@@ -83,11 +83,8 @@ def _name(text: str | None) -> Any:
         return text
 
 
-def _point(row: Mapping[str | None, str | None], frame: str, scale: float) -> PlanPoint:
-    values = [row.get(axis) for axis in "xyz"]
-    if None in values or None in row:
-        raise PlanError("it does not have a label, x, y and z.")
-    position = to_lps([number_text(str(value)) for value in values], frame, scale)
+def _point(row: Mapping[str, str], frame: str, scale: float) -> PlanPoint:
+    position = to_lps([number_text(row[axis]) for axis in "xyz"], frame, scale)
     return new_point(_unshield(row.get("label") or ""), position)
 
 

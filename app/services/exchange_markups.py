@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal
 
 from app.services.errors import PointsUnclear
 from app.services.exchange_parts import (
     CurveSample,
     cell_number,
+    check_cells,
     check_last_line,
     fault_at,
     known_frame,
@@ -30,6 +32,7 @@ MARKUPS_SCHEMA = (
     "markups-schema-v1.0.3.json#"
 )
 _FCSV_VERSION = "Markups fiducial file version"
+_TURN_OFF = 0.01  # of the length of a quaternion from 1: three decimals of each number
 PointsAs = Literal["path", "targets"]  # what a list of points without a curve is
 _TARGETS, _DENSE, _UNREACHED = " targets", " resampled", " not reached"
 # What every control point of an added curve says of itself; a name is the user's, and no mark.
@@ -134,20 +137,41 @@ def from_fcsv(
     if not {"x", "y", "z", "label"} <= set(columns):
         raise PlanError("the point list does not name its columns x, y, z and label.")
     system = known_frame(header.get("CoordinateSystem"), frame)
-    points = tuple(_fcsv_point(columns, line, system, at) for at, line in rows)
+    points = tuple(_fcsv_points(columns, rows, system))
     return _listed(points, default_name, points_as)
 
 
-def _fcsv_point(columns: list[str], line: str, frame: str, at: int) -> PlanPoint:
-    with fault_at(f"line {at} of the point list"):
+def _fcsv_points(columns: list[str], lines: Sequence[tuple[int, str]], frame: str) -> Iterator[PlanPoint]:
+    rows: list[tuple[int, list[str]]] = []
+    for at, line in lines:
         try:
-            (row,) = csv.reader([line], strict=True)
+            rows.extend((at, row) for row in csv.reader([line], strict=True))
         except csv.Error as error:
-            raise PlanError(f"it is damaged: {error}.") from None
-        if len(row) < len(columns) - 1:  # an empty last column may be left out
-            raise PlanError(f"a point has {len(row)} of {len(columns)} columns; the file is cut off.")
-        values = dict(zip(columns, row, strict=False))
-        return new_point(values["label"], to_lps([number_text(values[axis]) for axis in "xyz"], frame))
+            raise PlanError(f"line {at} of the point list: it is damaged: {error}.") from None
+    # An empty last column may be left out, by all rows.
+    if columns[-1] not in ("x", "y", "z", "label") and all(len(row) == len(columns) - 1 for _, row in rows):
+        columns = columns[:-1]
+    for at, row in rows:
+        with fault_at(f"line {at} of the point list"):
+            check_cells(row, columns)
+            values = dict(zip(columns, row, strict=True))
+            _check_in_place(values)
+            yield new_point(values["label"], to_lps([number_text(values[axis]) for axis in "xyz"], frame))
+
+
+def _check_in_place(values: Mapping[str, str]) -> None:
+    """Refuse cells that a decimal comma has moved by one, where a last column that was left out makes up for it."""
+    turn = [values[name] for name in ("ow", "ox", "oy", "oz") if name in values]
+    flags = [name for name in ("vis", "sel", "lock") if values.get(name, "").strip()]
+    wrong = [name for name in flags if values[name].strip() not in ("0", "1", "0.0", "1.0")]
+    if not wrong and len(turn) == 4:
+        length = math.hypot(*(number_text(cell) for cell in turn))
+        wrong = [] if length == 0.0 or abs(length - 1.0) < _TURN_OFF else ["ow"]
+    if wrong:
+        raise PlanError(
+            f"the column {wrong[0]!r} holds {values[wrong[0]]!r:.20}, which cannot be: the cells are moved, as by "
+            "decimal commas; write numbers with points, and labels with commas in quotes."
+        )
 
 
 def number_text(text: str) -> float:
@@ -155,7 +179,8 @@ def number_text(text: str) -> float:
     try:
         return number(cell_number(text), "a coordinate")
     except ValueError:
-        raise PlanError(f"{text!r:.40} is not a coordinate.") from None
+        hint = "; write numbers with a point and not a comma" if "," in text else ""
+        raise PlanError(f"{text!r:.40} is not a coordinate{hint}.") from None
 
 
 def markup_node(kind: str, name: str, points: Sequence[PlanPoint], mark: str = NOTICE) -> dict[str, Any]:

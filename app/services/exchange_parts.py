@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,15 +14,18 @@ from typing import Any
 from app.services.errors import TooLarge
 from app.services.names import check_label
 from app.services.plan_model import PlanPoint, Position, check_position, new_point_id
+from app.services.plan_model import number as checked_number
 from vfix_engine.errors import FrameError, InputError, PlanError
 from vfix_engine.frames import RAS_TO_LPS
+from vfix_engine.imaging.frame_report import MM_PER_UNIT, named_unit_of
 from vfix_engine.json_text import parse_json
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
 _SEPARATORS = ",;\t"  # of a table's cells
 # 3D Slicer wrote its enumeration before it wrote the names (HAZ-14).
 _FRAMES = {"LPS": "LPS", "RAS": "RAS", "0": "RAS", "1": "LPS"}
-_MM_PER_UNIT = {"mm": 1.0, "um": 1e-3, "m": 1e3}
+_NUMBER = re.compile(r"\s*[-+]?\d*\.?\d+\.?(?:[eE][-+]?\d+)?\s*")
+_TEXT_COLUMNS = frozenset(("kind", "label", "desc", "associatednodeid"))
 
 
 @dataclass(frozen=True)
@@ -83,11 +87,12 @@ def known_frame(named: Any, given: str | None) -> str:
 
 
 def mm_per_unit(unit: Any) -> float:
-    """Millimetres per unit of a file that names one. Raises FrameError for an unknown word."""
-    word = unit[0] if isinstance(unit, list) and unit else unit
-    if not isinstance(word, str) or word not in _MM_PER_UNIT:
-        raise FrameError(f"the file's unit {str(word)!r:.20} is not known; it must be mm, um or m.")
-    return _MM_PER_UNIT[word]
+    """Millimetres per unit of a file that names one, or a list of them, one for each axis.
+
+    Raises FrameError for an unknown word, and for a list whose units differ.
+    """
+    words = re.split(r"[\s,;]+", unit.strip()) if isinstance(unit, str) else unit
+    return MM_PER_UNIT[named_unit_of(words if isinstance(words, list) else [words])]
 
 
 def table_header(lines: Sequence[str], keys: Iterable[str], above: int) -> dict[str, str]:
@@ -113,26 +118,52 @@ def table_header(lines: Sequence[str], keys: Iterable[str], above: int) -> dict[
     return header
 
 
-def table_rows(lines: Sequence[str], columns: Iterable[str]) -> Iterator[tuple[int, dict[str | None, str | None]]]:
+def table_rows(lines: Sequence[str], columns: Iterable[str]) -> Iterator[tuple[int, dict[str, str]]]:
     """The rows below the one that names the columns, each with the number of its line, one after the other.
 
     Cells are separated by what separates the names of the columns: a comma, a semicolon or a tab.
-    Raises PlanError where that row lacks one of these columns or has one twice, and for a row that is damaged.
+    Raises PlanError where that row lacks one of these columns or has one twice, and for a row that is damaged or does
+    not have a cell for each column.
     """
     kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     separator = max(_SEPARATORS, key=kept[0][1].count) if kept else ","
-    reader = csv.DictReader((line for _, line in kept), delimiter=separator, strict=True)
+    reader = csv.reader((line for _, line in kept), delimiter=separator, strict=True)
     try:
-        names = Counter(reader.fieldnames or ())
-        if kept and not names.keys() >= set(columns):
+        names = next(reader, [])
+        counts = Counter(names)
+        if kept and not counts.keys() >= set(columns):
             raise PlanError(f"the table's first row names its columns: {','.join(columns)}.")
-        for name, count in names.items():
+        for name, count in counts.items():
             if name and count > 1:
                 raise PlanError(f"two columns of the table are called {name!r:.40}; delete one of them.")
-        for row in reader:
-            yield kept[reader.line_num - 1][0], row
+        for cells in reader:
+            number = kept[reader.line_num - 1][0]
+            with fault_at(f"line {number} of the table"):
+                check_cells(cells, names, separator)
+            yield number, dict(zip(names, cells, strict=True))
     except csv.Error as error:
-        raise PlanError(f"line {kept[reader.reader.line_num - 1][0]} of the table is damaged: {error}.") from None
+        raise PlanError(f"line {kept[reader.line_num - 1][0]} of the table is damaged: {error}.") from None
+
+
+def check_cells(cells: Sequence[str], columns: Sequence[str], separator: str = ",") -> None:
+    """Refuse a row that does not have a cell for each column: its values would be taken for those of others.
+
+    Raises PlanError, which says whether it looks like decimal commas or like a comma in a label.
+    """
+    if len(cells) == len(columns):
+        return
+    told = f"it has {len(cells)} cells for {len(columns)} columns"
+    if len(cells) < len(columns):
+        raise PlanError(f"{told}: one is missing, or the row is cut off.")
+    numbers = [cell for cell in cells if _NUMBER.fullmatch(cell)]
+    of_numbers = sum(column.strip().lower() not in _TEXT_COLUMNS for column in columns)
+    with_points = any("." in cell for cell in numbers)
+    if separator == "," and not with_points and len(numbers) > of_numbers:
+        raise PlanError(f"{told}, as where decimal commas begin new cells; write numbers with a point and not a comma.")
+    if any(column.strip().lower() in _TEXT_COLUMNS for column in columns):
+        sign = {",": "comma", ";": "semicolon"}.get(separator, "tab")
+        raise PlanError(f"{told}, as where a {sign} in a label begins a new cell; put the label in quotes.")
+    raise PlanError(f"{told}; take out what is too many.")
 
 
 def cell_number(text: str) -> float:
@@ -146,16 +177,19 @@ def check_last_line(text: str) -> None:
     """Refuse a text that is cut off within a line, which may still make sense: its last number has lost digits."""
     if text and not text.endswith(("\n", "\r")):
         raise PlanError(
-            "the last line of the file has no end: the file is cut off. "
-            "If you know that it is whole, add a line break at its end."
+            "the last line of the file does not end in a line break, so that its last value may be incomplete. "
+            "If you know that the file is whole, add a line break at its end."
         )
 
 
 def to_lps(position: Sequence[Any], frame: str, scale: float = 1.0) -> Position:
-    """A position of a file as LPS mm. Raises PlanError."""
+    """A position of a file as LPS mm; scale: millimetres per unit of the file. Raises PlanError."""
+    if len(position) > 3:
+        raise PlanError(f"a position has {len(position)} numbers, not three; decimal commas have to be points.")
     signs = RAS_TO_LPS.tolist() if frame == "RAS" else (1.0, 1.0, 1.0)
+    placed = check_position([checked_number(x, "a coordinate") * scale for x in position])
     # A zero stays a zero: -0.0 would be written differently and read as a change.
-    return check_position([sign * x * scale + 0.0 for sign, x in zip(signs, check_position(position), strict=True)])
+    return check_position([sign * x + 0.0 for sign, x in zip(signs, placed, strict=True)])
 
 
 @contextmanager

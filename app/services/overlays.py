@@ -63,7 +63,10 @@ class Overlays:
         return self._cases.change_content(case_id, renamed)
 
     def check_laid(self, case_id: str, second: SecondVolume) -> None:
-        """Raise PlanError where a second volume is not there, or would lie beside the head of a case."""
+        """Raise PlanError where a second volume is not there, or would lie beside the head of a case.
+
+        One of another case has to be confirmed as this patient's (HAZ-38).
+        """
         try:
             over = self._cases.get(second.case)
             if not over.volumes and second.volume is None:
@@ -72,6 +75,11 @@ class Overlays:
         except NotFound as error:
             raise PlanError(f"the second volume is not there: {error}") from error
         head = self._cases.get(case_id)
+        if over.id != head.id and not second.other_head:
+            raise PlanError(
+                f"the volume belongs to another head, {_dated(over)}, than the plan, {_dated(head)}. If both show the "
+                "same patient, confirm it with other_head."
+            )
         if not head.volumes:
             return
         apart = _apart_mm(info.bounds_lps_mm, second, head.volumes[0].bounds_lps_mm)
@@ -89,6 +97,10 @@ class Overlays:
         case = self._cases.change_content(case_id, without)
         self._cases.remove_unused(gone[-1].volume.source)
         return case
+
+
+def _dated(case: Case) -> str:
+    return f"{case.name!r:.80} of {case.created[:10]}"
 
 
 def _apart_mm(bounds: Bounds, second: SecondVolume, head: Bounds) -> float:

@@ -24,6 +24,7 @@ class SecondVolume:
     case: id of the case that it belongs to, the plan's own or another one. volume: its name there; None: the widest CT.
     transform: 16 numbers row by row, from the second volume's LPS to the head's, mm; rigid.
     opacity: from 0 to 1. window, level: its values from black to white, and the value in their middle.
+    other_head: somebody confirmed that this volume, of another case, shows the same patient (HAZ-38).
     """
 
     case: str
@@ -32,6 +33,7 @@ class SecondVolume:
     opacity: float = 0.5
     window: float = 2500.0
     level: float = 600.0
+    other_head: bool = False
 
 
 def check_second(second: SecondVolume | None) -> SecondVolume | None:
@@ -57,7 +59,9 @@ def check_second(second: SecondVolume | None) -> SecondVolume | None:
         raise PlanError(f"the opacity of a second volume is from 0 to 1, not {opacity:g}.")
     if not 0.0 < window <= _WIDEST or abs(level) > _WIDEST:
         raise PlanError("the grey values of a second volume need a positive window and a level within a million.")
-    return SecondVolume(second.case, second.volume, transform, opacity, window, level)
+    if not isinstance(second.other_head, bool):
+        raise PlanError("other_head of a second volume is true or false.")
+    return SecondVolume(second.case, second.volume, transform, opacity, window, level, second.other_head)
 
 
 def second_to_json(second: SecondVolume | None) -> dict[str, Any] | None:

@@ -45,14 +45,13 @@ class SegmentWish:
 
 def wish_of(
     name: str, preset: str | None, low: float | None, high: float | None, crop: tuple[Place, Place] | None,
-    largest: bool, least_mm3: float, smooth_mm: float,
+    largest: bool, least_mm3: float | None, smooth_mm: float,
 ) -> SegmentWish:  # fmt: skip
     """A preset, whose ends low and high replace, or a band of both. Raises InputError or ImageError."""
     if preset is None and (low is None or high is None):
         raise InputError("give a preset, or both ends of the threshold in HU.")
     base = Band(0.0, 0.0) if preset is None else PRESETS[preset]
-    band = Band(base.low_hu if low is None else low, base.high_hu if high is None else high)
-    band = replace(band, inside_body=base.inside_body, region=base.region)
+    band = replace(base, low_hu=base.low_hu if low is None else low, high_hu=base.high_hu if high is None else high)
     colour = OWN_COLOUR if preset is None else COLOURS[preset]
     return SegmentWish(SegmentRequest(band, crop, largest, least_mm3, smooth_mm), name, colour)
 
@@ -92,13 +91,13 @@ class Segmenting:
             raise InputError(f"a case may have {MAX_STRUCTURES} structures beside its anatomy; delete some first.")
 
     def _stored(self, case_id: str, wish: SegmentWish, found: Segmented) -> Structure:
-        structure_id, moved = f"structure-{secrets.token_hex(4)}", found.smoothed_mm
-        report = SurfaceReport(0.0, 0.0, Dropped(), 0.0, 0, moved)
+        structure_id = f"structure-{secrets.token_hex(4)}"
+        report = SurfaceReport(0.0, 0.0, Dropped(), 0.0, 0, found.smoothed_mm, found.resampled_mm)
         info = self._cases.files.put_surface(structure_id, found.mesh, report)
         band = wish.request.band
         threshold = band.high_hu if band.inside_body else band.low_hu
         structure = Structure(
-            structure_id, wish.name, "spare", structure_id, info.source, Provenance("ct", threshold), moved,
+            structure_id, wish.name, "spare", structure_id, info.source, Provenance("ct", threshold), report.error_mm,
             is_closed(found.mesh), colour=wish.colour, notes=_notes(wish.request, found),
         )  # fmt: skip
 
@@ -138,4 +137,6 @@ def _notes(request: SegmentRequest, found: Segmented) -> tuple[str, ...]:
         notes.append(f"{found.left_out:,} of {found.islands:,} islands were left out.")
     if found.smoothed_mm:
         notes.append(f"Smoothing moved its border by up to {found.smoothed_mm:.2f} mm: give its margin that much more.")
+    if found.resampled_mm:
+        notes.append(f"The CT's slices were resampled, which may have moved its border by {found.resampled_mm:.2f} mm.")
     return tuple(note.replace("-", "\N{MINUS SIGN}") if note.startswith("Voxels") else note for note in notes)

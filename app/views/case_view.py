@@ -19,6 +19,7 @@ from app.services import Services
 from app.services.case_model import Overlay
 from app.services.cases import Case
 from app.services.errors import NotFound
+from app.services.identity import holds_images
 from app.views import commands as c
 from app.views.layers import Layer
 from app.views.sections import CaseSection, CaseSections
@@ -255,6 +256,7 @@ def case_section(case: Case, loading: str) -> CaseSection:
         ],
         "uncertainty": case.uncertainty.words(),
         "has_volume": case.has_volume,
+        "images": holds_images(case),
         "beads": len(case.beads),
         "window": list(case.volumes[0].window) if case.volumes and case.volumes[0].window else None,
         "overlays": [

@@ -46,7 +46,7 @@ class CaseSection(TypedDict):
 
     window: width and centre of grey values that the scanner's files suggest, None where they do not.
     volumes: names of the CT volumes in the slices, the widest first, the finer ones over it. outlines: what can be
-    drawn of its structures in the slices.
+    drawn of its structures in the slices. images: it has some that can identify its patient.
     """
 
     id: str
@@ -56,6 +56,7 @@ class CaseSection(TypedDict):
     surfaces: list[SurfaceView]
     uncertainty: str
     has_volume: bool
+    images: bool
     beads: int
     notes: list[str]
     detail: str | None

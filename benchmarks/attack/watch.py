@@ -91,8 +91,8 @@ class Ledger:
 class Watch:
     """Judges every step of one episode.
 
-    limits: whether the joints' ranges, speeds and accelerations have to be kept; past the program, where the
-    certificate alone is asked, they need not be, and a step beyond them is counted for itself.
+    limits: whether the joints' speeds and accelerations have to be kept; past the program, where the certificate alone
+    is asked, they need not be, and a step beyond them is counted for itself. Ranges have to be kept always.
     """
 
     def __init__(
@@ -152,35 +152,34 @@ class Watch:
 
     def _judge_limits(self, before: RehearsalState, after: RehearsalState) -> None:
         """HAZ-06: range, speed and acceleration of every joint; an emergency may exceed the last, and is counted."""
-        tally, emergency = self._tally, after.emergencies > before.emergencies
-        step = after.tool.q - before.tool.q
-        over = self._over_limits(before, after, emergency)
-        beyond = bool((over > 0.0).any())
-        if not self._limits:
-            tally.beyond_limits += beyond
-            return
-        tally.limits_judged += 1
-        if emergency:
-            tally.emergencies += 1
-            tally.used[f"emergency: {self._ledger.doing}"] += 1
-        if beyond:
+        tally, emergency, q = self._tally, after.emergencies > before.emergencies, after.tool.q
+        step = q - before.tool.q
+        over: Array = np.maximum(self._robot.lower - q, q - self._robot.upper)
+        too_fast = self._too_fast(before, after, emergency)
+        if self._limits:
+            over = np.maximum(over, too_fast)
+            tally.limits_judged += 1
+            if emergency:
+                tally.emergencies += 1
+                tally.used[f"emergency: {self._ledger.doing}"] += 1
+        else:
+            tally.beyond_limits += bool((too_fast > 0.0).any())
+        if (over > 0.0).any():
             tally.limit_violations += 1
             joint, doing = int(over.argmax()), self._ledger.doing
             tally.fail("joint limit", assault=doing, joint=joint, over=float(over.max()), step_of=step.tolist())
 
-    def _over_limits(self, before: RehearsalState, after: RehearsalState, emergency: bool) -> Array:
-        """By how much (n,) a step exceeds range, speed and, unless in an emergency, acceleration; mm or rad."""
+    def _too_fast(self, before: RehearsalState, after: RehearsalState, emergency: bool) -> Array:
+        """By how much (n,) a step exceeds speed and, unless in an emergency, acceleration; mm or rad."""
         robot, q, dt = self._robot, after.tool.q, self._settings.dt_s
         step = q - before.tool.q
         last = before.tool.velocity * dt
         rounding = 1e-15 * (1.0 + np.abs(q))
-        over: Array = np.maximum(robot.lower - q, q - robot.upper)
-        over = np.maximum(over, np.abs(step) - robot.speed * dt * (1.0 + LAST_BITS) - rounding)
+        over: Array = np.abs(step) - robot.speed * dt * (1.0 + LAST_BITS) - rounding
         if not emergency:
             change = robot.acceleration * dt * dt
             over = np.maximum(over, np.abs(step - last) - change - LAST_BITS * (change + np.abs(last)) - rounding)
-        most: Array = over
-        return most
+        return over
 
     def _judge_report(self, after: RehearsalState, places: Array, clear: Array, caps: Array) -> None:
         """The engine's own pose and distances are the judges', as far as it tells them."""

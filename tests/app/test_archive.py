@@ -504,7 +504,10 @@ def test_the_command_line_goes_there_and_back(
 ) -> None:
     monkeypatch.setenv("VFIX_HOME", str(services.settings.home))
     path = tmp_path / "out.zip"
-    assert main(["case", "export", "Head", str(path), "--runs", "--json"]) == 0
+    assert main(["case", "export", "Head", str(path), "--json"]) == 2
+    assert "can identify the patient" in json.loads(capsys.readouterr().out)["error"]["message"]
+    assert not path.exists()
+    assert main(["case", "export", "Head", str(path), "--with-images", "--runs", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["size_bytes"] == path.stat().st_size
     assert main(["case", "import-archive", str(path), "--json"]) == 0
     made = json.loads(capsys.readouterr().out)
@@ -526,7 +529,9 @@ def rest(services: Services) -> Iterator[Client]:
 
 def test_rest_goes_there_and_back(services: Services, head: Case, archive: Path, rest: Client) -> None:
     before = left_of(services)
-    answer = rest.get(f"/api/cases/{head.id}/archive")
+    refused = rest.get(f"/api/cases/{head.id}/archive")
+    assert (refused.status_code, "with_images=true" in refused.text) == (422, True)  # HAZ-34
+    answer = rest.get(f"/api/cases/{head.id}/archive?with_images=true")
     assert answer.status_code == 200
     assert answer.content == archive.read_bytes()
     assert 'filename="Head.zip"' in answer.headers["content-disposition"]
@@ -597,8 +602,8 @@ async def _left_by_client(services: Services, case_id: str, place: str, monkeypa
 
         scope = {
             "type": "http", "method": "GET", "path": f"/api/cases/{case_id}/archive", "raw_path": b"", "headers": [],
-            "query_string": b"", "scheme": "http", "server": ("127.0.0.1", 80), "client": None, "http_version": "1.1",
-            "root_path": "", "asgi": {"version": "3.0", "spec_version": "2.4"},
+            "query_string": b"with_images=true", "scheme": "http", "server": ("127.0.0.1", 80), "client": None,
+            "http_version": "1.1", "root_path": "", "asgi": {"version": "3.0", "spec_version": "2.4"},
         }  # fmt: skip
         try:
             await app(scope, receive, send)

@@ -206,3 +206,21 @@ def test_the_page_and_openigtlink_cannot_share_a_port(
         port = str(free.getsockname()[1])
     assert cli.main(["serve", "--port", port, "--igtl", port, "--no-browser"]) == 2
     assert f"the page has port {port} already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "latin-1", "utf-8", "ascii:surrogateescape"])
+def test_a_console_that_lacks_a_character_shows_its_code(encoding: str) -> None:
+    """And a name of a file that is no text at all."""
+    code = (
+        "import sys\nfrom types import SimpleNamespace\nfrom app import cli\n"
+        "def add_parser(subparsers): return subparsers.add_parser('doctor')\n"
+        "def run(args):\n    print('Mu\\u0308ller \\u9f3b \\udce9')\n    print('\\u9f3b', file=sys.stderr)\n"
+        "cli.importlib.import_module = lambda name: SimpleNamespace(add_parser=add_parser, run=run)\n"
+        "sys.exit(cli.main(['doctor']))"
+    )
+    told = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, env=told, check=False)
+    assert (done.returncode, b"Traceback" in done.stderr) == (0, False)
+    shown = done.stdout.decode("utf-8" if encoding == "utf-8" else "ascii")
+    assert shown.strip().endswith("\\udce9")
+    assert ("\\u9f3b" in shown) == (encoding != "utf-8")

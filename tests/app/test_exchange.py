@@ -26,6 +26,8 @@ from app.services.exchange import (
 )
 from app.services.names import check_label
 from app.services.plan_model import MAX_POINTS, Plan, PlanPoint, content_from_json
+from app.services.registration.document import RegistrationContent
+from app.services.registration.files import read_measured
 from vfix_engine.errors import FrameError, InputError, PlanError
 from vfix_engine.json_text import MAX_DEPTH, parse_json
 
@@ -236,6 +238,7 @@ def test_a_frame_that_nobody_names_is_asked_for() -> None:
 
 LPS = b"# frame=LPS\n# unit=mm\nlabel,x,y,z\n"
 SLICER = b"# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = id,x,y,z,label\n"
+WIDE = SLICER.replace(b"label", b"ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID")
 
 
 @pytest.mark.parametrize(
@@ -309,22 +312,77 @@ def test_a_file_is_as_deep_as_we_say_wherever_it_is_read() -> None:
         ("x.csv", b'# frame=LPS\n# unit=mm\nlabel,x,y,z\na,1,2,3\n"b,1,2,3\n', "line 5 of the table is damaged"),
         ("x.fcsv", SLICER + b"1,2,3,4,a\n2,2,3,,b\n", "line 5 of the point list: '' is not"),
         ("x.fcsv", SLICER + b'1,2,3,4,a\n2,2,3,4,"b\n', "line 5 of the point list: it is damaged"),
-        ("x.fcsv", SLICER + b"1,2\n", "line 4 of the point list: a point has 2 of 5 columns"),
+        ("x.fcsv", SLICER + b"1,2\n", "line 4 of the point list: it has 2 cells for 5 columns"),
         ("x.csv", LPS + b"# frame=RAS\na,1,2,3\n", "line 4: .*frame=RAS.* after frame=LPS"),
         ("x.csv", b"# frame=LPS\n# unit=mm\n# Unit = m\nlabel,x,y,z\na,1,2,3\n", "line 3: .*Unit=m.* after unit=mm"),
         ("x.csv", LPS + b"a,1,2,3\n# frame=RAS\nb,1,2,3\n", "line 5: .*frame=RAS.* below the first point"),
         ("x.csv", LPS + b"a,1,2,3\n# unit=mm\n", "line 5: .*unit=mm.* below the first point"),
         ("x.fcsv", SLICER + b"# CoordinateSystem = RAS\n1,2,3,4,a\n", "line 4: .*RAS.* after CoordinateSystem=LPS"),
         ("x.fcsv", SLICER + b"1,2,3,4,a\n" + SLICER, "line 5: .* below the first point"),
-        ("x.csv", LPS + b"a,1,2,3.2", "the last line .* no end: the file is cut off.* add a line break"),
-        ("x.fcsv", SLICER + b"1,2,3,4,a", "the last line .* no end"),
+        ("x.csv", LPS + b"a,1,2,3.2", "the last line .* does not end in a line break.* add a line break"),
+        ("x.fcsv", SLICER + b"1,2,3,4,a", "the last line .* does not end in a line break"),
         ("x.json", markups(curve(controlPoints=[{"position": [1, 2, 3]}, {"position": [1, 2]}])), "control point 2: "),
+        (
+            "x.json",
+            markups(curve(controlPoints=[{"position": [1, 5, 2, 5, 3, 5]}])),
+            "control point 1: .* decimal commas",
+        ),
+        ("x.csv", LPS + b"a,1,2,3\nb,12,5,-60,25,1,5\n", "line 5 of the table: it has 7 cells .* decimal commas"),
+        ("x.csv", LPS + b"skull, left,12.5,-60.25,1.5\n", "line 4 of the table: it has 5 cells .* comma in a label"),
+        ("x.csv", LPS + b"skull, left,12,60,1\n", "line 4 of the table: it has 5 cells .* comma in a label"),
+        ("x.csv", LPS + b"a,1,2,3,\n", "line 4 of the table: it has 5 cells for 4 columns"),
+        ("x.csv", LPS + b'a,"12,5",2,3\n', "line 4 of the table: '12,5' is not a coordinate; .* not a comma"),
+        ("x.csv", LPS.replace(b",", b";") + b"a;12,5;2;3\n", "line 4 .*: '12,5' is not a coordinate; .* not a comma"),
+        ("x.csv", LPS.replace(b",", b"\t") + b"a\tleft\t1\t2\t3\n", "line 4 .* a tab in a label"),
+        ("x.fcsv", WIDE + b"1,12,5,-60,25,1,5,0,0,0,1,1,1,0,F-1,,\n", "line 4 of .*it has 17 cells .* decimal commas"),
+        ("x.fcsv", WIDE + b"1,1.5,2,3,0,0,0,1,1,1,0,F, 1,,\n", "line 4 of the .*it has 15 cells .* comma in a label"),
+        ("x.fcsv", WIDE + b"1,12,5,-60,7,0,0,0,1,1,1,0,F-1,\n", "line 4 of the point list: .* cells are moved"),
+        ("x.fcsv", WIDE + b"1,12,5,1,0,0,0,1,1,1,0,F-1,,\n2,1.5,2,3,0,0,0,1,1,1,0,F-1,\n", "line 5 of .*13 cells"),
     ],
 )
 def test_an_error_says_where_it_is(name: str, data: bytes, where: str) -> None:
     """The line of the file as an editor counts it, comments and empty lines included."""
     with pytest.raises(PlanError, match=f"^{where}"):
         read_plan(name, data)
+
+
+LONG = {"um": "micrometer", "µm": "Micrometre", "mm": "millimeters", "m": "metre"}
+
+
+@pytest.mark.parametrize(("unit", "per_mm"), [("um", 1e3), ("µm", 1e3), ("mm", 1.0), ("m", 1e-3)])
+def test_the_unit_of_a_file_comes_before_its_range(unit: str, per_mm: float) -> None:
+    """A head in micrometres is farther than any head if its numbers are taken for millimetres."""
+    wanted = (120.5, -60.25, 1500.0)
+    place = [x * per_mm for x in wanted]
+    table = f"# frame=LPS\n# unit={unit}\nlabel,x,y,z\na,{','.join(map(repr, place))}\n".encode()
+    nodes = [
+        curve(coordinateUnits=one, controlPoints=[{"position": place}])
+        for one in (unit, [unit] * 3, [unit, "UCUM", LONG[unit]])
+    ]
+    for name, data in [("a.csv", table), *(("a.mrk.json", markups(node)) for node in nodes)]:
+        assert read_plan(name, data, "LPS").content.points[0].position == pytest.approx(wanted)
+    measured = table.replace(b"frame=LPS", b"frame=patient")
+    assert read_measured(measured, RegistrationContent())[0].position == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(
+    "units",
+    [["mm", "mm", "um"], ["um", "mm", "mm"], [], ["mm", 1, "mm"], ["inch"] * 3, None, ["um", "UCUM", "millimeter"]],
+)
+def test_units_that_differ_or_are_not_known_are_refused(units: object) -> None:
+    with pytest.raises(FrameError, match="the file's unit"):
+        read_plan("a.mrk.json", markups(curve(coordinateUnits=units)))
+    with pytest.raises(FrameError, match="the file's units are mm, mm, m"):
+        read_plan("x.csv", LPS.replace(b"unit=mm", b"unit=mm, mm, m") + b"a,1,2,3\n")
+
+
+def test_files_of_reports_with_commas_and_micrometres(trial_data: Path) -> None:
+    folder = trial_data / "reports"
+    with pytest.raises(PlanError, match="17 cells for 14 columns, as where decimal commas"):
+        read_plan("a.fcsv", (folder / "01_decimal_comma.fcsv").read_bytes(), None, "targets")
+    for name in ("14_um.csv", "14_um.mrk.json"):
+        points = read_plan(name, (folder / name).read_bytes()).content.points
+        assert [point.position for point in points] == [(0.0, -60.0, 0.0), (0.0, -45.0, 2.0)]
 
 
 def test_what_a_table_says_again_and_other_comments_change_nothing() -> None:

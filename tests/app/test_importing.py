@@ -13,6 +13,7 @@ from app.cli import main
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM, Case, CaseContent
 from app.services.case_reading import case_content_from_json
+from app.services.case_settings import settings_in_case
 from app.services.cases import CaseService
 from app.services.embedded import SAMPLE_PLAN
 from app.services.importing import ImportRequest, ImportService, case_name
@@ -21,8 +22,10 @@ from app.services.structures import Provenance
 from app.settings import Settings
 from app.store import Store
 from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
+from vfix_engine.control.settings import ControlSettings
 from vfix_engine.errors import FrameError, ImageError, InputError
 from vfix_engine.imaging.bone import CONTROL_TRIANGLES
+from vfix_engine.imaging.segmentation import PRESETS, SegmentRequest, segment
 from vfix_engine.imaging.volume import Volume
 
 
@@ -164,6 +167,7 @@ def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys
         "certified_mm": 0.0,
         "put_back": 0,
         "smoothed_mm": 0.0,
+        "resampled_mm": 0.0,
     }
     assert main(["case", "show", answer["case"]]) == 0
     assert f"{bone['triangles']:,} triangles; not thinned" in capsys.readouterr().out
@@ -172,6 +176,29 @@ def test_what_was_left_out_is_stored_and_told(home: Path, tmp_path: Path, capsys
         "bone may lie 2.50 mm off its surface, thin bone further (2.50 mm: slices 5 mm apart)"
         in capsys.readouterr().err
     )
+
+
+def test_the_error_of_resampled_slices_is_told_and_added_to_the_margin(tmp_path: Path) -> None:
+    """HAZ-37: from the files of a tilted series to the margin that is kept, and to a structure segmented from it."""
+    cases = CaseService(Store(Settings(home=tmp_path / "home")))
+    slices = dicom_slices(Volume(block(-1000, 1000), np.zeros(3), np.array([1.0, 1.0, 2.0]), np.eye(3)))
+    for number, one in enumerate(slices):
+        one.ImagePositionPatient[1] += 0.3 * number
+    case = ImportService(cases).run(ImportRequest(save_dicom(slices, tmp_path / "series")))
+    error_mm = cases.volume(case).resampled_mm
+    assert error_mm is not None
+    assert 0.01 < error_mm < 0.5
+    assert f"by {error_mm:.2f} mm, which is added" in " ".join(case.notes)
+    assert case.uncertainty.added_mm == error_mm
+    assert f"{error_mm:.2f} mm: tilted slices resampled, added to the margin" in case.uncertainty.words()
+    assert settings_in_case({}, case.uncertainty).kept_mm == pytest.approx(ControlSettings().margin_mm + error_mm)
+    assert case_content_from_json(content_of(case).to_json()).surfaces == case.surfaces
+    found = segment(cases.volume(case), SegmentRequest(PRESETS["bone"]))
+    assert found.resampled_mm == error_mm
+
+
+def content_of(case: Case) -> CaseContent:
+    return CaseContent(case.frame, case.surfaces, case.volumes, structures=case.structures)
 
 
 def test_a_case_from_before_says_that_nothing_was_recorded(cases: CaseService, case: Case) -> None:

@@ -20,6 +20,7 @@ from app.services.cases import CaseFrame
 from app.services.exchange import from_native_json, to_native_json
 from app.services.plan_diff import changes
 from app.services.second_volume import IDENTITY, SecondVolume
+from app.steps.plan.edited_plan import EditedPlan
 from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -103,12 +104,12 @@ def test_fractions_of_an_image_are_scaled_and_told(
 def test_a_plan_keeps_what_lies_over_it(client: Client, phantom_services: Services, head: Case) -> None:
     """In its document with undo, in its file, and in the words of what changed."""
     plan = phantom_services.plans.create(head.id, "Over")
-    wish: dict[str, Any] = {"case": "head-phantom", "transform": list(MOVED), "opacity": 0.25}
+    wish: dict[str, Any] = {"case": "head-phantom", "transform": list(MOVED), "opacity": 0.25, "other_head": True}
     answer = client.request("PUT", f"/api/plans/{plan.id}/second-volume", json={"second_volume": wish})
     told = answer.json()["second_volume"]
     assert told == {**wish, "volume": None, "window": 2500.0, "level": 600.0}
     kept = phantom_services.plans.get(plan.id)
-    assert kept.second_volume == SecondVolume("head-phantom", None, MOVED, 0.25)
+    assert kept.second_volume == SecondVolume("head-phantom", None, MOVED, 0.25, other_head=True)
     assert from_native_json(to_native_json(kept)).content.second_volume == kept.second_volume
     assert changes(plan.content, kept.content) == ("A second volume is laid over the head.",)
     faded = replace(kept.content, second_volume=replace(kept.second_volume, opacity=0.75, transform=IDENTITY))
@@ -124,6 +125,36 @@ def test_a_plan_keeps_what_lies_over_it(client: Client, phantom_services: Servic
     assert from_native_json(json.dumps(old)).content.second_volume is None
 
 
+def test_another_heads_volume_is_asked_about(client: Client, phantom_services: Services, head: Case) -> None:
+    """HAZ-38: both are named with their dates, and the answer is kept in the plan."""
+    plan, path = phantom_services.plans.create(head.id, "Of whom"), "/api/plans/{}/second-volume"
+    wish = {"case": "head-phantom"}
+    refused = client.request("PUT", path.format(plan.id), json={"second_volume": wish})
+    assert refused.status_code == 422
+    phantom = phantom_services.cases.get("head-phantom")
+    for words in (head.name, head.created[:10], phantom.name, phantom.created[:10], "same patient", "other_head"):
+        assert words in refused.text
+    assert phantom_services.plans.get(plan.id).second_volume is None
+    confirmed = client.request("PUT", path.format(plan.id), json={"second_volume": {**wish, "other_head": True}})
+    assert confirmed.json()["second_volume"]["other_head"] is True
+    kept = phantom_services.plans.get(plan.id)
+    assert from_native_json(to_native_json(kept)).content.second_volume == SecondVolume("head-phantom", other_head=True)
+
+
+def test_choices_tell_other_heads_apart(phantom_services: Services, head: Case) -> None:
+    plan = phantom_services.plans.create(head.id, "Apart")
+    edited = EditedPlan(phantom_services, plan.id)
+    (choice,) = (one for one in edited.second_volume.view()["choices"] if one["case"] == "head-phantom")
+    assert choice["other_head"] == phantom_services.cases.get("head-phantom").created
+    file = json.loads(to_native_json(plan)) | {"second_volume": {"case": "head-phantom"}}  # of a plan from elsewhere
+    edited = EditedPlan(
+        phantom_services, phantom_services.plans.add_file(head.id, from_native_json(json.dumps(file))).id
+    )
+    laid = edited.second_volume.view()["laid"]
+    assert laid is not None
+    assert laid["to_confirm"]
+
+
 @pytest.mark.parametrize(
     "wish",
     [
@@ -134,6 +165,7 @@ def test_a_plan_keeps_what_lies_over_it(client: Client, phantom_services: Servic
         {"transform": [*IDENTITY[:3], 1e5, *IDENTITY[4:]]},
         {"transform": [True, *IDENTITY[1:]]},
         {"opacity": True},
+        {"other_head": "yes"},
         {"opacity": 1.5},
         {"window": 0.0},
         {"case": "../etc"},

@@ -387,7 +387,9 @@ def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(
     client: Client, phantom_services: Services, plan: Plan, folder: Path
 ) -> None:
     before = list(phantom_services.store.scratch.open().iterdir())
-    answer = client.get(f"/api/plans/{plan.id}/export/slicer")
+    refused = client.get(f"/api/plans/{plan.id}/export/slicer")
+    assert (refused.status_code, "with_images=true" in refused.text) == (422, True)  # HAZ-34
+    answer = client.get(f"/api/plans/{plan.id}/export/slicer?with_images=true")
     assert answer.status_code == 200
     with zipfile.ZipFile(io.BytesIO(answer.content)) as packed:
         sent = {name.removeprefix("Way/"): packed.read(name) for name in packed.namelist() if not name.endswith("/")}

@@ -253,7 +253,7 @@ def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, planner: P
     planner.start("another-token-" + "1" * 20)
     try:
         expect(banner).to_contain_text("another token")
-        expect(banner).to_contain_text("Open the address that the planner printed")
+        expect(banner).to_contain_text("Paste the address that the planner printed")
         station.page.on("request", lambda request: asked.append(request.url))
         station.page.wait_for_timeout(3000)
         assert asked == []

@@ -165,9 +165,11 @@ EDITS = """async () => {
   const request = (type, fields) => new Promise((resolve, reject) => waiting.push({ fields, resolve, reject }));
   const connection = { state: {}, request };
   const controls = new OverlayControls(link, connection);
-  const choices = [{ case: 'second', volume: null, name: 'Second', window: null, level: null }];
+  const choices = [{ case: 'second', volume: null, name: 'Second', other_head: null, window: null, level: null }];
   const tell = (opacity) => {
-    const laid = { case: 'second', volume: null, transform: IDENTITY, opacity, window: 2500, level: 600 };
+    const laid = {
+      case: 'second', volume: null, transform: IDENTITY, opacity, window: 2500, level: 600, to_confirm: false,
+    };
     connection.state = { second_volume: { laid, known: true, choices, locked: false } };
     controls.update(connection.state);
   };

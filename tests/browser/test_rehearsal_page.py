@@ -251,7 +251,7 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     expect(twist, "along the path the controller heeds no twist").to_be_disabled()
     station.drive_until("ArrowUp", "the end of the path", lambda: station.rehearsal()["path_done"], DRIVEN_S)
     station.page.keyboard.up("ArrowUp")
-    station.page.check("#follow-tip")
+    expect(station.page.locator("#follow-tip")).to_be_checked()
     off = "Math.max(...vfix.state.slices.cross.map((at, axis) => Math.abs(at - vfix.state.rehearsal.tip[axis])))"
     station.wait_for("the slices at the tip", lambda: station.page.evaluate(off) < 1.0)
     station.page.uncheck("#follow-tip")

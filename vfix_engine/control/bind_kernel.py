@@ -50,7 +50,8 @@ def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, en
 def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, found: int, pairs: Array) -> int:
     """Write those of some pairs, at least one, that can bind, nearest to their margin first; how many they are.
 
-    The nearest of all is always among them.
+    The nearest of all is always the first of them: where it cannot bind, but a pair of a faster segment can, both are
+    written.
 
     Args:
         move: (S,) from ``largest_moves``; rows, labels, body: the ``found`` pairs of ``measure``.
@@ -59,17 +60,19 @@ def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, 
     limit = np.empty(len(move))
     for s in range(len(move)):
         limit[s] = stopping_distance(move[s], world.change)
-    waiting, slack = np.empty(found, np.int32), np.empty(found)
-    left, nearest, least = 0, -1, np.inf
+    free, nearest = np.empty(found), 0
     for i in range(found):
-        free = rows[i, 0] - world.keep[body[i]]
-        if free < least:
-            nearest, least = i, free
-        if free < limit[labels[i, 0]]:
-            waiting[left], slack[left] = i, free
+        free[i] = rows[i, 0] - world.keep[body[i]]
+        if free[i] < free[nearest]:
+            nearest = i
+    waiting, slack = np.empty(found, np.int32), np.empty(found)
+    left = 0
+    for i in range(found):
+        if i == nearest or free[i] < limit[labels[i, 0]]:
+            waiting[left], slack[left] = i, free[i]
             left += 1
-    if left <= 1:
-        _write_pair(rows, labels, body, max(nearest, 0), pairs[0])
+    if left == 1:
+        _write_pair(rows, labels, body, nearest, pairs[0])
         return 1
     normal, point, segment = np.empty((left, 3)), np.empty((left, 3)), np.empty(left, np.int32)
     for i in range(left):

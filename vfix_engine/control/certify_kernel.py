@@ -8,6 +8,7 @@ Distance to a body changes no faster than the point moves, so the distance durin
 Where that is not enough the motion is halved and both halves are certified; a motion that still is not enough
 after ``HALVINGS`` is refused.
 From a state already inside a margin only motions that never deepen are kept (HAZ-04).
+No joint leaves its range, and one outside it moves back or stands still (HAZ-06).
 A surface that has reached the axis of a segment cannot tell deep from shallow, so from there nothing is kept.
 """
 
@@ -27,7 +28,7 @@ from .world import Counts, Cover, Single, World, unpack_cover, unpack_world
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
-LAST_BIT = 4e-16  # of a joint's value: rounding
+AT_LIMIT = 1e-6  # [mm or rad] a step that misses the end of a joint's range by less, as a solver's may, ends there
 SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
 HALVINGS = 5
 _GRID = 1 << HALVINGS
@@ -167,18 +168,20 @@ def certify_motion(
     state, new = state_views(before, n, count, bodies), state_views(after, n, count, bodies)
     q, start, end, distance = state.q, state.start, state.end, state.distance
     new_q, new_start, new_end, new_distance = new.q, new.start, new.end, new.distance
+    made = np.empty(n)  # the step, ended at the joints' ranges
     for j in range(n):
-        if not np.abs(step[j]) < np.inf:
-            return REFUSED, 0, 0.0
-        # q + (limit − q) may be the limit's neighbour: the last bit goes to the limit.
         low, high = min(world.lower[j], q[j]), max(world.upper[j], q[j])
-        new_q[j], new.velocity[j] = q[j] + step[j], step[j] / world.dt
-        if low - LAST_BIT * (1.0 + np.abs(low)) < new_q[j] < high + LAST_BIT * (1.0 + np.abs(high)):
+        new_q[j], made[j] = q[j] + step[j], step[j]
+        if not (np.abs(step[j]) < np.inf and low - AT_LIMIT <= new_q[j] <= high + AT_LIMIT):
+            return REFUSED, 0, 0.0
+        if not low <= new_q[j] <= high:
             new_q[j] = min(max(new_q[j], low), high)
+            made[j] = new_q[j] - q[j]
+        new.velocity[j] = made[j] / world.dt
     place(world, new_q, new.position, new.rotation, new.jacobian, new_start, new_end)
     chord, floor = np.empty(count), np.empty((bodies, count))
     chords(start, end, new_start, new_end, chord)
-    curve = bend(world.chain, world.links, world.reach, q, step)
+    curve = bend(world.chain, world.links, world.reach, q, made)
     displacement = chord.max() + curve / 8.0
     if not covered(world, cover, new_start, new_end):
         return UNCOVERED, 0, displacement
@@ -195,7 +198,7 @@ def certify_motion(
         return REFUSED, 0, displacement
     if not _clear_between(distance, new_distance, chord, curve / 8.0, floor):
         verdict = _clear_in_halves(
-            world, cover, q, step, start, end, distance, new_start, new_end, new_distance, curve, floor
+            world, cover, q, made, start, end, distance, new_start, new_end, new_distance, curve, floor
         )
         if verdict != KEPT:
             return verdict, 0, displacement

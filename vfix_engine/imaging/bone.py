@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.surface import BONE_HU, Dropped, clean, extract_surface
@@ -37,6 +37,7 @@ class SurfaceReport:
     certified_mm: no point of the source is farther than this from the surface; None where only vertices were measured.
     put_back: triangles of the source that were put back because decimation had moved them too far.
     smoothed_mm: largest distance that smoothing moved a vertex; 0 where nothing was smoothed.
+    resampled_mm: how far resampling within the slices of the CT may have moved it; 0 where they are as they were.
     """
 
     mean_deviation_mm: float
@@ -45,12 +46,13 @@ class SurfaceReport:
     certified_mm: float | None = None
     put_back: int = 0
     smoothed_mm: float = 0.0
+    resampled_mm: float = 0.0
 
     @property
     def error_mm(self) -> float:
-        """What the margin grows by: how far the source may lie from the surface by decimation and smoothing."""
+        """What the margin grows by: how far bone may lie from the surface by decimation, smoothing and resampling."""
         thinned = self.max_deviation_mm if self.certified_mm is None else self.certified_mm
-        return thinned + self.smoothed_mm
+        return thinned + self.smoothed_mm + self.resampled_mm
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,8 @@ def bone_of_volume(volume: Volume, *, progress: ProgressCallback) -> BoneSurface
         ImageError: there is no bone.
     """
     surface = extract_surface(volume, BONE_HU, tell=lambda share: progress("Finding the bone", FOUND * share))
-    return surfaces_of(surface, progress=lambda stage, share: progress(stage, FOUND + (1.0 - FOUND) * share))
+    made = surfaces_of(surface, progress=lambda stage, share: progress(stage, FOUND + (1.0 - FOUND) * share))
+    return replace(made, control_report=replace(made.control_report, resampled_mm=volume.resampled_mm or 0.0))
 
 
 def surfaces_of(surface: TriangleMesh, *, progress: ProgressCallback) -> BoneSurfaces:

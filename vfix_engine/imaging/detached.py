@@ -62,7 +62,7 @@ def _held(path: Path, files: tuple[Path, ...]) -> Iterator[tuple[str, bytes]]:
     if files:
         yield from ((file.name, file.read_bytes()) for file in files)
     else:
-        yield from contents(path)
+        yield from ((place.name, data) for place, data in contents(path))
 
 
 def _join(name: str, held: dict[str, bytes], into: Path) -> Path:

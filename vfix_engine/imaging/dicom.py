@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import io
 import logging
-import tempfile
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,40 +19,37 @@ import numpy.typing as npt
 
 from vfix_engine.errors import ImageError, SegmentationFound
 from vfix_engine.imaging.dicom_enhanced import GROUPS, frames_of, is_enhanced
-from vfix_engine.imaging.dicom_files import MAX_FILE_BYTES, contents
-from vfix_engine.imaging.dicom_series import SeriesList
-from vfix_engine.imaging.grid_header import MAX_VOXELS, PLAUSIBLE_SPACING, check_length, check_sizes, check_transform
-from vfix_engine.imaging.itk import decode
+from vfix_engine.imaging.dicom_files import MAX_FILE_BYTES, OtherFiles, begins_as_dicom, contents, plain_name
+from vfix_engine.imaging.dicom_pixels import (
+    PIXEL_TAGS,
+    Layout,
+    checked_layout,
+    hounsfield,
+    numbers,
+    rescale,
+    words_of_frames,
+    words_of_slice,
+)
+from vfix_engine.imaging.dicom_series import SeriesList, is_localizer
+from vfix_engine.imaging.dicom_stack import Slice, left_out_words, stack
+from vfix_engine.imaging.grid_header import MAX_VOXELS, PLAUSIBLE_SPACING
 from vfix_engine.imaging.nrrd import INTO_A_CASE
-from vfix_engine.imaging.volume import AIR_HU, Volume, to_hu, volume_of
-
-Floats = npt.NDArray[np.float64]
+from vfix_engine.imaging.volume import Volume
 
 _TAGS = [
     "SOPClassUID",
     "Modality",
+    "ImageType",
     "SeriesInstanceUID",
     "NumberOfFrames",
-    "SamplesPerPixel",
-    "PhotometricInterpretation",
-    "Rows",
-    "Columns",
-    "BitsAllocated",
-    "BitsStored",
-    "HighBit",
-    "PixelRepresentation",
     "PixelSpacing",
     "ImagePositionPatient",
     "ImageOrientationPatient",
     "SliceThickness",
-    "RescaleSlope",
-    "RescaleIntercept",
     "WindowCenter",
     "WindowWidth",
-    "PixelPaddingValue",
-    "PixelPaddingRangeLimit",
-    "PixelData",
     "SeriesDescription",  # shown where one of several series is chosen, and kept nowhere
+    *PIXEL_TAGS,
     *GROUPS,
 ]
 # Prefixes of SOP classes that are not images but lie beside the slices: the
@@ -73,33 +68,13 @@ _NO_IMAGE = (
 CT_ONLY = ("CT",)
 SEGMENTATION = "1.2.840.10008.5.1.4.1.1.66."  # the beginning of the SOP classes of segmentations
 _DEFLATED = b"1.2.840.10008.1.2.1.99"
-# Whose packed frames pydicom decodes with what vfix installs; one slice is decoded by GDCM.
-_FRAMES_UNPACKED = ("1.2.840.10008.1.2.5", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81")
 WINDOW_HU, LEVEL_HU = (1.0, 10_000.0), (-2000.0, 4000.0)  # of a window that is taken over
-_MAX_SIDE = 4096  # [pixel]
-_POSITION_ROUNDING = 0.02  # [mm] positions are written with two decimals by some scanners
-_GAP_TOLERANCE = 0.01  # of the spacing
-_SAME_DIRECTION = 1e-4
 
 
-@dataclass(frozen=True)
-class Slice:
-    """One slice. hu: (rows, columns) int16; the rest is geometry in LPS mm.
-
-    pixel_mm: (2,) distance between columns and between rows. axes: (3, 2) unit directions along a row and a column.
-    thickness_mm: None where the file does not say it. window: width and centre that the file suggests; None for none.
-    """
-
-    hu: npt.NDArray[np.int16]
-    position: Floats
-    axes: Floats
-    pixel_mm: Floats
-    thickness_mm: float | None
-    window: tuple[float, float] | None = None
-
-
-def read_series(path: Path, series: int | None = None, modalities: tuple[str, ...] = CT_ONLY) -> Volume:
-    """The CT series in a folder or zip.
+def read_series(
+    path: Path, series: int | None = None, modalities: tuple[str, ...] = CT_ONLY
+) -> tuple[Volume, tuple[str, ...]]:
+    """The CT series in a folder or zip, and what was left out of it or resampled, in sentences.
 
     series: which one, counted from 1 in the order of the files' names; None where there is only one.
     modalities: those that are taken; an MR series comes with its values as they are, and its enhanced form is not read.
@@ -109,35 +84,54 @@ def read_series(path: Path, series: int | None = None, modalities: tuple[str, ..
     """
     if path.is_file() and not path.name.lower().endswith(".zip"):
         return _read_one_file(path)
-    found = SeriesList(modalities)
+    found, others = SeriesList(modalities), OtherFiles()
     slices: list[Slice] = []
+    scouts: list[str] = []
     voxels = 0
     fault: ImageError | None = None
-    for name, data in contents(path):
-        where = f"the file {name!r:.80}"
+    for count, (place, data) in enumerate(contents(path, others), start=1):
+        where, told = f"the file {place.name!r:.80}", plain_name(place.name, count)
+        if not begins_as_dicom(data):
+            others.other(place, data)
+            continue
+        others.image(place)
         with pydicom_silenced():
             with fault_named(where):
                 dataset = _dataset(data, where)
                 number = _count(dataset, found)
             if fault is not None or number != (series or 1):
                 continue
+            if is_localizer(dataset):
+                scouts.append(told)
+                continue
             try:
                 with fault_named(where):
-                    more = _slices_of(dataset, data, where, modalities)
+                    more, aside = _slices_of(dataset, data, (where, told), modalities)
             except ImageError as error:
                 fault = error  # this may be another series than the chosen one
                 continue
         slices += more
+        scouts += aside
         voxels += sum(one.hu.size for one in more)
         if voxels > MAX_VOXELS:
             raise ImageError(f"the series holds more than {MAX_VOXELS:,} voxels.")
+    passed = others.check()
     found.check_choice(series)
     if fault is not None:
         raise fault
-    return stack(slices)
+    volume, notes = _stacked(slices, scouts)
+    return volume, (*passed, *notes)
 
 
-def _read_one_file(path: Path) -> Volume:
+def _stacked(slices: list[Slice], scouts: list[str]) -> tuple[Volume, tuple[str, ...]]:
+    """The volume, and what was left out or resampled."""
+    if scouts and not slices:
+        raise ImageError("the series holds localizers (scout views) only, which are no slices; choose another one.")
+    volume, notes = stack(slices)
+    return volume, (*([left_out_words(scouts)] if scouts else []), *notes)
+
+
+def _read_one_file(path: Path) -> tuple[Volume, tuple[str, ...]]:
     """The volume in one file of enhanced CT. Raises ImageError, with the reason that another one is no head."""
     if path.stat().st_size > MAX_FILE_BYTES:
         raise ImageError(f"the file is larger than {MAX_FILE_BYTES >> 20} MiB.")
@@ -148,52 +142,40 @@ def _read_one_file(path: Path) -> Volume:
             raise SegmentationFound(f"the file is a DICOM segmentation, not a CT. {INTO_A_CASE}")
         if not is_enhanced(dataset):
             raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
-        slices = _slices_of(dataset, data, where)
-    return stack(slices)
+        slices, scouts = _slices_of(dataset, data, (where, where))
+    return _stacked(slices, scouts)
 
 
-def _slices_of(dataset: Any, data: bytes, where: str, modalities: tuple[str, ...] = CT_ONLY) -> list[Slice]:
-    """The slice of a file, or the slices of one with several frames."""
+def _slices_of(
+    dataset: Any, data: bytes, names: tuple[str, str], modalities: tuple[str, ...] = CT_ONLY
+) -> tuple[list[Slice], list[str]]:
+    """The slice of a file, or the slices of one with several frames, and what its localizers are called.
+
+    names: `where` and `told` of a slice.
+    """
+    where, told = names
     if not is_enhanced(dataset):
         _check_modality(dataset, where, modalities)
-        return [_checked_slice(dataset, where, lambda: _stored(dataset, data, where))]
+        _check_place(dataset, where)
+        layout = checked_layout(dataset, where)
+        return [_slice(dataset, words_of_slice(dataset, data, where), layout, names)], []
     _check_modality(dataset, where, CT_ONLY)
     count, size = int(dataset.get("NumberOfFrames") or 1), int(dataset.Rows) * int(dataset.Columns)
     if count * size > MAX_VOXELS:
         raise ImageError(f"{where} claims more than {MAX_VOXELS:,} voxels.")
     frames = frames_of(dataset, where)
-    stored = _stored_frames(dataset, where).reshape(count, int(dataset.Rows), int(dataset.Columns))
-    return [_checked_slice(frame, where, lambda n=number: stored[n]) for number, frame in enumerate(frames)]  # type: ignore[misc]
-
-
-def _stored_frames(dataset: Any, where: str) -> npt.NDArray[Any]:
-    """The stored values of all frames. Raises ImageError where they are packed in a way that is not read."""
-    syntax = dataset.file_meta.TransferSyntaxUID
-    if syntax.is_compressed and syntax not in _FRAMES_UNPACKED:
-        raise ImageError(
-            f"the frames of {where} are packed as {syntax.name}, which is not read for enhanced CT; export it "
-            "unpacked, or as JPEG-LS or RLE."
-        )
-    if not syntax.is_compressed:
-        _check_stored_length(dataset, int(dataset.get("NumberOfFrames") or 1), where)
-    values: npt.NDArray[Any] = dataset.pixel_array
-    return values
-
-
-def _stored(dataset: Any, data: bytes, where: str) -> npt.NDArray[Any]:
-    """The stored values of a file of one slice."""
-    if dataset.file_meta.TransferSyntaxUID.is_compressed:
-        slope, intercept = _numbers([dataset.RescaleSlope, dataset.RescaleIntercept], 2, where)
-        unpacked: npt.NDArray[Any] = np.rint((_decoded_by_gdcm(data) - intercept) / slope)
-        return unpacked
-    _check_stored_length(dataset, 1, where)
-    values: npt.NDArray[Any] = dataset.pixel_array
-    return values
-
-
-def _check_stored_length(dataset: Any, frames: int, where: str) -> None:
-    claimed = frames * int(dataset.Rows) * int(dataset.Columns) * (int(dataset.BitsAllocated) // 8)
-    check_length(len(dataset.PixelData), claimed, where=where.removeprefix("the "), padding=claimed % 2)
+    layout = checked_layout(dataset, where)
+    stored = words_of_frames(dataset, where)
+    made: list[Slice] = []
+    scouts: list[str] = []
+    for number, (frame, words) in enumerate(zip(frames, stored, strict=True), start=1):
+        called = f"frame {number} of {where}", f"frame {number} of {told}"
+        if is_localizer(frame):
+            scouts.append(called[1])
+            continue
+        _check_place(frame, where)
+        made.append(_slice(frame, words, layout, called))
+    return made, scouts
 
 
 def _count(dataset: Any, found: SeriesList) -> int:
@@ -202,58 +184,11 @@ def _count(dataset: Any, found: SeriesList) -> int:
     return 0 if str(kind).startswith(_NO_IMAGE) else found.count(dataset)
 
 
-def stack(slices: list[Slice]) -> Volume:
-    """Stack the slices along their normal. Raises ImageError when they are not on one regular grid."""
-    if len(slices) < 2:
-        raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
-    first = slices[0]
-    for one in slices:
-        if one.hu.shape != first.hu.shape or np.abs(one.pixel_mm - first.pixel_mm).max() > 1e-4:
-            raise ImageError("the slices differ in their number of pixels or in their pixel size.")
-        if np.abs(one.axes - first.axes).max() > _SAME_DIRECTION:
-            raise ImageError("the slices differ in orientation; a scout view, perhaps: name one series only.")
-    normal = np.cross(first.axes[:, 0], first.axes[:, 1])
-    ordered = sorted(slices, key=lambda one: float(one.position @ normal))
-    step = _regular_step(np.array([one.position for one in ordered]), normal)
-    transform = np.eye(4)
-    transform[:3, :2] = first.axes * first.pixel_mm
-    transform[:3, 2] = step
-    transform[:3, 3] = ordered[0].position
-    check_sizes([first.hu.shape[1], first.hu.shape[0], len(ordered)])
-    thickness = max((one.thickness_mm for one in slices if one.thickness_mm is not None), default=None)
-    windows = [one.window for one in slices if one.window is not None]
-    window = tuple(np.median(windows, axis=0).tolist()) if windows else None
-    return volume_of(np.stack([one.hu for one in ordered]), check_transform(transform, 1.0), thickness, window)
-
-
-def _regular_step(positions: Floats, normal: Floats) -> Floats:
-    """(3,) the vector from slice to slice, exactly along the normal; positions (n, 3) are in order."""
-    along = positions @ normal
-    gaps = np.diff(along)
-    if gaps.min() < 1e-3:
-        raise ImageError("two slices lie at the same position; the series is doubled or mixed.")
-    sideways = positions - positions[0] - np.outer(along - along[0], normal)
-    shear = np.linalg.norm(np.diff(sideways, axis=0), axis=1)
-    spacing = float(along[-1] - along[0]) / len(gaps)
-    tolerance = max(_POSITION_ROUNDING, _GAP_TOLERANCE * spacing)
-    faults = []
-    if np.abs(gaps - spacing).max() > tolerance:
-        values, counts = np.unique(np.round(gaps, 2), return_counts=True)
-        shown = ", ".join(f"{value:.2f} mm ({count}x)" for value, count in zip(values[:6], counts[:6], strict=True))
-        faults.append(f"the slices are not evenly spaced: gaps of {shown}; a slice is missing or two scans are mixed")
-    if shear.max() > tolerance:
-        tilt = np.degrees(np.arctan2(np.linalg.norm(sideways[-1]), along[-1] - along[0]))
-        faults.append(f"the slices are shifted against each other by a gantry tilt of {tilt:.1f} degrees")
-    if faults:
-        raise ImageError(f"the series is not a regular grid: {'; '.join(faults)}. Export it resampled to even slices.")
-    return normal * spacing
-
-
 def _dataset(data: bytes, where: str) -> Any:
     """The listed tags of a file. Raises ImageError."""
     import pydicom  # imported here: slow to load, and only needed for this format
 
-    if data[128:132] != b"DICM":
+    if not begins_as_dicom(data):
         raise ImageError(f"{where} is not DICOM.")
     if _DEFLATED in data[:4096]:
         raise ImageError(f"{where} is deflated as a whole, which is not read.")
@@ -297,30 +232,30 @@ def _check_modality(dataset: Any, where: str, modalities: tuple[str, ...]) -> No
         dataset.RescaleIntercept = 0.0 if dataset.get("RescaleIntercept") is None else dataset.RescaleIntercept
 
 
-def _checked_slice(dataset: Any, where: str, stored: Callable[[], npt.NDArray[Any]]) -> Slice:
-    """A slice out of its tags; stored: gives its stored values, once the tags are checked."""
-    if int(dataset.get("NumberOfFrames") or 1) != 1 or int(dataset.get("SamplesPerPixel") or 1) != 1:
+def _check_place(dataset: Any, where: str) -> None:
+    """Raise ImageError where an image is no single one, or is not placed in the patient."""
+    if int(dataset.get("NumberOfFrames") or 1) != 1:
         raise ImageError(f"{where} is not a single grey image.")
     for keyword in ("SeriesInstanceUID", "ImagePositionPatient", "ImageOrientationPatient", "PixelSpacing"):
         if not dataset.get(keyword):
             raise ImageError(f"{where} has no {keyword}; it cannot be placed in the patient.")
-    for keyword in ("RescaleSlope", "RescaleIntercept"):
-        if dataset.get(keyword) is None:
-            raise ImageError(f"{where} has no {keyword}; its values are not Hounsfield units.")
-    axes = _numbers(dataset.ImageOrientationPatient, 6, where).reshape(2, 3).T
+    rescale(dataset, where)
+
+
+def _slice(dataset: Any, words: npt.NDArray[Any], layout: Layout, names: tuple[str, str]) -> Slice:
+    """A slice out of its tags and its pixels."""
+    where, told = names
+    axes = numbers(dataset.ImageOrientationPatient, 6, where).reshape(2, 3).T
     if np.abs(axes.T @ axes - np.eye(2)).max() > 1e-3:
         raise ImageError(f"the row and column directions of {where} are not at right angles.")
     rotation, upper = np.linalg.qr(axes)  # takes off the rounding of the stored cosines
     axes = rotation * np.sign(np.diag(upper))
-    row_mm, column_mm = _numbers(dataset.PixelSpacing, 2, where)
-    rows, columns = int(dataset.Rows), int(dataset.Columns)
-    if not (1 < rows <= _MAX_SIDE and 1 < columns <= _MAX_SIDE):
-        raise ImageError(f"{where} claims {rows} x {columns} pixels.")
-    hu = _hounsfield(dataset, stored, where)
-    position = _numbers(dataset.ImagePositionPatient, 3, where)
+    row_mm, column_mm = numbers(dataset.PixelSpacing, 2, where)
+    hu = hounsfield(dataset, words, layout, where)
+    position = numbers(dataset.ImagePositionPatient, 3, where)
     thickness = float(dataset.get("SliceThickness") or 0.0)
     thick = thickness if 0.0 < thickness <= PLAUSIBLE_SPACING[1] else None
-    return Slice(hu, position, axes, np.array([column_mm, row_mm]), thick, _window(dataset))
+    return Slice(hu, position, axes, np.array([column_mm, row_mm]), thick, _window(dataset), where, told)
 
 
 def _window(dataset: Any) -> tuple[float, float] | None:
@@ -336,41 +271,3 @@ def _window(dataset: Any) -> tuple[float, float] | None:
     width, centre = found
     fits = WINDOW_HU[0] <= width <= WINDOW_HU[1] and LEVEL_HU[0] <= centre <= LEVEL_HU[1]
     return (width, centre) if fits else None
-
-
-def _hounsfield(dataset: Any, values: Callable[[], npt.NDArray[Any]], where: str) -> npt.NDArray[np.int16]:
-    slope, intercept = _numbers([dataset.RescaleSlope, dataset.RescaleIntercept], 2, where)
-    if slope == 0.0:
-        raise ImageError(f"the rescale slope of {where} is zero.")
-    stored = values()
-    if stored.shape != (int(dataset.Rows), int(dataset.Columns)):
-        raise ImageError(f"{where} holds another number of pixels than it claims.")
-    hu = to_hu(stored * slope + intercept)
-    hu[_padding(dataset, stored)] = AIR_HU
-    return hu
-
-
-def _padding(dataset: Any, stored: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    """Mask of padding pixels outside the scanner's field of view, by their stored value or range."""
-    value = dataset.get("PixelPaddingValue")
-    if value is None:
-        return np.zeros(stored.shape, dtype=np.bool_)
-    limit = dataset.get("PixelPaddingRangeLimit")
-    low, high = sorted((int(value), int(value if limit is None else limit)))
-    return (stored >= low) & (stored <= high)
-
-
-def _decoded_by_gdcm(data: bytes) -> Floats:
-    """(rows, columns) rescaled values of a compressed slice, through a temporary file, since GDCM reads files only."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "slice.dcm"
-        file.write_bytes(data)
-        values: Floats = decode(file, "GDCMImageIO")[1][0].astype(np.float64)
-    return values
-
-
-def _numbers(values: Any, count: int, where: str) -> Floats:
-    numbers = np.array([float(value) for value in values])
-    if numbers.shape != (count,) or not np.isfinite(numbers).all():
-        raise ImageError(f"a position, direction, spacing or rescale of {where} is not made of finite numbers.")
-    return numbers

@@ -56,4 +56,9 @@ def _frame(dataset: Any, group: Any, shared: Any) -> Any:
             if sequence and sequence[0].get(keyword) is not None:
                 setattr(one, keyword, sequence[0].get(keyword))
                 break
+    for level in (group, shared):
+        kinds = None if level is None else level.get("CTImageFrameTypeSequence")
+        if kinds and kinds[0].get("FrameType"):
+            one.ImageType = kinds[0].FrameType
+            break
     return one

@@ -19,7 +19,8 @@ _MAX_DESCRIPTION = 64  # [characters] as the standard has it
 class Series:
     """Facts about a series; all but the description contain nothing a person wrote.
 
-    pixels: columns and rows. row_mm: distance between rows. positions: of the slices along their normal, in mm.
+    pixels, pixel_mm: columns and rows, and the distances between them, of its slices where it has others than
+        localizers, of which there are `scouts`. positions: of the slices along their normal, in mm.
     """
 
     modality: str
@@ -27,6 +28,7 @@ class Series:
     pixels: tuple[int, int]
     pixel_mm: tuple[float, float] | None
     files: int = 0
+    scouts: int = 0
     slices: int = 0
     positions: list[float] = field(default_factory=list)
     wanted: tuple[str, ...] = ("CT",)
@@ -63,6 +65,9 @@ class SeriesList:
         if identity not in self._found:
             self._found[identity] = _first_of(dataset, self._wanted)
         known = self._found[identity]
+        if known.scouts == known.files and not is_localizer(dataset):  # a scout view may be larger than the slices
+            known.pixels, known.pixel_mm = _pixels(dataset), _pixel_mm(dataset)
+        known.scouts += is_localizer(dataset)
         known.files += 1
         known.slices += int(dataset.get("NumberOfFrames") or 1)
         position, axes = dataset.get("ImagePositionPatient"), dataset.get("ImageOrientationPatient")
@@ -87,6 +92,12 @@ class SeriesList:
             raise ImageError(f"there is no series {series} in it; there are {len(found)} ({listed}).")
 
 
+def is_localizer(dataset: Any) -> bool:
+    """Whether an image or a frame says of itself that it is a scout view."""
+    kinds = dataset.get("ImageType") or ()
+    return "LOCALIZER" in ([kinds] if isinstance(kinds, str) else [str(kind).strip().upper() for kind in kinds])
+
+
 def _facts(found: Iterable[Series]) -> list[dict[str, Any]]:
     return [one.facts(number) for number, one in enumerate(found, start=1)][:100]
 
@@ -94,14 +105,18 @@ def _facts(found: Iterable[Series]) -> list[dict[str, Any]]:
 def _first_of(dataset: Any, wanted: tuple[str, ...]) -> Series:
     modality = str(dataset.get("Modality") or "")
     words = "".join(c if c.isprintable() else " " for c in str(dataset.get("SeriesDescription") or ""))
-    pixels = int(dataset.get("Columns") or 0), int(dataset.get("Rows") or 0)
     return Series(
         modality if _MODALITY.fullmatch(modality) else "?",
         " ".join(words.split())[:_MAX_DESCRIPTION],
-        pixels,
+        _pixels(dataset),
         _pixel_mm(dataset),
         wanted=wanted,
     )
+
+
+def _pixels(dataset: Any) -> tuple[int, int]:
+    """Columns and rows."""
+    return int(dataset.get("Columns") or 0), int(dataset.get("Rows") or 0)
 
 
 def _pixel_mm(dataset: Any) -> tuple[float, float] | None:

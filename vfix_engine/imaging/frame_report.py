@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +11,15 @@ import numpy.typing as npt
 from vfix_engine.errors import FrameError
 from vfix_engine.frames import RAS_TO_LPS
 
-MM_PER_UNIT = {"mm": 1.0, "m": 1000.0}
+MM_PER_UNIT = {"mm": 1.0, "m": 1000.0, "um": 1e-3}
 FRAMES = ("LPS", "RAS")
+_SCHEME = "UCUM"  # of a coded unit of Markups, such as ["mm", "UCUM", "millimeter"]
+_LONG = {
+    **dict.fromkeys(("millimeter", "millimetre"), "mm"),
+    **dict.fromkeys(("meter", "metre"), "m"),
+    **dict.fromkeys(("micrometer", "micrometre", "micron"), "um"),
+}
+_MICRO = str.maketrans("\u00b5\u03bc", "uu")  # the micro sign and the Greek letter
 
 
 @dataclass(frozen=True)
@@ -20,7 +28,8 @@ class FrameReport:
 
     name: the frame. assumed: whether frame or unit were assumed.
     missing: what neither file nor user names: 'frame', 'unit', both or nothing.
-    unit: 'mm' or 'm'; unit_named: whether the file names it.
+    unit: 'mm', 'm' or 'um'; unit_named: whether the file names it.
+    notes: what its reader left out, resampled or chose between, in sentences.
     """
 
     name: str
@@ -28,6 +37,7 @@ class FrameReport:
     missing: tuple[str, ...] = ()
     unit: str = "mm"
     unit_named: bool = False
+    notes: tuple[str, ...] = ()
 
 
 def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.float64]:
@@ -62,13 +72,35 @@ def resolve_frame(
         if in_file is not None and from_user is not None and in_file != from_user:
             raise FrameError(f"the file names the {word} {in_file}, not {from_user}.")
     if missing and not assume:
-        choices = {"frame": "frame (LPS or RAS)", "unit": "unit (mm or m)"}
+        choices = {"frame": "frame (LPS or RAS)", "unit": "unit (mm, m or um)"}
         raise FrameError(
             f"the file does not name its {' and its '.join(choices[word] for word in missing)}; say which.",
             tuple(missing),
         )
     frame, unit = named[0] or given[0] or "LPS", named[1] or given[1] or "mm"
     return frame, unit, FrameReport(frame, bool(missing), tuple(missing), unit, unit_named=named[1] is not None)
+
+
+def named_unit_of(words: Sequence[object]) -> str:
+    """'mm', 'm' or 'um' by all that a file says of it: once, for each axis, or as code, coding scheme and meaning.
+
+    Raises FrameError where it says something else, or not the same everywhere.
+    """
+    if len(words) == 3 and words[1] == _SCHEME:
+        words = [words[0], words[2]]
+    units = [_unit_of(word) for word in words]
+    for unit, word in zip(units, words, strict=True):
+        if unit not in MM_PER_UNIT:
+            raise FrameError(f"the file's unit {str(word)!r:.20} is not known; it must be {', '.join(MM_PER_UNIT)}.")
+    if len(set(units)) != 1:
+        raise FrameError(f"the file's units are {', '.join(units)[:40] or 'none'}; they must be the same everywhere.")
+    return units[0]
+
+
+def _unit_of(word: object) -> str:
+    """The unit that a word means; itself, or '' for no text, where it means none that is known."""
+    text = word.strip().translate(_MICRO) if isinstance(word, str) else ""
+    return _LONG.get(text.lower().removesuffix("s"), text)
 
 
 def check_frame(frame: str | None) -> None:
@@ -78,6 +110,6 @@ def check_frame(frame: str | None) -> None:
 
 
 def check_unit(unit: str | None) -> None:
-    """Raise FrameError unless the unit is None, mm or m."""
+    """Raise FrameError unless the unit is None, mm, m or um."""
     if unit is not None and unit not in MM_PER_UNIT:
-        raise FrameError(f"the unit {unit!r} is not known; say mm or m.")
+        raise FrameError(f"the unit {unit!r} is not known; say mm, m or um.")

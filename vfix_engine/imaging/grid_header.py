@@ -28,12 +28,15 @@ class GridHeader:
     transform_index_to_file: (4, 4) from (i, j, k) to the file's own frame and unit.
     frame: as the file names it; None where it does not. unit: mm where the file names none, because the spacing has to
         be plausible in mm.
+    notes: what is doubtful about the header, in sentences. further_axes: whether there are axes beside the three.
     """
 
     sizes: tuple[int, int, int]
     transform_index_to_file: npt.NDArray[np.float64]
     frame: str | None
     unit: str
+    notes: tuple[str, ...] = ()
+    further_axes: bool = False
 
 
 def check_sizes(sizes: list[int]) -> tuple[int, int, int]:

@@ -52,13 +52,13 @@ def read_ct_of_head(
 
 
 def assumption(report: FrameReport) -> Notes:
-    """What was taken for granted, if anything."""
+    """What the reader took for granted, left out or resampled, if anything."""
     if not report.missing:
-        return ()
+        return report.notes
     words = {"frame": "LPS", "unit": "mm"}
     taken = f"{' and '.join(words[part] for part in report.missing)} {'were' if len(report.missing) > 1 else 'was'}"
     check = " Check left and right." if "frame" in report.missing else ""
-    return (f"The file does not name its {' and its '.join(report.missing)}; {taken} assumed.{check}",)
+    return (f"The file does not name its {' and its '.join(report.missing)}; {taken} assumed.{check}", *report.notes)
 
 
 def check_surface(mesh: TriangleMesh, report: FrameReport) -> Notes:

@@ -23,7 +23,7 @@ from .head_files import read_ct_of_head, read_surface_of_head
 from .isolated import Cancellation, run_isolated
 from .mesh_files import MESH_SUFFIXES, is_mesh
 from .readers import VOLUME_SUFFIXES, is_volume
-from .surface_uncertainty import SurfaceUncertainty
+from .surface_uncertainty import SurfaceUncertainty, uncertainty_of
 from .volume import Volume
 
 READ_SECONDS = 30.0
@@ -146,7 +146,7 @@ def control_head(
         assert head.surface is not None
         return ControlHead(head.surface, None, SurfaceUncertainty(0.0, 0.0), head.notes)
     bone = extract_bone(head, cancellation=cancellation, folder=folder)
-    off = SurfaceUncertainty(bone.control_report.error_mm, head.volume.resolution_mm)
+    off = uncertainty_of(bone.control_report, head.volume.resolution_mm)
     return ControlHead(bone.control, head.volume, off, head.notes)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import shutil
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import ImageError
+
+_SUFFIXES = {"NrrdImageIO": ".nrrd", "NiftiImageIO": ".nii", "MetaImageIO": ".mha", "GDCMImageIO": ".dcm"}
 
 
 def decode(path: Path, decoder: str) -> tuple[Any, npt.NDArray[Any]]:
@@ -19,15 +23,32 @@ def decode(path: Path, decoder: str) -> tuple[Any, npt.NDArray[Any]]:
     """
     simpleitk: Any = importlib.import_module("SimpleITK")  # imported here: slow to load
     simpleitk.ProcessObject.SetGlobalWarningDisplay(False)  # its warnings quote the header
-    reader = simpleitk.ImageFileReader()
-    reader.SetImageIO(decoder)
-    reader.SetFileName(str(path))
-    try:
-        image = reader.Execute()
-    except RuntimeError:
-        raise ImageError("the voxels cannot be decoded; the file is damaged.") from None
-    if image.GetNumberOfComponentsPerPixel() != 1 or image.GetDimension() not in (3, 4):
+    with tempfile.TemporaryDirectory() as folder:
+        reader = simpleitk.ImageFileReader()
+        reader.SetImageIO(decoder)
+        reader.SetFileName(str(_neutral(path, decoder, Path(folder))))
+        try:
+            image = reader.Execute()
+        except RuntimeError:
+            raise ImageError("the voxels cannot be decoded; the file is damaged.") from None
+    axes = image.GetDimension()
+    if image.GetNumberOfComponentsPerPixel() != 1 or axes < 3 or any(size != 1 for size in image.GetSize()[3:]):
         raise ImageError("the file does not hold one number per voxel on a grid of three axes.")
-    if image.GetDimension() == 4:
-        image = image[:, :, :, 0]
+    if axes > 3:
+        image = image[(slice(None), slice(None), slice(None), *([0] * (axes - 3)))]
     return image, np.asarray(simpleitk.GetArrayFromImage(image))
+
+
+def _neutral(path: Path, decoder: str, folder: Path) -> Path:
+    """The file under a name of plain letters: a name that is not UTF-8 ends the process in SimpleITK.
+
+    A link where the system has them, else a copy.
+    """
+    name = folder / f"image{_SUFFIXES[decoder]}"
+    if decoder == "NiftiImageIO" and path.name.lower().endswith(".gz"):
+        name = name.with_name(f"{name.name}.gz")
+    try:
+        name.symlink_to(path.absolute())
+    except (OSError, NotImplementedError):
+        shutil.copyfile(path, name)
+    return name

@@ -22,6 +22,7 @@ _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC3": 3}
 _TRIANGLES = 4
+_NO_SURFACE = (0, 1, 2, 3)  # points and lines
 _MAX_NODES = 10_000
 _NOT_READ = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization"}
 
@@ -40,7 +41,8 @@ class _File:
         if magic != b"glTF" or version != 2:
             raise MeshError("the file is not binary glTF 2.0 (.glb).")
         if length != len(data):
-            raise MeshError(f"the GLB file claims {length:,} bytes, {len(data):,} are there; it is cut off or damaged.")
+            why = "it is cut off or damaged" if length > len(data) else "something was added to it; save it again"
+            raise MeshError(f"the GLB file claims {length:,} bytes, {len(data):,} are there; {why}.")
         chunks: dict[int, bytes] = {}
         at = 12
         while at + 8 <= len(data):
@@ -58,8 +60,13 @@ class _File:
         count = 0
         for mesh, transform in self._placed():
             for primitive in self._json["meshes"][mesh]["primitives"]:
-                if primitive.get("mode", _TRIANGLES) != _TRIANGLES:
-                    raise MeshError("the GLB file holds lines, points or strips beside triangles; save triangles only.")
+                mode = primitive.get("mode", _TRIANGLES)
+                if mode in _NO_SURFACE:
+                    continue
+                if mode != _TRIANGLES:
+                    raise MeshError(
+                        "the GLB file holds strips or fans of triangles, which are not read; save triangles."
+                    )
                 corners = self._accessor(primitive["attributes"]["POSITION"]).astype(np.float64)
                 index = primitive.get("indices")
                 named = np.arange(len(corners)) if index is None else self._accessor(index).ravel().astype(np.int64)

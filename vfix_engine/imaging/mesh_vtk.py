@@ -16,10 +16,21 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import MeshError
+from vfix_engine.imaging.mesh_parts import check_last_line, fans, fault_of, without_mark
 
 MAX_INFLATED = 1 << 30  # [byte] of one array
-_LEGACY = re.compile(rb"# vtk DataFile Version \d\.\d[^\n]*\n([^\n]*)\n(ASCII|BINARY)\s*\nDATASET (\w+)\s*\n")
-_LEGACY_TYPES = {b"float": ">f4", b"double": ">f8", b"int": ">i4", b"vtktypeint64": ">i8", b"long": ">i8"}
+_LEGACY = re.compile(
+    rb"# vtk DataFile Version \d+\.\d[^\n]*\n([^\n]*)\n\s*(ASCII|BINARY)\s*\nDATASET\s+(\w+)[ \t\r]*\n", re.IGNORECASE
+)
+_LEGACY_TYPES = {
+    b"float": ">f4", b"double": ">f8", b"char": ">i1", b"signed_char": ">i1", b"unsigned_char": ">u1",
+    b"short": ">i2", b"unsigned_short": ">u2", b"int": ">i4", b"unsigned_int": ">u4", b"long": ">i8",
+    b"unsigned_long": ">u8", b"vtkidtype": ">i4", b"vtktypeint8": ">i1", b"vtktypeuint8": ">u1", b"vtktypeint16": ">i2",
+    b"vtktypeuint16": ">u2", b"vtktypeint32": ">i4", b"vtktypeuint32": ">u4", b"vtktypeint64": ">i8",
+    b"vtktypeuint64": ">u8",
+}  # fmt: skip
+_STRINGS = (b"string", b"utf8_string")
+_SECTIONS = (b"points", b"polygons", b"vertices", b"lines", b"triangle_strips", b"field", b"point_data", b"cell_data")
 _XML_TYPES = {
     "Float32": "f4", "Float64": "f8", "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4",
     "UInt32": "u4", "Int64": "i8", "UInt64": "u8",
@@ -35,27 +46,31 @@ def read_vtk(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any], str | Non
 
     Raises MeshError.
     """
+    data = without_mark(data, "VTK")
     head = _LEGACY.match(data)
-    if head is None or head[3] != b"POLYDATA":
+    if head is None or head[3].upper() != b"POLYDATA":
         raise MeshError("the VTK file is not a surface: its header does not say DATASET POLYDATA.")
-    reader = _Legacy(data, head.end(), binary=head[2] == b"BINARY")
+    reader = _Legacy(data, head.end(), binary=head[2].upper() == b"BINARY")
     points: npt.NDArray[Any] | None = None
     faces: npt.NDArray[Any] | None = None
     space: str | None = None
-    while (words := reader.line()) and words[0] not in (b"POINT_DATA", b"CELL_DATA"):
-        match words[0]:
-            case b"POINTS":
+    while (words := reader.line()) and words[0].lower() not in (b"point_data", b"cell_data"):
+        match words[0].lower():
+            case b"points":
                 points = reader.values(3 * reader.whole(words, 1), reader.word(words, 2)).reshape(-1, 3)
-            case b"POLYGONS":
-                faces = reader.cells(words)
-            case b"VERTICES" | b"LINES":
+            case b"polygons":
+                faces = fans(*reader.cells(words), "VTK")
+            case b"vertices" | b"lines":
                 reader.cells(words)
-            case b"METADATA":
+            case b"metadata":
                 reader.skip_metadata()
-            case b"FIELD":
+            case b"field":
                 space = reader.field(words) or space
-            case _:
-                raise MeshError("the VTK file holds triangle strips, or what is no polygon; save it with polygons.")
+            case b"triangle_strips":
+                raise MeshError("the VTK file holds triangle strips, which are not read; save it with polygons.")
+            case other:
+                name = other[:20].decode("ascii", "replace")
+                raise MeshError(f"the VTK file has a section {name!r}, which is not known; save it as polygons only.")
     if points is None or faces is None:
         raise MeshError("the VTK file holds no polygons, or is cut off.")
     return points.astype(np.float64), faces, space
@@ -70,13 +85,15 @@ class _Legacy:
     def line(self) -> list[bytes]:
         """The words of the next line that is not empty; none at the end."""
         while self._at < len(self._data):
-            end = self._data.find(b"\n", self._at)
-            end = len(self._data) if end < 0 else end
-            words = self._data[self._at : end].split()
-            self._at = end + 1
-            if words:
+            if words := self._raw_line().split():
                 return words
         return []
+
+    def _raw_line(self) -> bytes:
+        end = self._data.find(b"\n", self._at)
+        end = len(self._data) if end < 0 else end
+        line, self._at = self._data[self._at : end], end + 1
+        return line
 
     def word(self, words: list[bytes], number: int) -> bytes:
         if len(words) <= number:
@@ -93,7 +110,8 @@ class _Legacy:
         """So many numbers from here on."""
         code = _LEGACY_TYPES.get(kind.lower())
         if code is None:
-            raise MeshError("the VTK file holds numbers of a type that is not read.")
+            name = kind[:20].decode("ascii", "replace")
+            raise MeshError(f"the VTK file holds numbers of a type that is not read, {name!r}; save it without them.")
         if self._binary:
             size = count * np.dtype(code).itemsize
             if self._at + size > len(self._data):
@@ -111,49 +129,73 @@ class _Legacy:
                 raise MeshError("the VTK file is cut off: it claims more values than it has.")
             found += words
         if len(found) > count:
-            raise MeshError("the VTK file has more values than it claims; it is damaged.")
+            raise MeshError(f"the VTK file has more values than it claims: {fault_of(found)}.")
+        if self._at > len(self._data):
+            check_last_line(self._data, "VTK")
         try:
+            if any(b"_" in word for word in found):  # which Python takes within a number
+                raise ValueError
             return np.array(found).astype(np.float64 if kind.kind == "f" else np.int64).astype(kind)
-        except ValueError:
-            raise MeshError("a value of the VTK file is not a number; it is damaged.") from None
+        except (ValueError, OverflowError):
+            raise MeshError(f"a value of the VTK file is not a number: {fault_of(found)}.") from None
 
-    def cells(self, words: list[bytes]) -> npt.NDArray[Any]:
-        """Triangles of a list of polygons: counts and corners in turn, or offsets and corners since version 5.1."""
+    def cells(self, words: list[bytes]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Numbers of corners, and the corners, of polygons, lines or vertices.
+
+        In the file they are counts and corners in turn, or offsets and corners since version 5.1.
+        """
         first, second = self.whole(words, 1), self.whole(words, 2)
         before = self._at
         kinds = self.line()
-        if kinds[:1] != [b"OFFSETS"]:
+        if [word.lower() for word in kinds[:1]] != [b"offsets"]:
             self._at = before
-            return _split_counted(self.values(second, b"int").astype(np.int64), first)
+            return _counted(self.values(second, b"int").astype(np.int64), first)
         offsets = self.values(first, self.word(kinds, 1)).astype(np.int64)
-        kinds = self.line()
-        return _split(offsets, self.values(second, self.word(kinds, 1)).astype(np.int64))
+        kinds = self._past_metadata()
+        corners = self.values(second, self.word(kinds, 1)).astype(np.int64)
+        if first == 0:  # no cells at all
+            return offsets, corners
+        return _sizes(offsets, corners, "VTK"), corners
+
+    def _past_metadata(self) -> list[bytes]:
+        """The next line that is none of a block of metadata."""
+        words = self.line()
+        while [word.lower() for word in words[:1]] == [b"metadata"]:
+            self.skip_metadata()
+            words = self.line()
+        return words
 
     def skip_metadata(self) -> None:
-        """An empty line ends it."""
-        end = self._data.find(b"\n\n", self._at - 1)
-        self._at = len(self._data) if end < 0 else end + 2
+        """An empty line ends it, or the next section where a program has left that out."""
+        while self._at < len(self._data):
+            before = self._at
+            words = self._raw_line().split()
+            if not words:
+                return
+            if words[0].lower() in _SECTIONS:
+                self._at = before
+                return
 
     def field(self, words: list[bytes]) -> str | None:
         """Go past the arrays of a field; returns the frame that the one called 'SPACE' names."""
         space = None
         for _ in range(self.whole(words, 2)):
-            array = self.line()
-            while array[:1] == [b"METADATA"]:
-                self.skip_metadata()
-                array = self.line()
-            if self.word(array, 3) == b"string":
-                texts = [self._string() for _ in range(self.whole(array, 1) * self.whole(array, 2))]
+            array = self._past_metadata()
+            count, kind = self.whole(array, 1) * self.whole(array, 2), self.word(array, 3).lower()
+            if kind in _STRINGS:
+                texts = [self._string() for _ in range(min(count, len(self._data)))]
                 if array[0] == b"SPACE":
                     space = _frame_in(b" ".join(texts).decode("latin-1"))
-                continue
-            self.values(self.whole(array, 1) * self.whole(array, 2), self.word(array, 3))
+            elif kind == b"bit":
+                self.values(-(-count // 8) if self._binary else count, b"unsigned_char")
+            else:
+                self.values(count, kind)
         return space
 
     def _string(self) -> bytes:
         """A text: a line, or its length in the lower bits of 1, 2, 4 or 8 bytes by their upper two, and its bytes."""
         if not self._binary:
-            return b" ".join(self.line())
+            return self._raw_line().strip()
         if self._at >= len(self._data):
             raise MeshError("the VTK file is cut off: it claims more values than it has.")
         size = (8, 4, 2, 1)[self._data[self._at] >> 6]
@@ -164,10 +206,10 @@ class _Legacy:
         return self._data[self._at - length : self._at]
 
 
-def _split_counted(values: npt.NDArray[np.int64], count: int) -> npt.NDArray[np.int64]:
-    """Triangles of polygons that are written as their number of corners and these corners."""
+def _counted(values: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Sizes and corners of polygons that are written as their number of corners and these corners."""
     if len(values) == 4 * count and (values[::4] == 3).all():
-        return values.reshape(-1, 4)[:, 1:]
+        return np.full(count, 3), values.reshape(-1, 4)[:, 1:].ravel()
     starts: list[int] = []
     at = 0
     while at < len(values) and len(starts) < count:
@@ -177,17 +219,15 @@ def _split_counted(values: npt.NDArray[np.int64], count: int) -> npt.NDArray[np.
         raise MeshError("the polygons of the VTK file do not fit their counts; it is damaged.")
     keep = np.ones(len(values), dtype=bool)
     keep[starts] = False
-    return _split(np.append(0, np.cumsum(values[starts])), values[keep])
+    return values[starts], values[keep]
 
 
-def _split(offsets: npt.NDArray[np.int64], corners: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Triangles of polygons, as fans. offsets: where each polygon's corners begin, and the end of the last."""
+def _sizes(offsets: npt.NDArray[np.int64], corners: npt.NDArray[np.int64], kind: str) -> npt.NDArray[np.int64]:
+    """Numbers of corners, from where each polygon's corners begin, and the end of the last."""
     sizes = np.diff(offsets)
-    if len(offsets) == 0 or offsets[0] != 0 or offsets[-1] != len(corners) or (sizes < 3).any():
-        raise MeshError("the polygons of the VTK file do not fit their corners; it is damaged.")
-    firsts = np.repeat(offsets[:-1], sizes - 2)
-    within = np.arange(len(firsts)) - np.repeat(np.cumsum(sizes - 2) - (sizes - 2), sizes - 2)
-    return np.stack([corners[firsts], corners[firsts + within + 1], corners[firsts + within + 2]], axis=1)
+    if len(offsets) == 0 or offsets[0] != 0 or offsets[-1] != len(corners) or (sizes < 0).any():
+        raise MeshError(f"the polygons of the {kind} file do not fit their corners; it is damaged.")
+    return sizes
 
 
 # -- XML
@@ -200,7 +240,7 @@ def read_vtp(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any], str | Non
     if len(pieces) != 1:
         raise MeshError("the VTP file does not hold one piece of a surface.")
     piece = pieces[0]
-    if int(piece.get("NumberOfStrips") or 0):
+    if (piece.get("NumberOfStrips") or "0").strip() != "0":
         raise MeshError("the VTP file holds triangle strips; save it with triangles.")
     numbers = document.array(piece.find("Points/DataArray"))
     if len(numbers) % 3:
@@ -212,13 +252,15 @@ def read_vtp(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any], str | Non
         claimed = piece.get(key)
         if claimed is not None and claimed.strip() != str(held):
             raise MeshError(f"the VTP file claims {claimed:.20} {what} and holds {held:,}; it is cut off or damaged.")
-    return points.astype(np.float64), _split(np.append(0, ends), corners), document.space()
+    faces = fans(_sizes(np.append(0, ends), corners, "VTP"), corners, "VTP")
+    return points.astype(np.float64), faces, document.space()
 
 
 class _Document:
     """The XML of a file, and its arrays in each of the ways in which VTK writes them."""
 
     def __init__(self, data: bytes) -> None:
+        data = without_mark(data, "VTP").lstrip()
         self._appended, self._raw = b"", False
         if found := _APPENDED.search(data):
             end = data.rfind(b"</AppendedData>")
@@ -258,16 +300,16 @@ class _Document:
 
     def _text(self, element: Element) -> str:
         try:
-            if element.get("format") == "ascii":
-                codes = [int(word) for word in (element.text or "").split()]
+            if element.get("format", "ascii") == "ascii":
+                codes = [int(word) for word in _text_of(element).split()]
                 return bytes(code for code in codes if 0 < code < 256).decode("latin-1")
             return self._bytes(element).decode("latin-1")
         except (ValueError, binascii.Error, zlib.error, IndexError):
             raise MeshError("the field of the VTP file that names its frame is damaged.") from None
 
     def _numbers(self, element: Element, kind: np.dtype[Any]) -> npt.NDArray[Any]:
-        if element.get("format") == "ascii":
-            return np.array((element.text or "").split(), dtype=np.float64 if kind.kind == "f" else np.int64)
+        if element.get("format", "ascii") == "ascii":
+            return np.array(_text_of(element).split(), dtype=np.float64 if kind.kind == "f" else np.int64)
         return np.frombuffer(self._bytes(element), kind)
 
     def _bytes(self, element: Element) -> bytes:
@@ -275,7 +317,7 @@ class _Document:
         if element.get("format") == "appended":
             source = self._appended[int(element.get("offset") or 0) :]
             return self._unpacked(source, encoded=not self._raw)
-        return self._unpacked("".join((element.text or "").split()).encode("ascii"), encoded=True)
+        return self._unpacked("".join(_text_of(element).split()).encode("ascii"), encoded=True)
 
     def _unpacked(self, source: bytes, *, encoded: bool) -> bytes:
         size = np.dtype(self._length).itemsize
@@ -299,6 +341,11 @@ class _Document:
             _inflated(blocks[end - length : end], int(max(lengths[1], lengths[2])))
             for end, length in zip(ends, lengths[3:], strict=True)
         )
+
+
+def _text_of(element: Element) -> str:
+    """Its own text, without that of the information keys that VTK may write into it."""
+    return " ".join([element.text or "", *(child.tail or "" for child in element)])
 
 
 def _frame_in(text: str) -> str | None:

@@ -27,6 +27,10 @@ _BYTES_OF_TYPE = {
     "MET_USHORT": 2,
     "MET_INT": 4,
     "MET_UINT": 4,
+    "MET_LONG": 4,  # as its own library reads it on every system
+    "MET_ULONG": 4,
+    "MET_LONG_LONG": 8,
+    "MET_ULONG_LONG": 8,
     "MET_FLOAT": 4,
     "MET_DOUBLE": 8,
 }
@@ -36,7 +40,7 @@ def read_header(path: Path) -> GridHeader:
     """Read and check the header of a MetaImage and the length of its voxels. Raises ImageError."""
     with path.open("rb") as file:
         fields = _fields(file)
-        sizes = check_sizes([_whole(word) for word in fields.get("DimSize", "").split()])
+        sizes = check_sizes(_without_single(fields))
         item = _BYTES_OF_TYPE.get(fields.get("ElementType", ""))
         if item is None or fields.get("ElementNumberOfChannels", "1") != "1":
             raise ImageError("the MetaImage file holds a type of voxel that is not a plain number.")
@@ -45,11 +49,14 @@ def read_header(path: Path) -> GridHeader:
             check_length(inflated_length(file, 15, claimed), claimed)
         else:
             check_length(os.fstat(file.fileno()).st_size - file.tell(), claimed)
-    transform = np.eye(4)
+    transform, axes = np.eye(4), int(fields["NDims"])
     # Row n of the stored matrix is the direction of axis n.
-    directions = np.array(_numbers(fields, ("TransformMatrix", "Orientation", "Rotation"), 9)).reshape(3, 3)
-    transform[:3, :3] = directions.T * _numbers(fields, ("ElementSpacing", "ElementSize"), 3)
-    transform[:3, 3] = _numbers(fields, ("Offset", "Position", "Origin"), 3)
+    matrix = _numbers(fields, ("TransformMatrix", "Orientation", "Rotation"), axes * axes)
+    directions = np.array(matrix).reshape(axes, axes)
+    if directions[:3, 3:].any() or directions[3:, :3].any():
+        raise ImageError("the MetaImage header turns an axis of space into one that is not of space.")
+    transform[:3, :3] = directions[:3, :3].T * _numbers(fields, ("ElementSpacing", "ElementSize"), axes)[:3]
+    transform[:3, 3] = _numbers(fields, ("Offset", "Position", "Origin"), axes)[:3]
     return GridHeader(sizes, check_transform(transform, 1.0), "LPS", "mm")
 
 
@@ -64,9 +71,17 @@ def _fields(file: BinaryIO) -> dict[str, str]:
         fields[key.strip()] = value.strip()
     if fields["ElementDataFile"].upper() != "LOCAL":
         raise ImageError("the MetaImage header names another file for its voxels; save it as one .mha file.")
-    if fields.get("NDims") != "3" or fields.get("BinaryData", "True").lower() != "true":
+    if fields.get("NDims") not in ("3", "4", "5") or fields.get("BinaryData", "True").lower() != "true":
         raise ImageError("the MetaImage file is not a binary volume of three dimensions.")
     return fields
+
+
+def _without_single(fields: dict[str, str]) -> list[int]:
+    """Voxels along the axes, without those of one voxel behind the third, such as of time."""
+    sizes = [_whole(word) for word in fields.get("DimSize", "").split()]
+    if len(sizes) != int(fields["NDims"]) or any(size != 1 for size in sizes[3:]):
+        raise ImageError("the MetaImage file has more than three dimensions of more than one voxel.")
+    return sizes[:3]
 
 
 def _whole(word: str) -> int:

@@ -26,9 +26,21 @@ from vfix_engine.imaging.volume import check_finite
 
 _HEADER_BYTES = 352
 _PIECE = 1 << 20  # [byte]
-_TYPE_OF_DATATYPE = {2: "u1", 4: "i2", 8: "i4", 16: "f4", 64: "f8", 256: "i1", 512: "u2", 768: "u4"}
+_TYPE_OF_DATATYPE = {
+    2: "u1",
+    4: "i2",
+    8: "i4",
+    16: "f4",
+    64: "f8",
+    256: "i1",
+    512: "u2",
+    768: "u4",
+    1024: "i8",
+    1280: "u8",
+}
 _MM_PER_UNIT = {0: 1.0, 1: 1000.0, 2: 1.0, 3: 0.001}  # unknown, m, mm, um
-_PLACEMENTS_AGREE = 0.05  # [mm]
+_SCANNER = 1  # code of a placement in the coordinates of the scanner
+_AGREE, _TOO_FAR = 0.1, 1.0  # [voxel] two placements of one volume: the same, and a contradiction
 
 
 def read_header(path: Path) -> GridHeader:
@@ -47,9 +59,10 @@ def read_header(path: Path) -> GridHeader:
     mm = _MM_PER_UNIT.get(head[123] & 7)
     if mm is None:
         raise ImageError("the NIfTI header's unit of length is not known.")
-    transform, placed = _transform(head, order, sizes)
+    transform, placed, note = _transform(head, order, sizes)
     transform[:3] *= mm
-    return GridHeader(sizes, check_transform(transform, 1.0), "RAS" if placed else None, "mm")
+    frame = "RAS" if placed else None
+    return GridHeader(sizes, check_transform(transform, 1.0), frame, "mm", (note,) if note else ())
 
 
 def bytes_before_voxels(path: Path) -> bytes:
@@ -84,8 +97,9 @@ def _pieces(file: BinaryIO, *, packed: bool) -> Iterator[bytes]:
 def _grid(head: bytes, order: str) -> tuple[tuple[int, int, int], int, np.dtype[Any]]:
     """Voxels along each axis, where they begin in the file, and their type."""
     dims = struct.unpack_from(order + "8h", head, 40)
-    if not (dims[0] == 3 or (dims[0] == 4 and dims[4] == 1)):
-        raise ImageError(f"the NIfTI file has {dims[0]} dimensions; a CT volume has 3.")
+    if not 3 <= dims[0] <= 7 or any(size != 1 for size in dims[4 : dims[0] + 1]):
+        shape = " x ".join(str(size) for size in dims[1 : max(0, min(dims[0], 7)) + 1])
+        raise ImageError(f"the NIfTI file has {dims[0]} dimensions ({shape}); a CT volume has 3.")
     sizes = check_sizes(list(dims[1:4]))
     datatype, bitpix = struct.unpack_from(order + "2h", head, 70)
     code = _TYPE_OF_DATATYPE.get(datatype)
@@ -128,22 +142,33 @@ def _byte_order(head: bytes) -> str:
     return order
 
 
-def _transform(head: bytes, order: str, sizes: tuple[int, int, int]) -> tuple[npt.NDArray[np.float64], bool]:
-    """((4, 4) from index to the file's unit, whether the header places the volume in the patient)."""
+def _transform(head: bytes, order: str, sizes: tuple[int, int, int]) -> tuple[npt.NDArray[np.float64], bool, str]:
+    """((4, 4) from index to the file's unit, whether the header places the volume in the patient, a note or '').
+
+    Of two placements the sform counts where it is the scanner's, else the qform, as in the library that reads the
+    voxels.
+    """
     qform_code, sform_code = struct.unpack_from(order + "2h", head, 252)
-    found = []
+    found = {}
     if sform_code > 0:
-        found.append(np.vstack([np.array(struct.unpack_from(order + "12f", head, 280)).reshape(3, 4), [0, 0, 0, 1]]))
+        rows = np.array(struct.unpack_from(order + "12f", head, 280)).reshape(3, 4)
+        found["sform"] = np.vstack([rows, [0, 0, 0, 1]])
     if qform_code > 0:
-        found.append(_quaternion_transform(head, order))
-    if len(found) == 2:
-        last = np.append(np.array(sizes) - 1.0, 1.0)
-        off = np.abs(np.concatenate([(found[0] - found[1])[:3, 3], ((found[0] - found[1]) @ last)[:3]])).max()
-        if not off <= _PLACEMENTS_AGREE:
-            raise ImageError(f"the NIfTI header places the volume twice (sform, qform), {off:.3g} mm apart; keep one.")
-    if found:
-        return found[0], True
-    return np.diag([*struct.unpack_from(order + "3f", head, 80), 1.0]), False
+        found["qform"] = _quaternion_transform(head, order)
+    if not found:
+        return np.diag([*struct.unpack_from(order + "3f", head, 80), 1.0]), False, ""
+    if len(found) == 1:
+        return found.popitem()[1], True, ""
+    corners = np.array([[*(np.array(corner) * (np.array(sizes) - 1)), 1] for corner in np.ndindex(2, 2, 2)])
+    off = float(np.linalg.norm((corners @ (found["sform"] - found["qform"]).T)[:, :3], axis=1).max())
+    voxels = off / max(float(np.linalg.norm(found["qform"][:3, :3], axis=0).min()), 1e-9)
+    if not voxels <= _TOO_FAR:
+        raise ImageError(
+            f"the NIfTI header places the volume twice (sform, qform), {voxels:.3g} voxels apart; keep one of the two."
+        )
+    used = "sform" if sform_code == _SCANNER else "qform"
+    words = f"The NIfTI header places the volume twice (sform, qform), {voxels:.2g} voxels apart; the {used} is used."
+    return found[used], True, words if voxels > _AGREE else ""
 
 
 def _quaternion_transform(head: bytes, order: str) -> npt.NDArray[np.float64]:

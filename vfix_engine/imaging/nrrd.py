@@ -30,6 +30,8 @@ _SEGMENTATION = re.compile(r"(Segmentation_|Segment\d+_)\w+")
 INTO_A_CASE = (
     "Import it into the case of its CT: with the case open at the Patient step, or by 'vfix import --into CASE FILE'."
 )
+_OF_ALL_AXES = ("type", "endian", "encoding", "space origin", "space units")  # fields without a value for each axis
+_DIRECTION = re.compile(r"none|\([^)]*\)")
 _SPACES = {"LPS": "left-posterior-superior", "RAS": "right-anterior-superior"}
 _FRAMES = {word: frame for frame, space in _SPACES.items() for word in (space, frame.lower())}
 _NAMELESS_SPACES = {"", "scanner-xyz", "3d-right-handed", "3d-left-handed"}
@@ -40,6 +42,8 @@ _CODES = (
     ("u2", ("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t")),
     ("i4", ("int", "signed int", "int32", "int32_t")),
     ("u4", ("uint", "unsigned int", "uint32", "uint32_t")),
+    ("i8", ("longlong", "long long", "long long int", "signed long long", "signed long long int", "int64", "int64_t")),
+    ("u8", ("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t")),
     ("f4", ("float",)),
     ("f8", ("double",)),
 )
@@ -60,7 +64,7 @@ def read_header(path: Path) -> GridHeader:
             check_length(inflated_length(file, 31, claimed), claimed)
         else:
             check_length(os.fstat(file.fileno()).st_size - file.tell(), claimed)
-    return GridHeader(sizes, *placement(fields))
+    return GridHeader(sizes, *placement(fields), further_axes=fields.get("dimension") != "3")
 
 
 def is_segmentation(keys: Mapping[str, str]) -> bool:
@@ -101,18 +105,22 @@ def placement(fields: Mapping[str, str]) -> tuple[npt.NDArray[np.float64], str |
     return transform, _frame(fields), unit
 
 
-def write_named(path: Path, frame: str, named: Path) -> None:
-    """Copy an NRRD file whose frame is not named, with the frame ('LPS' or 'RAS') in its header.
+def write_plain(path: Path, frame: str, plain: Path) -> None:
+    """Copy an NRRD file with a header of three axes and a frame ('LPS' or 'RAS') that is named.
 
-    SimpleITK's NRRD library refuses a volume with directions whose space has no name.
+    SimpleITK's NRRD library refuses a volume with directions whose space has no name, and some with further axes.
     """
-    with path.open("rb") as source, named.open("wb") as target:
-        target.write(source.readline())
-        target.write(f"space: {_SPACES[frame]}\n".encode("ascii"))
-        while (line := source.readline()).strip():
-            if line.partition(b":")[0].strip().lower() not in (b"space", b"space dimension"):
-                target.write(line)
-        target.write(b"\n")
+    with path.open("rb") as source, plain.open("wb") as target:
+        fields, _ = read_fields(source)
+        given = {
+            "dimension": "3",
+            "space": _SPACES[frame],
+            "sizes": " ".join(map(str, _sizes(fields))),
+            "space directions": " ".join(re.findall(r"\([^)]*\)", fields.get("space directions", ""))),
+        }
+        kept = {key: fields[key] for key in _OF_ALL_AXES if key in fields}
+        lines = "".join(f"{key}: {value}\n" for key, value in (given | kept).items())
+        target.write(f"NRRD0005\n{lines}\n".encode("latin-1"))
         shutil.copyfileobj(source, target)
 
 
@@ -149,12 +157,20 @@ def read_fields(file: BinaryIO) -> tuple[dict[str, str], dict[str, str]]:
 
 
 def _sizes(fields: Mapping[str, str]) -> tuple[int, int, int]:
-    if fields.get("dimension") != "3":
-        raise ImageError("the NRRD file does not have three dimensions.")
+    """Voxels along the three axes with a direction in space; further axes, such as of time, have one voxel."""
     words = fields.get("sizes", "").split()
     if not all(word.isascii() and word.isdigit() and len(word) < 10 for word in words):
         raise ImageError("the sizes in the NRRD header are not whole numbers.")
-    return check_sizes([int(word) for word in words])
+    sizes = [int(word) for word in words]
+    if fields.get("dimension") != str(len(sizes)):
+        raise ImageError("the NRRD file has another number of dimensions than of sizes.")
+    if len(sizes) > 3:
+        directions = _DIRECTION.findall(fields.get("space directions", "").lower())
+        further = [size for size, direction in zip(sizes, directions, strict=False) if direction == "none"]
+        if len(directions) != len(sizes) or len(further) != len(sizes) - 3 or set(further) != {1}:
+            raise ImageError("the NRRD file has more than three dimensions of more than one voxel.")
+        sizes = [size for size, direction in zip(sizes, directions, strict=True) if direction != "none"]
+    return check_sizes(sizes)
 
 
 def _frame(fields: Mapping[str, str]) -> str | None:

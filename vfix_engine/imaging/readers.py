@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -83,7 +84,8 @@ def read_volume(
                 return read_volume(whole, frame, unit, **told)  # type: ignore[arg-type]
     if is_dicom(path):
         _, _, report = resolve_frame(("LPS", "mm"), (frame, unit), assume=assume)  # the DICOM standard fixes both
-        return dicom.read_series(path, series, modalities), report
+        volume, notes = dicom.read_series(path, series, modalities)
+        return volume, replace(report, notes=notes)
     if series is not None:
         raise ImageError("a series is chosen among those of a DICOM folder or zip, which this file is not.")
     values, transform, report = read_grid(path, frame, unit, assume=assume)
@@ -111,13 +113,13 @@ def _read_nrrd(
     path: Path, given: tuple[str | None, str | None], assume: bool
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], FrameReport]:
     header = nrrd.read_header(path)
-    if header.frame is not None:
+    if header.frame is not None and not header.further_axes:
         return _read_grid(path, header, "NrrdImageIO", given, assume)
-    frame, _, report = resolve_frame((None, header.unit), given, assume=assume)
+    frame, _, report = resolve_frame((header.frame, header.unit), given, assume=assume)
     with tempfile.TemporaryDirectory() as folder:
-        named = Path(folder) / "named.nrrd"
-        nrrd.write_named(path, frame, named)
-        values, transform, _ = _read_grid(named, nrrd.read_header(named), "NrrdImageIO", (None, None), assume)
+        plain = Path(folder) / "plain.nrrd"
+        nrrd.write_plain(path, frame, plain)
+        values, transform, _ = _read_grid(plain, nrrd.read_header(plain), "NrrdImageIO", (None, None), assume)
     return values, transform, report
 
 
@@ -133,7 +135,7 @@ def _read_grid(
     transform[:3] *= MM_PER_UNIT[unit]
     if header.frame is not None and header.unit == "mm":
         _check_agreement(image, transform, header.sizes)
-    return values, transform, report
+    return values, transform, replace(report, notes=header.notes)
 
 
 def _check_agreement(image: Any, transform: npt.NDArray[np.float64], sizes: tuple[int, int, int]) -> None:

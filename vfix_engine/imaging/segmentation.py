@@ -38,19 +38,22 @@ class Band:
     """Hounsfield units from low to high, both included. inside_body: only within the body, as air of the airways.
 
     region: 'mucosa' for what borders air within the body, 'sheets' for thin sheets between two airs; else all.
+    least_mm3: smaller islands are left out unless a request says otherwise; air within the body has thousands, of a few
+        voxels each.
     """
 
     low_hu: float
     high_hu: float
     inside_body: bool = False
     region: Literal["all", "mucosa", "sheets"] = "all"
+    least_mm3: float = 0.0
 
 
 PRESETS: dict[str, Band] = {
     "bone": Band(BONE_HU, HIGHEST_HU),
     "thin_bone": Band(120.0, HIGHEST_HU),
     "soft_tissue": Band(TISSUE_HU, 119.0),
-    "air": Band(LOWEST_HU, TISSUE_HU - 1.0, inside_body=True),
+    "air": Band(LOWEST_HU, TISSUE_HU - 1.0, inside_body=True, least_mm3=100.0),
     "mucosa": Band(TISSUE_HU, 119.0, region="mucosa"),
     "unseen_bone": Band(TISSUE_HU, BONE_HU - 1.0, region="sheets"),
 }
@@ -61,7 +64,7 @@ class SegmentRequest:
     """What to segment.
 
     band: of the voxels. crop_mm: (2, 3) LPS corners of a box, None for the whole scan.
-    largest: keep the largest island only. least_mm3: leave smaller islands out.
+    largest: keep the largest island only. least_mm3: leave smaller islands out; None: as the band has it.
     smooth_mm: standard deviation of the blur that smooths the border; 0 for none.
 
     Raises ImageError for values that make no sense.
@@ -70,7 +73,7 @@ class SegmentRequest:
     band: Band
     crop_mm: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
     largest: bool = False
-    least_mm3: float = 0.0
+    least_mm3: float | None = None
     smooth_mm: float = 0.0
 
     def __post_init__(self) -> None:
@@ -80,12 +83,17 @@ class SegmentRequest:
                 f"the threshold runs from {band.low_hu:g} to {band.high_hu:g} HU; it must rise, and lie within "
                 f"{LOWEST_HU:g} to {HIGHEST_HU:g} HU."
             )
-        if not 0.0 <= self.least_mm3 < np.inf:
+        if not 0.0 <= self.smallest_mm3 < np.inf:
             raise ImageError(f"the smallest island must be 0 mm³ or more, not {self.least_mm3:g}.")
         if not 0.0 <= self.smooth_mm <= MOST_SMOOTHING_MM:
             raise ImageError(f"smoothing takes 0 to {MOST_SMOOTHING_MM:g} mm, not {self.smooth_mm:g}.")
         if self.crop_mm is not None and not np.isfinite(np.asarray(self.crop_mm)).all():
             raise ImageError("the corners of the crop box must be finite numbers in mm.")
+
+    @property
+    def smallest_mm3(self) -> float:
+        """Volume of an island, below which it is left out."""
+        return self.band.least_mm3 if self.least_mm3 is None else self.least_mm3
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +103,7 @@ class Segmented:
     volume_mm3: of its voxels. enclosed_mm3: what the surface encloses. islands, left_out: how many there are, and how
         many were left out.
     smoothed_mm: no point of the border before smoothing is farther than this from the surface.
+    resampled_mm: how far resampling within the slices of the CT may have moved it.
     """
 
     mesh: TriangleMesh
@@ -103,6 +112,7 @@ class Segmented:
     islands: int
     left_out: int
     smoothed_mm: float
+    resampled_mm: float
 
 
 def segment(volume: Volume, request: SegmentRequest, tell: ProgressCallback = no_progress) -> Segmented:
@@ -130,7 +140,7 @@ def segment(volume: Volume, request: SegmentRequest, tell: ProgressCallback = no
             "islands out, or crop."
         )
     voxels = int(np.count_nonzero(mask)) * float(np.prod(part.spacing))
-    found = Segmented(mesh, voxels, mesh.volume_mm3, islands, left_out, 0.0)
+    found = Segmented(mesh, voxels, mesh.volume_mm3, islands, left_out, 0.0, volume.resampled_mm or 0.0)
     return found if request.smooth_mm == 0.0 else _smoothed(found, part, mask, request.smooth_mm, tell)
 
 
@@ -180,17 +190,17 @@ def leave_out(level: npt.NDArray[np.int16], part: Volume, request: SegmentReques
     from scipy import ndimage  # imported here: slow to load
 
     label, count = ndimage.label(level >= 0)
-    if not request.largest and not request.least_mm3:
+    if not request.largest and not request.smallest_mm3:
         return int(count), 0
     size = np.bincount(label.ravel(), minlength=count + 1) * float(np.prod(part.spacing))
     size[0] = 0.0
-    kept = size >= max(request.least_mm3, 1e-12)
+    kept = size >= max(request.smallest_mm3, 1e-12)
     if request.largest:
         kept &= np.arange(count + 1) == int(size.argmax())
     kept[0] = True
     if not kept[1:].any():
         raise ImageError(
-            f"every island is smaller than {request.least_mm3:g} mm³; the largest has {size.max():.0f} mm³."
+            f"every island is smaller than {request.smallest_mm3:g} mm³; the largest has {size.max():.0f} mm³."
         )
     level[~kept[label]] = _FAR_OUTSIDE
     return int(count), int(np.count_nonzero(~kept[1:]))

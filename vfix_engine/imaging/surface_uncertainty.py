@@ -14,6 +14,7 @@ class SurfaceUncertainty:
     """Sources of error of a bone surface.
 
     thinning_mm: how far decimation and smoothing may have moved it; the controller adds that to the margin.
+    resampled_mm: how far resampling within tilted slices may have moved it, which is added as well.
     voxel_mm: the larger of largest voxel spacing and slice thickness of the CT; 0 without a CT, where the error before
         decimation is unknown.
 
@@ -22,21 +23,23 @@ class SurfaceUncertainty:
 
     thinning_mm: float
     voxel_mm: float
+    resampled_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        for what, value in (("thinning", self.thinning_mm), ("voxels", self.voxel_mm)):
+        causes = (("thinning", self.thinning_mm), ("voxels", self.voxel_mm), ("resampling", self.resampled_mm))
+        for what, value in causes:
             if not 0.0 <= value < math.inf:
                 raise InputError(f"a surface cannot be off by {value:g} mm because of its {what}; import it again.")
 
     @property
     def off_mm(self) -> float:
-        """How far bone may lie from the surface in mm: the sum of both."""
-        return self.thinning_mm + slice_uncertainty_mm(self.voxel_mm)
+        """How far bone may lie from the surface in mm: the sum of all."""
+        return self.added_mm + slice_uncertainty_mm(self.voxel_mm)
 
     @property
     def added_mm(self) -> float:
         """What the controller adds to every margin."""
-        return self.thinning_mm
+        return self.thinning_mm + self.resampled_mm
 
     def words(self) -> str:
         """The uncertainty as a phrase with figures; '' where there is none."""
@@ -55,12 +58,19 @@ class SurfaceUncertainty:
         if self.thinning_mm:
             causes.append(f"{self.thinning_mm:.2f} mm: surface thinned or smoothed, added to the margin")
         further = ", thin bone further" if hidden else ""
+        if self.resampled_mm:
+            causes.append(f"{self.resampled_mm:.2f} mm: tilted slices resampled, added to the margin")
         return f"bone may lie {self.off_mm:.2f} mm off its surface{further} ({'; '.join(causes)})" if causes else ""
 
     def warning(self, margin_mm: float) -> str:
         """A phrase where the margin, with what is added to it, is smaller than the uncertainty, else ''."""
         kept = margin_mm + self.added_mm
         return f"{self._figures()}, more than the {kept:.2f} mm that are kept" if self.off_mm > kept else ""
+
+
+def uncertainty_of(report: SurfaceReport, voxel_mm: float) -> SurfaceUncertainty:
+    """The uncertainty of a surface that was made with a report, of a CT with that largest spacing or thickness."""
+    return SurfaceUncertainty(report.error_mm - report.resampled_mm, voxel_mm, report.resampled_mm)
 
 
 def describe_report(report: SurfaceReport) -> str:
@@ -82,4 +92,6 @@ def describe_report(report: SurfaceReport) -> str:
         parts.append(f"no point of the bone is farther than {report.certified_mm:.2f} mm from it")
     if report.smoothed_mm:
         parts.append(f"smoothed by {report.smoothed_mm:.2f} mm at most")
+    if report.resampled_mm:
+        parts.append(f"made of resampled slices, which may have moved it by {report.resampled_mm:.2f} mm")
     return "; ".join(parts)

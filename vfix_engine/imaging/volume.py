@@ -39,6 +39,7 @@ class Volume:
     slice_thickness_mm: how thick a layer the scanner took for one slice, where the file says so; it may be more than
         the distance between slices.
     window: (2,) width and centre of the grey values that the scanner's files suggest; None where they suggest none.
+    resampled_mm: how far resampling within the slices may have moved a border; None where they are as they were.
 
     Raises ImageError when the grid is not usable.
     """
@@ -49,6 +50,7 @@ class Volume:
     direction: Floats
     slice_thickness_mm: float | None = None
     window: tuple[float, float] | None = None
+    resampled_mm: float | None = None
 
     def __post_init__(self) -> None:
         hu = np.asarray(self.hu)
@@ -67,12 +69,16 @@ class Volume:
         thickness = None if self.slice_thickness_mm is None else float(self.slice_thickness_mm)
         if thickness is not None and not 0.0 < thickness < np.inf:
             raise ImageError(f"the slices must have a positive thickness, not {thickness:g} mm.")
+        resampled = None if self.resampled_mm is None else float(self.resampled_mm)
+        if resampled is not None and not 0.0 <= resampled < np.inf:
+            raise ImageError(f"resampling cannot move a border by {resampled:g} mm; import the CT again.")
         view = hu.view()
         for array in (view, origin, spacing, direction):
             array.setflags(write=False)
         for name, value in (("hu", view), ("origin", origin), ("spacing", spacing), ("direction", direction)):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "slice_thickness_mm", thickness)
+        object.__setattr__(self, "resampled_mm", resampled)
         if self.window is not None:
             width, centre = (float(value) for value in self.window)
             object.__setattr__(self, "window", (width, centre))
@@ -84,7 +90,7 @@ class Volume:
 
     @property
     def content_hash(self) -> str:
-        """SHA-256 of grid and voxels; the slice thickness is not part of it."""
+        """SHA-256 of grid and voxels; slice thickness, window and error of resampling are not part of it."""
         digest = hashlib.sha256(repr(self.hu.shape).encode())
         for part in (self.origin, self.spacing, self.direction):
             digest.update(part.astype("<f8").tobytes())
@@ -176,9 +182,12 @@ def to_hu(values: npt.NDArray[Any]) -> npt.NDArray[np.int16]:
     """Voxel values as int16 HU, rounded and clipped to that type's range. Raises ImageError for NaN or infinity."""
     if values.dtype == np.int16:
         return values
-    check_finite(values)
+    if values.dtype.kind == "f":
+        check_finite(values)
     limits = np.iinfo(np.int16)
-    hu: npt.NDArray[np.int16] = np.clip(np.rint(values), limits.min, limits.max).astype(np.int16)
+    hu = np.empty(values.shape, dtype=np.int16)
+    for target, part in zip(hu, values, strict=True):  # slice by slice: voxels of 64 bits would take gigabytes twice
+        target[...] = np.clip(np.rint(part) if part.dtype.kind == "f" else part, limits.min, limits.max)
     return hu
 
 
@@ -196,11 +205,12 @@ def volume_of(
     transform_index_to_lps: Floats,
     slice_thickness_mm: float | None = None,
     window: tuple[float, float] | None = None,
+    resampled_mm: float | None = None,
 ) -> Volume:
     """Volume on the grid of a (4, 4) affine from (i, j, k) to LPS mm."""
     spacing = np.linalg.norm(transform_index_to_lps[:3, :3], axis=0)
     direction = transform_index_to_lps[:3, :3] / spacing
-    return Volume(hu, transform_index_to_lps[:3, 3], spacing, direction, slice_thickness_mm, window)
+    return Volume(hu, transform_index_to_lps[:3, 3], spacing, direction, slice_thickness_mm, window, resampled_mm)
 
 
 def _vector(value: npt.ArrayLike, name: str) -> Floats:

@@ -37,7 +37,7 @@ from .run_recorder import FarEnd, RunRecorder
 from .snapshot import Snapshot
 from .system import SystemSpec
 from .virtual_coupling import NOBODY
-from .wire import SNAPSHOT_BYTES, SnapshotReader
+from .wire import SnapshotReader, snapshot_bytes
 
 T = TypeVar("T", bound=Snapshot)
 
@@ -63,7 +63,7 @@ class ControlProcess(Generic[T]):
     def __init__(self, spec: SystemSpec, real_time: bool = True, record: Path | None = None):
         self._lock = threading.Lock()
         self._starting = threading.Lock()  # taken before _lock; start and close are never at work side by side
-        self._out, self._in = Mailbox.create(SNAPSHOT_BYTES), Mailbox.create(INPUT_BYTES)
+        self._out, self._in = Mailbox.create(snapshot_bytes(spec.snapshot_numbers)), Mailbox.create(INPUT_BYTES)
         context = multiprocessing.get_context("spawn")
         self._pipe, self._theirs = context.Pipe()
         self._passed_on: list[Connection] = [self._theirs]  # closed here once the processes have them

@@ -179,6 +179,11 @@ class SystemSpec(Protocol):
         """The class of the snapshots that the system makes; they cross as MessagePack."""
         ...
 
+    @property
+    def snapshot_numbers(self) -> int:
+        """How many numbers the joints, the capsules (7 each) and whatever else grows with the robot have at most."""
+        ...
+
     def build(self) -> System[Any]:
         """The system itself.
 

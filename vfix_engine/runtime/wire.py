@@ -9,8 +9,14 @@ import numpy as np
 
 from .snapshot import Snapshot
 
-SNAPSHOT_BYTES = 32_768
+SNAPSHOT_BYTES = 32_768  # of a snapshot at most, but for the numbers that grow with a robot: words and blockers mainly
+NUMBER_BYTES = 10  # of a number at most: nine, and its share of the heads of rows
 T = TypeVar("T", bound=Snapshot)
+
+
+def snapshot_bytes(numbers: int) -> int:
+    """Room for a snapshot with so many numbers in its arrays, see ``SystemSpec.snapshot_numbers``."""
+    return SNAPSHOT_BYTES + NUMBER_BYTES * numbers
 
 
 class SnapshotReader(Generic[T]):

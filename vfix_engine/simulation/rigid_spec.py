@@ -18,6 +18,8 @@ from ..geometry.path import SplinePath
 from ..geometry.proximity import ProximityTree
 from ..geometry.shaft_directions import ShaftDirections
 from ..robots import RobotModel, Tool
+from ..robots.model import MOST_JOINTS
+from ..robots.tool import MAX_PARTS
 from ..runtime.system import Worker
 from .rigid import RigidSystem
 from .scene import Scene
@@ -99,6 +101,7 @@ class RigidSpec:
 
     world = "rigid"
     snapshot_type = Snapshot
+    snapshot_numbers = MOST_JOINTS + 7 * MAX_PARTS  # whatever robot and tool are
     has_worker = False
 
     def build(self) -> RigidSystem:

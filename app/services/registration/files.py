@@ -119,13 +119,11 @@ def _check_frame(named: str | None, to: RegisteredTo) -> None:
         raise FrameError(f"the points are in the frame {named!r:.20}, and this registration is to the {to}.")
 
 
-def _point(row: Mapping[str | None, str | None], scale: float, matrix: Floats | None) -> MeasuredPoint:
+def _point(row: Mapping[str, str], scale: float, matrix: Floats | None) -> MeasuredPoint:
     try:
-        values = [cell_number(row[axis] or "") * scale for axis in "xyz"]
+        values = [cell_number(row[axis]) * scale for axis in "xyz"]
     except ValueError:
         raise InputError("x, y and z must be numbers, with a point and not a comma.") from None
-    if None in row:  # the rest of a row that is too long
-        raise InputError("it has more values than there are columns.")
     if matrix is not None:
         values = (matrix[:3, :3] @ values + matrix[:3, 3]).tolist()
     return MeasuredPoint(check_label((row.get("label") or "").strip(), "label"), check_position(values))

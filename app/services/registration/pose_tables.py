@@ -59,15 +59,23 @@ def read_poses(data: bytes, kind: PoseKind) -> PoseTable:
         raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
     _check_kind(header.get("pose"), kind)
     scale = mm_per_unit(header["unit"])
-    poses, numbers = [], []
+    poses, numbers, unseen = [], [], []
     for count, (line, row) in enumerate(table_rows(lines, _COLUMNS), 1):
         if count > MAX_POSES:
             raise InputError(f"the table holds more than {MAX_POSES:,} poses; leave some of them out.")
         with fault_at(f"line {line} of the table"):
             poses.append(_pose(row, scale))
             numbers.append(_number(row))
+        if np.array_equal(poses[-1], np.eye(4)):
+            unseen.append(line)
     if not poses:
         raise InputError("the table holds no poses.")
+    if unseen:
+        rows = "row has" if len(unseen) == 1 else "rows have"
+        raise InputError(
+            f"{len(unseen)} {rows} the identity as pose, the first in line {unseen[0]}, which trackers write of a tool "
+            f"that is out of sight; delete {'it' if len(unseen) == 1 else 'them'}."
+        )
     known = [number for number in numbers if number is not None]
     if known and len(set(known)) < len(numbers):
         raise InputError("the column number gives each row a number of its own, or is left out.")
@@ -106,16 +114,16 @@ def _check_kind(named: str | None, kind: PoseKind) -> None:
     raise FrameError(f"the table holds {_WHAT[named]}; {_WHAT[kind]} are needed, '# pose={kind}'.")  # type: ignore[index]
 
 
-def _pose(row: Mapping[str | None, str | None], scale: float) -> Floats:
+def _pose(row: Mapping[str, str], scale: float) -> Floats:
     """One row as a transform (4, 4)."""
-    if None in row:  # the rest of a row that is too long
-        raise InputError("it has more values than there are columns.")
     try:
-        values = [cell_number(row[name] or "") for name in _COLUMNS]
+        values = [cell_number(row[name]) for name in _COLUMNS]
     except ValueError:
         raise InputError(f"{', '.join(_COLUMNS)} must be numbers, with a point and not a comma.") from None
     place, (x, y, z, w) = check_position([scale * value for value in values[:3]]), values[3:]
     length = math.sqrt(x * x + y * y + z * z + w * w)
+    if length == 0.0:
+        raise InputError("qx, qy, qz, qw are all 0, as of a tool that is out of sight; delete the row.")
     if not abs(length - 1.0) <= _UNIT:
         raise InputError(f"qx, qy, qz, qw are a unit quaternion; this one has the length {length:.4g}.")
     x, y, z, w = x / length, y / length, z / length, w / length
@@ -129,7 +137,7 @@ def _pose(row: Mapping[str | None, str | None], scale: float) -> Floats:
     return pose
 
 
-def _number(row: Mapping[str | None, str | None]) -> int | None:
+def _number(row: Mapping[str, str]) -> int | None:
     text = (row.get("number") or "").strip()
     if "number" not in row:
         return None

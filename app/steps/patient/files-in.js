@@ -9,7 +9,10 @@ const TABLE = /\.(json|csv|tsv)$/i;
 const MASK = /\.nii(\.gz)?$/i;
 const SEGMENTATION = /\.seg\.nrrd$/i;
 // Beside the slices on a hospital's disc.
-const COMPANION = /(^|\/)(dicomdir|\..*|thumbs\.db|desktop\.ini|.*\.(txt|md|pdf|html?|xml|inf|exe|jpe?g|png))$/i;
+const COMPANION = new RegExp(
+  "(^|/)(dicomdir|\\..*|thumbs\\.db|readme|licen[cs]e|autorun|.*\\.(txt|md|pdf|html?|xml|xslt?|xsd|dtd|log|rtf|docx?|xlsx?|pptx?" +
+  "|chm|hlp|jpe?g|png|gif|bmp|tiff?|svg|ico|icns|ttf|exe|dll|ocx|sys|drv|com|scr|msi|cab|bat|cmd|sh|so|dylib|jar|class|jnlp|js" +
+  "|css|php|inf|ini|cfg|conf|config|manifest|properties|plist|nib|strings|lnk|url|desktop|db|sqlite))$", "i");
 const HEADER = /\.(nhdr|mhd|hdr)$/i;
 
 /**

@@ -1,7 +1,7 @@
 // Patient: which head is open, which others there are, and how a new one comes in.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { count, fixed, sentence, when } from "/static/js/format.js";
-import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone, whenReady } from "/static/js/dialogs.js";
+import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone, whenReady } from "/static/js/dialogs.js";
 import { JobList } from "/static/js/job-list.js";
 import { PlannerError, download, missing, post, remove, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
 import { ACCEPTED, chosen, dropped, formOf, isSegmentation, refusal, sorted, uploadWords } from "./files-in.js";
@@ -21,7 +21,7 @@ import { StructuresGroup } from "./structures.js";
 /** @type {Record<string, Question>} */
 const QUESTIONS = {
   frame: FRAME_QUESTION,
-  unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"]] },
+  unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"], ["um", "Micrometres"]] },
 };
 export default class PatientPanel {
   /** @param {Parts} parts */
@@ -60,6 +60,7 @@ export default class PatientPanel {
       group("Heads", null, this.list, h("label", { class: "check" }, this.showDeleted, "Show deleted heads"), this.saveButton),
       group("Import", null,
         h("p", { class: "words" }, "Drop files or a folder anywhere on this panel: a CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head. They stay on this computer."),
+        h("p", { class: "words" }, "Images of a head can identify its patient; an export that holds them asks first."),
         h("div", { class: "buttons even" }, this.importButton, this.folderButton), this.progress, this.jobs.element),
       this.segment.element, this.paint.element);
     this.acceptDrops();
@@ -362,10 +363,10 @@ function seriesQuestion(series) {
 
 /**
  * A head with all that belongs to it, as one file.
- * @param {{ id: string, name: string } | null | undefined} head
+ * @param {{ id: string, name: string, images: boolean } | null | undefined} head
  */
-function save(head) {
-  if (!head) return;
-  download(`/api/cases/${encodeURIComponent(head.id)}/archive`);
+async function save(head) {
+  if (!head || (head.images && !await askForImages(head.name))) return;
+  download(`/api/cases/${encodeURIComponent(head.id)}/archive?with_images=true`);
   note(`‘${head.name}’ is packed with its scan, structures, plans and registrations; the browser saves it as a zip.`);
 }

@@ -8,13 +8,17 @@ from app.services.structures import Origin
 
 
 class CaseEntry(TypedDict):
-    """A case in the list. unreadable: why its content cannot be read, '' where it can."""
+    """A case in the list. unreadable: why its content cannot be read, '' where it can.
+
+    images: it has some that can identify its patient.
+    """
 
     id: str
     name: str
     created: str
     deleted: bool
     unreadable: str
+    images: bool
 
 
 class CasesSection(TypedDict):

@@ -1,7 +1,7 @@
 // Segmentation: a structure out of the open head's CT, by a threshold that the slices show while it is chosen.
 import { fillOptions, group, h } from "/static/js/dom.js";
 import { note } from "/static/js/dialogs.js";
-import { heldNumber, ownNumber } from "/static/js/fields.js";
+import { heldNumber, ownNumber, showNumber } from "/static/js/fields.js";
 import { fixed } from "/static/js/format.js";
 import { post } from "/static/js/rest.js";
 import { thresholdPreview } from "/static/js/threshold-preview.js";
@@ -13,12 +13,12 @@ import { IslandPreview } from "./island-preview.js";
 
 const [LOWEST, HIGHEST] = [-1100, 3100]; // HU, ends of the sliders: there an end is open, and nothing is left out
 const [EVERY_LOW, EVERY_HIGH] = [-2000, 10_000]; // HU of an open end, as the planner has it
-/** @type {Record<string, { words: string, name: string, low: number, high: number }>} */
+/** @type {Record<string, { words: string, name: string, low: number, high: number, least?: number }>} least: island, mm³ */
 const PRESETS = {
   bone: { words: "Bone", name: "Bone", low: 250, high: HIGHEST },
   thin_bone: { words: "Thin bone", name: "Thin bone", low: 120, high: HIGHEST },
   soft_tissue: { words: "Soft tissue", name: "Soft tissue", low: -300, high: 119 },
-  air: { words: "Air within the body", name: "Air", low: LOWEST, high: -301 },
+  air: { words: "Air within the body", name: "Air", low: LOWEST, high: -301, least: 100 },
   mucosa: { words: "Mucosa: soft tissue at the air", name: "Mucosa", low: -300, high: 119 },
   unseen_bone: { words: "Bone expected but not seen", name: "Bone not seen", low: -300, high: 249 },
 };
@@ -100,7 +100,9 @@ export class SegmentGroup {
   }
 
   choosePreset() {
-    const { low, high, name } = PRESETS[this.preset.value];
+    const { low, high, name, least } = PRESETS[this.preset.value];
+    this.islands.value = least ? "least" : "all";
+    if (least) showNumber(this.least, least);
     [this.low.input.value, this.high.input.value, this.name.value] = [String(low), String(high), name];
     this.tint.checked = true;
     this.showParts();

@@ -6,6 +6,7 @@ from typing import Any
 
 from app.messages.fields import Command
 from app.services.cases import Case
+from app.services.identity import holds_images
 from app.steps.base import Step
 from app.steps.patient import SPEC
 from app.steps.patient import commands as c
@@ -61,6 +62,7 @@ class PatientStep(Step):
                 "created": str(case.created),
                 "deleted": case.deleted_at is not None,
                 "unreadable": case.unreadable,
+                "images": holds_images(case),
             }
             for case in self._cases
         ]

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from app.scene.plan import PlanItem
 from app.services import Services
+from app.services.plan_diff import changes
 from app.services.plan_model import PlanPoint, check_robot
 from app.services.plans import Plan
 from app.services.prospects import Dragged
@@ -298,19 +299,34 @@ class EditedPlan:
         self._edit(self._editor.set_locked, locked)
 
     def undo(self) -> str:
-        """Returns words where there is nothing to undo: a key pressed once too often is no error."""
-        return self._step(self._editor.undo, self.plan.can_undo, "undo")
+        """Returns what it took back, or that there is nothing to undo: a key pressed once too often is no error."""
+        undone = self.plan.content
+        if not self._step(self._editor.undo, self.plan.can_undo):
+            return "There is nothing to undo."
+        return _told("Undone", changes(self.plan.content, undone))
 
     def redo(self) -> str:
-        """Returns words where there is nothing to redo."""
-        return self._step(self._editor.redo, self.plan.can_redo, "redo")
+        """Returns what it did again, or that there is nothing to redo."""
+        before = self.plan.content
+        if not self._step(self._editor.redo, self.plan.can_redo):
+            return "There is nothing to redo."
+        return _told("Redone", changes(before, self.plan.content))
 
-    def _step(self, act: Callable[..., Plan], possible: bool, name: str) -> str:
+    def _step(self, act: Callable[..., Plan], possible: bool) -> bool:
+        """Whether there was something to do; a locked plan says why not."""
         self.cancel()
         if not possible and not self.locked:
-            return f"There is nothing to {name}."
+            return False
         self._edit(act)
-        return ""
+        return True
+
+
+def _told(what: str, edits: tuple[str, ...]) -> str:
+    """'Undone: Path ‘Way’: point ‘P3’ is new.'; of an edit of many parts the first, and how many more."""
+    if not edits:
+        return f"{what}."
+    more = f" And {len(edits) - 1} more." if len(edits) > 1 else ""
+    return f"{what}: {edits[0]}{more}"
 
 
 def _spline(points: tuple[Position, ...]) -> SplinePath | None:

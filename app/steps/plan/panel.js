@@ -2,7 +2,7 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { mm, sentence, when } from "/static/js/format.js";
 import { placeWords, sideWords } from "/static/js/slices/place-words.js";
-import { FRAME_QUESTION, askChoices, askName, clearErrors, confirm, note, noteDone } from "/static/js/dialogs.js";
+import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone } from "/static/js/dialogs.js";
 import { DryRun } from "/static/js/dry-run.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { ClearanceGroup } from "./clearance.js";
@@ -265,11 +265,11 @@ export default class PlanPanel {
   }
 
   /** @param {string} format */
-  export(format) {
-    const { plan, plan_use: use } = this.connection.state;
-    if (!plan) return;
+  async export(format) {
+    const { plan, plan_use: use, case: head } = this.connection.state;
+    if (!plan || (format === "slicer" && head?.images && !await askForImages(head.name))) return;
     const path = `/api/plans/${encodeURIComponent(plan.id)}/export`;
-    download(format === "slicer" ? `${path}/slicer` : `${path}?format=${encodeURIComponent(format)}`);
+    download(format === "slicer" ? `${path}/slicer?with_images=true` : `${path}?format=${encodeURIComponent(format)}`);
     if (format === "slicer") note("The folder for 3D Slicer is being made; its download begins in some seconds.");
     if (use?.registration && format === "json") note(`The file names the registration ‘${use.name ?? use.registration}’ and does not hold it. To take both elsewhere, save the head in Patient; or export the transform in Register as well.`, { stay: true });
   }

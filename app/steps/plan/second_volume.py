@@ -17,7 +17,10 @@ Number = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 
 
 class LayVolume(Command):
-    """Lay a volume over the head's slices; volume: its name in that case, None for the widest CT."""
+    """Lay a volume over the head's slices; volume: its name in that case, None for the widest CT.
+
+    other_head: the user confirmed that a volume of another case shows the same patient.
+    """
 
     type: Literal["second_volume.lay"]
     case_id: Identifier
@@ -26,6 +29,7 @@ class LayVolume(Command):
     opacity: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
     window: Number
     level: Number
+    other_head: bool = False
 
 
 class LayNothing(Command):
@@ -36,7 +40,10 @@ SECOND_VOLUME_COMMANDS: tuple[type[Command], ...] = (LayVolume, LayNothing)
 
 
 class LaidView(TypedDict):
-    """What is laid over the head. transform: 16 numbers row by row; opacity: 0 to 1."""
+    """What is laid over the head. transform: 16 numbers row by row; opacity: 0 to 1.
+
+    to_confirm: the volume is of another head, and nobody has confirmed that it shows the same patient; it is not drawn.
+    """
 
     case: str
     volume: str | None
@@ -44,14 +51,19 @@ class LaidView(TypedDict):
     opacity: float
     window: float
     level: float
+    to_confirm: bool
 
 
 class VolumeChoice(TypedDict):
-    """A volume that can be laid over the head. window, level: that it is shown with at first; None of a CT."""
+    """A volume that can be laid over the head. window, level: that it is shown with at first; None of a CT.
+
+    other_head: it is the CT of another case, imported then; None of a volume of this case.
+    """
 
     case: str
     volume: str | None
     name: str
+    other_head: str | None
     window: float | None
     level: float | None
 
@@ -107,19 +119,34 @@ class SecondVolumes:
                 "opacity": second.opacity,
                 "window": second.window,
                 "level": second.level,
+                "to_confirm": second.case != plan.case_id and not second.other_head,
             }
         return {"laid": laid, "known": known, "choices": self._choices, "locked": plan.locked}
 
     def _read(self, case_id: str) -> list[VolumeChoice]:
         cases = self._services.cases.list()
         own: list[VolumeChoice] = [
-            {"case": case.id, "volume": item.id, "name": item.name, "window": item.window, "level": item.level}
+            {
+                "case": case.id,
+                "volume": item.id,
+                "name": item.name,
+                "other_head": None,
+                "window": item.window,
+                "level": item.level,
+            }
             for case in cases
             if case.id == case_id
             for item in case.overlays
         ]
         others: list[VolumeChoice] = [
-            {"case": case.id, "volume": None, "name": case.name, "window": None, "level": None}
+            {
+                "case": case.id,
+                "volume": None,
+                "name": case.name,
+                "other_head": case.created,
+                "window": None,
+                "level": None,
+            }
             for case in cases
             if case.id != case_id and case.has_volume
         ]

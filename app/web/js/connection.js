@@ -23,8 +23,8 @@ const REFUSALS = {
 };
 const LOCKED = {
   waitMs: 15_000,
-  words: "The planner was started again with another token, and this window may no longer come in. "
-    + "Open the address that the planner printed when it started. Every change is saved.",
+  words: "This window is signed out: the planner was started again with another token. "
+    + "Paste the address that the planner printed into the address bar. Every change is saved.",
 };
 const GONE = "Connection lost – reconnecting … Every change is saved. If the planner was ended, start it again and open the address that it prints.";
 

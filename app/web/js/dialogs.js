@@ -76,6 +76,15 @@ export async function confirm(title, words, confirmWord) {
 }
 
 /**
+ * Whether a file with the images of a head may be saved: they can identify the patient.
+ * @param {string} name of the head
+ */
+export function askForImages(name) {
+  return confirm("Save the patient's images?",
+    `The file holds the images of ‘${name}’. A face can be drawn from them, so they can identify the patient.`, "Save with images");
+}
+
+/**
  * Ask for one choice per question; resolves to the chosen values by the questions' names, or null.
  * @param {string} title
  * @param {string} words

@@ -172,16 +172,17 @@ export function keyed(parent, items, keyOf, make, fill) {
 /**
  * The choices of a list, as [value, words] pairs. Those that stay keep their element: a list that is open, or in which
  * somebody is typing, is not taken out of their hands by a redraw.
- * @param {HTMLSelectElement} select
+ * @param {HTMLSelectElement | HTMLOptGroupElement} list
  * @param {(readonly [string, string])[]} choices
  */
-export function fillOptions(select, choices) {
+export function fillOptions(list, choices) {
+  const options = list.getElementsByTagName("option");
   choices.forEach(([value, words], index) => {
-    const option = select.options[index] ?? select.appendChild(h("option"));
+    const option = options[index] ?? list.appendChild(h("option"));
     if (option.getAttribute("value") !== value) option.value = value; // without one, its words are its value
     if (option.textContent !== words) option.textContent = words;
   });
-  while (select.options.length > choices.length) select.options[choices.length].remove();
+  while (options.length > choices.length) options[choices.length].remove();
 }
 
 /**

@@ -32,7 +32,7 @@ export interface LabelView {
  *
  * window: width and centre of grey values that the scanner's files suggest, None where they do not.
  * volumes: names of the CT volumes in the slices, the widest first, the finer ones over it. outlines: what can be
- * drawn of its structures in the slices.
+ * drawn of its structures in the slices. images: it has some that can identify its patient.
  */
 export interface CaseSection {
   id: string;
@@ -42,6 +42,7 @@ export interface CaseSection {
   surfaces: SurfaceView[];
   uncertainty: string;
   has_volume: boolean;
+  images: boolean;
   beads: number;
   notes: string[];
   detail: string | null;
@@ -123,13 +124,18 @@ export interface CasesSection {
   items: CaseEntry[];
 }
 
-/** A case in the list. unreadable: why its content cannot be read, '' where it can. */
+/**
+ * A case in the list. unreadable: why its content cannot be read, '' where it can.
+ *
+ * images: it has some that can identify its patient.
+ */
 export interface CaseEntry {
   id: string;
   name: string;
   created: string;
   deleted: boolean;
   unreadable: string;
+  images: boolean;
 }
 
 /** The imported structures of the open case. */
@@ -289,7 +295,11 @@ export interface SecondVolumeSection {
   locked: boolean;
 }
 
-/** What is laid over the head. transform: 16 numbers row by row; opacity: 0 to 1. */
+/**
+ * What is laid over the head. transform: 16 numbers row by row; opacity: 0 to 1.
+ *
+ * to_confirm: the volume is of another head, and nobody has confirmed that it shows the same patient; it is not drawn.
+ */
 export interface LaidView {
   case: string;
   volume: string | null;
@@ -297,13 +307,19 @@ export interface LaidView {
   opacity: number;
   window: number;
   level: number;
+  to_confirm: boolean;
 }
 
-/** A volume that can be laid over the head. window, level: that it is shown with at first; None of a CT. */
+/**
+ * A volume that can be laid over the head. window, level: that it is shown with at first; None of a CT.
+ *
+ * other_head: it is the CT of another case, imported then; None of a volume of this case.
+ */
 export interface VolumeChoice {
   case: string;
   volume: string | null;
   name: string;
+  other_head: string | null;
   window: number | null;
   level: number | null;
 }
@@ -936,7 +952,7 @@ export interface ErrorPublic {
 /** What a file leaves open: frame, unit, one of several series, the case of a segmentation. */
 export interface ImportAnswer {
   frame?: "LPS" | "RAS" | null;
-  units?: "mm" | "m" | null;
+  units?: "mm" | "m" | "um" | null;
   series?: number | null;
   into?: string | null;
 }
@@ -1048,6 +1064,7 @@ export interface RemovedBonePublic {
  *
  * transform: 16 numbers row by row, from the second volume's LPS to the head's, mm, rigid. opacity: from 0 to 1.
  * window, level: its values from black to white, and the value in their middle.
+ * other_head: confirms that a volume of another case than the plan's shows the same patient.
  */
 export interface SecondVolumePublic {
   case: string;
@@ -1056,6 +1073,7 @@ export interface SecondVolumePublic {
   opacity: number;
   window: number;
   level: number;
+  other_head: boolean;
 }
 
 /**
@@ -1680,6 +1698,7 @@ export interface Commands {
     opacity: number;
     window: number;
     level: number;
+    other_head?: boolean;
   };
   "second_volume.none": {};
   "shaft.aim": {

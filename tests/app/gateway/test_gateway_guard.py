@@ -67,6 +67,17 @@ def test_foreign_host_or_origin_is_refused_with_the_right_token(planner: Planner
                 assert planner.handshake(path, *named, host=host).status == 403, (path, host, origin)
 
 
+def test_a_tunnel_from_another_port_is_told(planner: Planner) -> None:
+    """Of our own names only: another page learns nothing of the planner."""
+    for host in (f"localhost:{planner.port + 1}", "127.0.0.1:9", "localhost"):
+        error = json.loads(planner.http("GET", "/api/echo/x", planner.cookie, host=host).body)["error"]
+        assert error["code"] == "host_refused"
+        assert f"ssh -L {planner.port}:127.0.0.1:{planner.port}" in error["message"], host
+    for host in (f"evil.example:{planner.port + 1}", "127.0.0.2:9", f"evil@localhost:{planner.port}"):
+        error = json.loads(planner.http("GET", "/api/echo/x", planner.cookie, host=host).body)["error"]
+        assert str(planner.port) not in error["message"], host
+
+
 OTHER_SITES = ("same-site", "cross-site", "", "same-origin, same-site", "SAME-ORIGIN")
 NAVIGATION = (("Sec-Fetch-Mode", "navigate"), ("Sec-Fetch-Dest", "document"))
 

@@ -13,7 +13,7 @@ import pytest
 from app.link import LinkFault, LinkServer, Pose, Text, TrackerClient, Transform
 from app.link import tracker as module
 from app.link.crc64 import crc64
-from app.link.messages import pack
+from app.link.messages import HEADER_BYTES, pack, parse_header
 from vfix_engine.registration import SimulatedTracker, calibrate_pivot
 from vfix_engine.registration.tracker import TIP_MM
 
@@ -314,3 +314,68 @@ def test_a_tool_that_was_out_of_sight_and_is_back_is_told_so(fake: FakeTracker, 
         threading.Timer(after, fake.send, (on,)).start()
     with pytest.raises(LinkFault, match=f"{NAME} was out of sight meanwhile"):
         tracker.collect(1.5)
+
+
+def hear(tracker: TrackerClient, data: bytes) -> None:
+    """A message as it arrives, without a socket."""
+    header = parse_header(data[:HEADER_BYTES])
+    if tracker._is_read(header):
+        tracker._hear(header, data[HEADER_BYTES:])
+
+
+def raw(kind: bytes, name: str, body: bytes, checksum: int | None = None) -> bytes:
+    head = struct.pack(
+        ">H12s20sQQQ", 1, kind, name.encode(), 0, len(body), crc64(body) if checksum is None else checksum
+    )
+    return head + body
+
+
+def tool(name: str, body: bytes) -> bytes:
+    """An entry of TDATA or QTDATA, with its type and a reserved byte."""
+    return struct.pack(">20sBB", name.encode(), 1, 0) + body
+
+
+TURN = struct.pack(">3f4f", 1.0, 2.0, 3.0, 0.5, 0.5, 0.5, 0.5)  # x to y, y to z, z to x
+MATRIX = struct.pack(">12f", 0, 1, 0, 0, 0, 1, 1, 0, 0, 1, 2, 3)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        raw(b"POSITION", NAME, TURN),
+        raw(b"QTRANS", NAME, TURN),
+        raw(b"TDATA", "Tracker", tool("Other", bytes(48)[:12] + bytes(36)) + tool(NAME, MATRIX)),
+        raw(b"QTDATA", "Tracker", tool(NAME, TURN) + tool("Other", TURN)),
+        raw(b"TRANSFORM", NAME, MATRIX),
+    ],
+)
+def test_every_message_that_holds_a_pose_is_read(data: bytes) -> None:
+    tracker = TrackerClient("127.0.0.1", 1, NAME)
+    hear(tracker, data)
+    newest = tracker.latest()
+    assert newest is not None
+    np.testing.assert_allclose(newest.transform, [[0, 0, 1, 1], [1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 0, 1]], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (raw(b"TRANSFORM", NAME, MATRIX, 0), "2 poses arrive with a wrong checksum"),
+        (raw(b"POSITION", NAME, TURN, 1), "2 poses arrive with a wrong checksum"),
+        (raw(b"TDATA", "Tracker", tool(NAME, MATRIX), 0), "2 poses arrive with a wrong checksum"),
+        (raw(b"NDARRAY", NAME, MATRIX), "it arrives as NDARRAY, which is not read"),
+        (raw(b"POSITION", NAME, TURN[:12]), "a POSITION cannot be read"),
+        (raw(b"TDATA", "Tracker", MATRIX), "a TDATA cannot be read"),
+        (pack(Transform(NAME, np.eye(4))), "the identity, as of a tool that is out of sight"),
+        (raw(b"TRANSFORM", "Other", MATRIX), f"no pose of {NAME} yet"),
+    ],
+)
+def test_what_arrives_instead_of_a_pose_is_said(data: bytes, words: str) -> None:
+    tracker = TrackerClient("127.0.0.1", 1, NAME)
+    tracker._connected = True
+    for _ in range(2):
+        hear(tracker, data)
+    assert tracker.latest() is None
+    assert tracker.state == "waiting"
+    assert words in tracker.words
+    assert tracker.words.endswith(" yet") == words.endswith(" yet")

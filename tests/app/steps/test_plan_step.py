@@ -243,8 +243,18 @@ def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> 
     plan = phantom_services.plans.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
     assert (edited.undo(), edited.redo()) == ("There is nothing to undo.", "There is nothing to redo.")
+    phantom_services.plans.delete(plan.id)
+
+
+def test_undo_says_what_it_took_back(phantom_services: Services) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    edited = EditedPlan(phantom_services, plan.id)
+    was = plan.points[0].label
     edited.rename(plan.points[0].id, "Entry")
-    assert (edited.undo(), edited.redo()) == ("", "")
+    way = f"Path ‘{plan.path.name}’: point ‘Entry’: renamed from ‘{was}’."
+    assert (edited.undo(), edited.redo()) == (f"Undone: {way}", f"Redone: {way}")
+    edited.delete(plan.targets[0].id)
+    assert edited.undo() == f"Undone: Target ‘{plan.targets[0].label}’ is gone."
     phantom_services.plans.delete(plan.id)
 
 

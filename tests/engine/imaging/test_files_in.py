@@ -259,6 +259,43 @@ def test_enhanced_ct(tmp_path: Path, syntax: UID | None) -> None:
     same(read_volume(tmp_path / "ct")[0])
 
 
+def test_frames_of_enhanced_ct_are_held_against_their_line(tmp_path: Path) -> None:
+    """HAZ-37: shifted ones are resampled, an uneven or doubled one is refused by its number, a localizer is told."""
+    volume = asymmetric_volume()
+    for change, words in ((tilt, ""), (uneven, "evenly spaced"), (double, "frame 3 of the file and frame 4")):
+        one = enhanced(volume)
+        change([group.PlanePositionSequence[0] for group in one.PerFrameFunctionalGroupsSequence])
+        file = tmp_path / f"{change.__name__}.dcm"
+        one.save_as(file, enforce_file_format=True)
+        if words:
+            with pytest.raises(ImageError, match=words):
+                read_volume(file)
+        else:
+            assert "gantry tilt of 18.0°" in read_volume(file)[1].notes[0]
+    one = enhanced(volume)
+    kind = Dataset()
+    kind.FrameType = ["ORIGINAL", "PRIMARY", "LOCALIZER", "NONE"]
+    one.PerFrameFunctionalGroupsSequence[0].CTImageFrameTypeSequence = [kind]
+    one.save_as(tmp_path / "scout.dcm", enforce_file_format=True)
+    read, report = read_volume(tmp_path / "scout.dcm")
+    assert np.array_equal(read.hu, volume.hu[1:])
+    assert "frame 1 of the file" in report.notes[0]
+
+
+def tilt(places: list[Dataset]) -> None:
+    for place in places:
+        x, y, z = place.ImagePositionPatient
+        place.ImagePositionPatient = [x, float(y) + np.tan(np.radians(18.0)) * (float(z) - 40.0), z]
+
+
+def uneven(places: list[Dataset]) -> None:
+    places[4].ImagePositionPatient[2] = float(places[4].ImagePositionPatient[2]) + 0.3
+
+
+def double(places: list[Dataset]) -> None:
+    places[3].ImagePositionPatient = places[2].ImagePositionPatient
+
+
 def test_enhanced_ct_that_is_not_read(tmp_path: Path) -> None:
     file = tmp_path / "a.dcm"
     one = enhanced(VOLUME)

@@ -206,6 +206,8 @@ def test_tables_of_names(tmp_path: Path, file: str, text: str) -> None:
         ("t.csv", "", "holds none"),
         ("t.csv", "a,b\nc,d\n", "holds none"),
         ("t.csv", "label,name\n1,eye\n1,nerve\n", "label 1 two names"),
+        ("t.csv", "label,name\n1,eye, left\n", "name with a comma in quotes"),
+        ("t.csv", "1,eye\n2,eye, left\n", "name with a comma in quotes"),
     ],
 )
 def test_tables_without_names_are_refused(tmp_path: Path, file: str, text: str, words: str) -> None:

@@ -193,6 +193,17 @@ def strips(facts: dict[str, object]) -> None:
     facts["meshes"][0]["primitives"][0]["mode"] = 5  # type: ignore[index]
 
 
+def lines(facts: dict[str, object]) -> None:
+    points = {"attributes": {"POSITION": 0}, "mode": 1}
+    facts["meshes"][0]["primitives"].append(points)  # type: ignore[index]
+
+
+def test_lines_of_a_glb_are_passed_over(tmp_path: Path) -> None:
+    check(read(tmp_path, "x.glb", changed_glb(lines), "LPS"), mirrored=False)
+    with pytest.raises(MeshError, match="something was added"):
+        read(tmp_path, "x.glb", glb() + b"\0\0", "LPS")
+
+
 def elsewhere(facts: dict[str, object]) -> None:
     facts["buffers"][0]["uri"] = "/etc/passwd"  # type: ignore[index]
 

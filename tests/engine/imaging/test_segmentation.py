@@ -1,6 +1,7 @@
 """Segmentation by a band of Hounsfield units, and air within the body."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -113,3 +114,15 @@ def test_air_within_a_real_head(trial_data: Path) -> None:
     inner = inner_air(volume)
     assert at(inner, volume, points[1:]).mean() > 0.9
     assert not at(body(volume), volume, points[:1] - [[0.0, 25.0, 0.0]])[0]
+
+
+def test_air_keeps_its_largest_pieces_unless_all_are_asked_for() -> None:
+    hu = np.full((20, 20, 20), 40, dtype=np.int16)
+    for low, size in ((1, 3), (6, 4), (12, 6)):  # 27, 64 and 216 mm³
+        hu[low : low + size, low : low + size, low : low + size] = -1000
+    air = replace(PRESETS["air"], inside_body=False)
+    volume = Volume(hu, np.zeros(3), np.ones(3), np.eye(3))
+    few, every = segment(volume, SegmentRequest(air)), segment(volume, SegmentRequest(air, least_mm3=0.0))
+    assert (few.islands, few.left_out, few.volume_mm3) == (3, 2, 216.0)
+    assert (every.islands, every.left_out) == (3, 0)
+    assert PRESETS["bone"].least_mm3 == 0.0

@@ -154,6 +154,7 @@ class TinySpec:
 
     world = "tiny"
     snapshot_type = TinySnapshot
+    snapshot_numbers = 0
     has_worker = True
 
     def build(self) -> TinySystem:

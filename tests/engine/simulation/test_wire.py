@@ -9,9 +9,14 @@ import msgspec
 import numpy as np
 import pytest
 
+from vfix_engine.lumen.system import SnakeSnapshot
+from vfix_engine.lumen.system.spec import LumenContours, SnakeSystemSpec
+from vfix_engine.robots.snake import MOST_LINKS, SnakeModel
 from vfix_engine.runtime.hand import INPUT_BYTES, HandInput
+from vfix_engine.runtime.mailbox import Mailbox
+from vfix_engine.runtime.snapshot import Blocker
 from vfix_engine.runtime.virtual_coupling import Hold
-from vfix_engine.runtime.wire import SNAPSHOT_BYTES, SnapshotReader, snapshot_to_bytes
+from vfix_engine.runtime.wire import SNAPSHOT_BYTES, SnapshotReader, snapshot_bytes, snapshot_to_bytes
 from vfix_engine.simulation.snapshot import Snapshot, Timing
 
 snapshot_from_bytes = SnapshotReader(Snapshot).read
@@ -67,3 +72,25 @@ def test_what_is_no_snapshot_is_not_read_as_one() -> None:
         snapshot_from_bytes(HandInput().to_bytes())
     with pytest.raises(NotImplementedError):
         snapshot_to_bytes(replace(sample(), reason=object()))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("links", [30, 320, MOST_LINKS])
+def test_there_is_room_for_every_link_of_a_snake(links: int) -> None:
+    """Numbers at random take nine bytes each, as any number of a real drive does."""
+    snake, random = SnakeModel(links), np.random.default_rng(links)
+    contours = LumenContours(np.zeros((4, 3)), np.ones((4, 3)))
+    blocker = Blocker("bound", "w" * 80, "link 1000", 1.0, random.normal(size=3), "word " * 100)
+    snapshot = SnakeSnapshot(
+        t=1.5, q=random.normal(size=snake.dof), capsules=random.normal(size=(links, 7)), tip=random.normal(size=3),
+        camera=random.normal(size=(4, 4)), outcome="held", steps=2**40, blockers=(blocker,) * 8,
+        forces=random.normal(size=3), progress_mm=1.5, length_mm=2.5, mode="looking", doing="straighten", bend=0.5,
+        straight=False, can_look=True, links_inside=links, deviations=random.normal(size=links),
+        bounds=random.normal(size=links), resistance=random.normal(size=2), guidance=random.normal(size=2),
+        tissue_age_s=0.1, following=True, looked_deg=random.normal(size=8),
+    )  # fmt: skip
+    room = snapshot_bytes(SnakeSystemSpec(contours, snake).snapshot_numbers)
+    mailbox = Mailbox.create(room)
+    mailbox.write(snapshot_to_bytes(snapshot))
+    _, data = mailbox.read() or (0, b"")
+    mailbox.close()
+    np.testing.assert_array_equal(SnapshotReader(SnakeSnapshot).read(data).q, snapshot.q)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from vfix_engine.errors import ImageError
 from vfix_engine.imaging.dicom import fault_named, pydicom_silenced
+from vfix_engine.imaging.dicom_stack import check_on_grid
 from vfix_engine.imaging.frame_report import resolve_frame
 from vfix_engine.imaging.grid_header import MAX_VOXELS, check_transform
 from vfix_engine.imaging.labels.label_map import MAX_LABELS, Label, LabelMap
@@ -108,14 +109,26 @@ def _label(seg: Any, number: int, name: str, colour: str | None) -> Label | None
         raise ImageError(
             f"the frames of segment {number} do not form a regular grid; export the segmentation resampled to the CT."
         ) from None
+    affine = np.asarray(volume.affine, dtype=np.float64)[:, [2, 1, 0, 3]]
+    check_on_grid(_positions(seg), affine)
     # Indexed [slice, row, column, segment]; its affine maps (slice, row, column) to LPS mm.
     values = np.asarray(volume.array).reshape(volume.array.shape[:3]).astype(np.uint8)
     (box,) = find_objects(values, max_label=1)
     if box is None:
         return None
-    transform = check_transform(np.asarray(volume.affine, dtype=np.float64)[:, [2, 1, 0, 3]], 1.0)
+    transform = check_transform(affine, 1.0)
     first = np.array([part.start for part in box[::-1]], dtype=np.int64)
     return Label(number, name, colour, values[box] == 1, first, transform)
+
+
+def _positions(seg: Any) -> npt.NDArray[np.float64]:
+    """(frames, 3) where the file says that its frames lie, LPS mm."""
+    shared = (seg.get("SharedFunctionalGroupsSequence") or [None])[0]
+    found = []
+    for group in seg.PerFrameFunctionalGroupsSequence:
+        place = group.get("PlanePositionSequence") or shared.PlanePositionSequence
+        found.append([float(value) for value in place[0].ImagePositionPatient])
+    return np.array(found)
 
 
 def _colour(described: Any) -> str | None:

@@ -15,6 +15,7 @@ Floats = npt.NDArray[np.float64]
 
 MAX_LABELS = 250  # TotalSegmentator has 117
 MAX_VALUE = 65_535
+ROUNDED = 1e-3  # from a whole number, by a slope such as 0.99999 in the file
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,7 @@ def labels_of(values: npt.NDArray[Any], transform: Floats, looks: dict[int, Labe
     """
     from scipy.ndimage import find_objects  # imported here: slow to load
 
-    whole = _whole(values)
+    whole = whole_labels(values)
     found = find_objects(whole)
     numbers = [number for number, box in enumerate(found, start=1) if box is not None]
     if not numbers:
@@ -76,17 +77,25 @@ def labels_of(values: npt.NDArray[Any], transform: Floats, looks: dict[int, Labe
     return tuple(labels)
 
 
-def _whole(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """The values as unsigned whole numbers. Raises ImageError where they are not."""
+def whole_labels(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The values as unsigned whole numbers; what a scaling of the file has left of them is rounded away.
+
+    Raises ImageError where they are no labels.
+    """
     low, high = values.min(), values.max()
-    if not (np.isfinite(low) and np.isfinite(high)) or low < 0 or high > MAX_VALUE:
+    if not (np.isfinite(low) and np.isfinite(high)) or low < -ROUNDED or high > MAX_VALUE + ROUNDED:
         raise ImageError(
             f"the values run from {low:g} to {high:g}; labels are whole numbers from 0 to {MAX_VALUE:,}. A CT is "
             "imported as a head of its own."
         )
-    whole = values.astype(np.uint16)
-    if values.dtype.kind == "f" and not all(np.array_equal(a, b) for a, b in zip(whole, values, strict=True)):
-        raise ImageError(
-            "the values are not whole numbers, so they are no labels; export the segmentation as a label map."
-        )
+    if values.dtype.kind != "f":
+        return values.astype(np.uint16)
+    whole = np.empty(values.shape, dtype=np.uint16)
+    for target, part in zip(whole, values, strict=True):
+        rounded = np.rint(part)
+        if np.abs(part - rounded).max() > ROUNDED:
+            raise ImageError(
+                "the values are not whole numbers, so they are no labels; export the segmentation as a label map."
+            )
+        target[...] = rounded
     return whole

@@ -13,7 +13,7 @@ import numpy as np
 from vfix_engine.errors import ImageError
 from vfix_engine.imaging.dicom_files import contents, names
 from vfix_engine.imaging.frame_report import FrameReport
-from vfix_engine.imaging.labels.label_map import MAX_LABELS, Label, LabelMap
+from vfix_engine.imaging.labels.label_map import MAX_LABELS, ROUNDED, Label, LabelMap
 from vfix_engine.imaging.readers import read_grid
 
 MASK_SUFFIXES = (".nii.gz", ".nii")
@@ -49,7 +49,8 @@ def read_mask_folder(
     empty: list[str] = []
     report: FrameReport | None = None
     with tempfile.TemporaryDirectory() as folder:
-        for name, data in contents(path):
+        for place, data in contents(path):
+            name = place.name
             file = Path(folder) / ("mask" + next(end for end in MASK_SUFFIXES if name.lower().endswith(end)))
             file.write_bytes(data)
             label, report = _label_of(file, name, len(labels) + 1, (frame, unit, assume))
@@ -70,14 +71,14 @@ def _label_of(
         values, transform, report = read_grid(file, told[0], told[1], assume=told[2])
     except ImageError as error:  # one of a hundred files: say which
         raise ImageError(f"the mask {name_of_mask(name)!r:.80} cannot be used: {error}") from None
-    mask = values > 0
+    mask = values > ROUNDED
     inside = values[mask]
-    if inside.size and not (inside == inside[0]).all():
+    if inside.size and float(np.ptp(inside)) > ROUNDED:
         raise ImageError(
             f"{name_of_mask(name)!r:.80} holds several values and is no mask of one structure. Import a label map by "
             "itself, and a CT as a head of its own."
         )
-    if values.size and float(values.min()) < 0.0:
+    if values.size and float(values.min()) < -ROUNDED:
         raise ImageError(f"{name_of_mask(name)!r:.80} holds values below 0 and is no mask.")
     if not inside.size:
         return None, report

@@ -71,7 +71,12 @@ def _from_table(text: str) -> Looks:
     separator = max("\t;,", key=lines[0].count)
     rows = [[cell.strip() for cell in row] for row in csv.reader(io.StringIO("\n".join(lines)), delimiter=separator)]
     head = [cell.lower() for cell in rows[0]]
-    if not any(_number(cell) is not None for cell in head):
+    headed = not any(_number(cell) is not None for cell in head)
+    if any(len(row) > len(head) or (not headed and len(row) != len(head)) for row in rows):
+        raise ImageError(
+            "a row of the table of names does not have a cell for each column; put a name with a comma in quotes."
+        )
+    if headed:
         entries = [dict(zip(head, row, strict=False)) for row in rows[1:]]
         return _looks([(_first(entry, _VALUE_WORDS), _first(entry, _NAME_WORDS)) for entry in entries])
     pairs = [(row[0], row[1]) for row in rows if len(row) > 1]

@@ -94,6 +94,11 @@ class SnakeSystemSpec:
         return SnakeSnapshot
 
     @property
+    def snapshot_numbers(self) -> int:
+        """Of the joints, and of each link its capsule, deviation and bound."""
+        return self.snake.dof + 9 * self.snake.links
+
+    @property
     def has_worker(self) -> bool:
         """True: shapes and bends take longer than a tick."""
         return True

@@ -2,6 +2,7 @@
 import { note } from "../dialogs.js";
 import { h } from "../dom.js";
 import { OWN, PRESETS, SCANNER } from "./grey-values.js";
+import { keep, recall } from "../remember.js";
 import { placeOf, placeWords } from "./place-words.js";
 /** @import { Slices, Tool } from "../slices.js" */
 
@@ -24,7 +25,7 @@ export class Foot {
     this.window = h("select", { "aria-label": "Grey values", onchange: () => this.chosen() },
       PRESETS.map(({ name, label }) => h("option", { value: name }, label)), h("option", { value: SCANNER, hidden: true }, "As the scanner suggests"), h("option", { value: OWN, hidden: true }, "Own"));
     this.greyWords = h("span", { class: "number quiet" });
-    this.follow = h("input", { type: "checkbox", id: "follow-tip", onchange: () => board.followAgain() });
+    this.follow = h("input", { type: "checkbox", id: "follow-tip", checked: recall("follow-tip", ["on", "off"], "on") === "on", onchange: () => this.followed() });
     this.followField = h("label", { class: "check" }, this.follow, "Follow the tip");
     /** @type {HTMLInputElement} */
     this.outlines = h("input", { type: "checkbox", id: "slice-outlines", checked: true, onchange: () => board.outline(this.outlines.checked) });
@@ -44,6 +45,11 @@ export class Foot {
     board.greys.addEventListener("change", () => this.update());
     board.measures.addEventListener("change", () => this.update());
     this.update();
+  }
+
+  followed() {
+    keep("follow-tip", this.follow.checked ? "on" : "off");
+    this.board.followAgain();
   }
 
   update() {

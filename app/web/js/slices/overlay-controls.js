@@ -1,7 +1,8 @@
 // Below the slices: what is laid over the head, by which transform, and how much of it is seen. The plan keeps it.
-import { clearErrors, note } from "../dialogs.js";
+import { clearErrors, confirm, note } from "../dialogs.js";
 import { fillOptions, h, whenChanged } from "../dom.js";
 import { heldNumber, numberInput, showNumber } from "../fields.js";
+import { when } from "../format.js";
 import { OWN, PRESETS } from "./grey-values.js";
 import { FARTHEST_MM, IDENTITY, transformOf } from "./overlay.js";
 import { poseOf, transformOfPose } from "./rigid-pose.js";
@@ -40,7 +41,10 @@ export class OverlayControls extends EventTarget {
     this.pending = 0; // edits that the planner has not answered: what it told before them is older than what is shown
     this.asked = ""; // what the worker was asked to lay
     this.changed = whenChanged();
-    this.choice = h("select", { id: "overlay-case", "aria-label": "Volume that is laid over", onchange: () => this.chosen() });
+    // Volumes of other heads stand apart, with the day on which they came in: one of another patient is easily taken.
+    this.own = h("optgroup", { label: "This head" });
+    this.others = h("optgroup", { label: "Other heads" });
+    this.choice = h("select", { id: "overlay-case", "aria-label": "Volume that is laid over", onchange: () => this.chosen() }, h("option", { value: "" }, "None"), this.own, this.others);
     /** @type {HTMLInputElement} */
     this.opacity = h("input", {
       type: "range", id: "overlay-opacity", min: 0, max: 100, step: 1, value: 50, "aria-label": "Opacity of what is laid over",
@@ -57,7 +61,7 @@ export class OverlayControls extends EventTarget {
       h("label", { class: "field" }, h("span", { class: "field-label" }, "Opacity", this.opacityWords), this.opacity), this.window,
       numbers(0, "Shift to the left, to the back, up; mm"), numbers(3, "Turned about these axes; °"),
       h("label", { class: "field" }, h("span", { class: "field-label" }, "Transform to this head"), this.place));
-    this.words = h("p", { class: "words caution", role: "status", hidden: true }, "The second volume of this plan is not here: it was deleted, or belongs to another data folder.");
+    this.words = h("p", { class: "words caution", role: "status", hidden: true });
     this.element = h("div", { class: "overlay-controls" },
       h("label", { class: "field" }, h("span", { class: "field-label" }, "Second volume"), this.choice), this.words, this.more);
     link.addEventListener("laid", () => { this.here = this.choice.value !== ""; this.say(); });
@@ -94,16 +98,21 @@ export class OverlayControls extends EventTarget {
     this.locked = second?.locked ?? true;
     this.changed(second, () => {
       this.choices = second?.choices ?? [];
-      fillOptions(this.choice, [["", "None"], ...this.choices.map((one) => /** @type {const} */ ([keyOf(one), one.name]))]);
+      fillOptions(this.own, this.choices.filter((one) => one.other_head === null).map((one) => [keyOf(one), one.name]));
+      fillOptions(this.others, this.choices.filter((one) => one.other_head !== null).map((one) => [keyOf(one), dated(one)]));
+      for (const group of [this.own, this.others]) group.hidden = !group.childElementCount;
       for (const control of [this.choice, this.place, ...this.pose]) control.disabled = this.locked;
       this.choice.title = this.locked ? "The plan is locked" : "";
       this.element.hidden = !this.choices.length && !laid;
-      this.words.hidden = !laid || Boolean(second?.known);
+      this.words.hidden = !laid || Boolean(second?.known && !laid.to_confirm);
+      this.words.textContent = second?.known
+        ? "The second volume of this plan is of another head. Choose it again to confirm that it shows the same patient."
+        : "The second volume of this plan is not here: it was deleted, or belongs to another data folder.";
     });
     const key = JSON.stringify(laid);
     if (key !== this.shown && !this.pending) {
       this.shown = key;
-      this.show(second?.known ? laid : null);
+      this.show(second?.known && !laid?.to_confirm ? laid : null);
     }
     this.lay();
   }
@@ -153,13 +162,26 @@ export class OverlayControls extends EventTarget {
     this.shown = "";
   }
 
-  chosen() {
+  async chosen() {
+    if (this.picked?.other_head && !await this.samePatient(this.picked)) {
+      this.shown = "";
+      this.update(this.connection.state);
+      return;
+    }
     const picked = this.picked;
     if (picked?.window !== null && picked?.level !== null && picked) this.greys = { window: picked.window, level: picked.level };
     this.windows();
     this.lay();
     this.keep();
     this.say();
+  }
+
+  /** Ask whether a volume of another head shows this patient. @param {Choice} other */
+  samePatient(other) {
+    const open = this.connection.state.case;
+    return confirm("Is this the same patient?",
+      `‘${dated(other)}’ is another head than the open one${open ? `, ‘${open.name}’` : ""}. Lay it over only if both show the same patient.`,
+      "Same patient");
   }
 
   faded() {
@@ -223,7 +245,7 @@ export class OverlayControls extends EventTarget {
   keep() {
     if (this.locked) return;
     const picked = this.picked;
-    const laid = picked ? { case: picked.case, volume: picked.volume, transform: this.transform, opacity: Number(this.opacity.value) / 100, ...this.greys } : null;
+    const laid = picked ? { case: picked.case, volume: picked.volume, transform: this.transform, opacity: Number(this.opacity.value) / 100, ...this.greys, other_head: picked.other_head !== null } : null;
     const key = JSON.stringify(laid);
     if (key === (this.pending ? this.told : this.shown)) return;
     this.told = key;
@@ -268,6 +290,11 @@ export class OverlayControls extends EventTarget {
 /** @param {{ case: string, volume: string | null }} volume */
 function keyOf({ case: caseId, volume }) {
   return `${caseId} ${volume ?? ""}`;
+}
+
+/** @param {Choice} choice of another head */
+function dated({ name, other_head: imported }) {
+  return imported ? `${name} · imported ${when(imported)}` : name;
 }
 
 /**

@@ -1,0 +1,99 @@
+"""Which pairs can bind in the next step, against a plain loop over all of them and against steps at random."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.engine.control.test_whole_step import controller_of
+from tests.engine.scenes import straight_scene, wall
+from vfix_engine.control.bind_kernel import binding, largest_moves
+from vfix_engine.control.world import World, unpack_world
+from vfix_engine.fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
+from vfix_engine.fixtures.stopping import stopping_distance
+from vfix_engine.geometry.pairs import COSINE, MAX_ROWS, RADIUS_MM
+
+PAIR = 13  # numbers of a pair
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    made: World = unpack_world(*controller_of(straight_scene(wall(90.0))).context.packed)
+    return made
+
+
+def some_pairs(random: np.random.Generator, count: int, segments: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows, labels and bodies of pairs at random, some of them alike."""
+    rows = random.normal(size=(count, 10))
+    rows[:, 0] = random.uniform(0.2, 4.0, count)
+    alike = random.random(count) < 0.4
+    rows[alike, 1:4], rows[alike, 4:7] = rows[0, 1:4], rows[0, 4:7]
+    rows[:, 1:4] /= np.linalg.norm(rows[:, 1:4], axis=1, keepdims=True)
+    labels = np.stack([random.integers(0, segments, count), np.arange(count)], axis=1).astype(np.int32)
+    return rows, labels, np.zeros(count, np.int32)
+
+
+def chosen_by_hand(world: World, move: np.ndarray, rows: np.ndarray, labels: np.ndarray) -> list[int]:
+    """Triangles of the pairs to be kept, nearest first, read off the definition."""
+    free = rows[:, 0] - world.keep[0]
+    order = sorted(range(len(rows)), key=lambda i: (free[i], i))
+    can = [i for i in order if i == order[0] or free[i] < stopping_distance(move[labels[i, 0]], world.change)]
+    kept: list[int] = []
+    for i in can:
+        copies = (
+            labels[k, 0] == labels[i, 0]
+            and rows[k, 1:4] @ rows[i, 1:4] >= COSINE
+            and math.dist(rows[k, 4:7], rows[i, 4:7]) <= RADIUS_MM
+            for k in kept
+        )
+        if len(kept) < MAX_ROWS and not any(copies):
+            kept.append(i)
+    return kept
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_pairs_that_can_bind_are_those_of_a_plain_loop(world: World, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    segments = len(world.radius)
+    rows, labels, body = some_pairs(random, int(random.integers(1, 60)), segments)
+    move = random.choice([1e-4, 0.3, 2.0], segments)
+    pairs = np.empty((MAX_ROWS, PAIR))
+    found = binding(world, move, rows, labels, body, len(rows), pairs)
+    kept = chosen_by_hand(world, move, rows, labels)
+    assert pairs[:found, TRIANGLE].astype(int).tolist() == kept
+    np.testing.assert_array_equal(pairs[:found, :10], rows[kept])
+    np.testing.assert_array_equal(pairs[:found, SEGMENT], labels[kept, 0])
+    np.testing.assert_array_equal(pairs[:found, BODY], 0)
+
+
+def test_a_pair_that_binds_is_kept_beside_a_nearer_one_that_cannot(world: World) -> None:
+    """The nearest pair is on a segment that stands still, another one on a segment that moves fast."""
+    rows, labels, body = some_pairs(np.random.default_rng(0), 2, 1)
+    rows[:, 0] = world.keep[0] + np.array([0.5, 1.0])
+    labels[:, 0] = 0, 1
+    move = np.zeros(len(world.radius))
+    move[1] = 2.0
+    pairs = np.empty((MAX_ROWS, PAIR))
+    assert binding(world, move, rows, labels, body, 2, pairs) == 2
+    assert pairs[:2, TRIANGLE].tolist() == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_no_step_within_the_box_moves_a_point_further_than_the_bound(seed: int) -> None:
+    """By the pose after the step, of another function than the kernel's."""
+    random = np.random.default_rng(seed)
+    context = controller_of(straight_scene(wall(90.0))).context
+    robot = context.robot.robot
+    state = context.measure(random.uniform(0.4 * robot.lower, 0.4 * robot.upper))
+    box = np.stack([-random.uniform(0, 1e-4, 7), random.uniform(0, 1e-4, 7)])
+    at, move = state.segments, np.empty(len(context.tool.radius))
+    largest_moves(box, state.tip.position, state.tip.jacobian, at.start, at.end, move)
+    furthest = np.zeros(len(move))
+    for _ in range(50):
+        after = context.measure(state.q + np.where(random.random(7) < 0.5, box[0], box[1])).segments
+        for one, two in ((at.start, after.start), (at.end, after.end)):
+            furthest = np.maximum(furthest, np.linalg.norm(two - one, axis=1))
+    assert (furthest <= move * (1.0 + 1e-3) + 1e-9).all()  # the bound is linear in the step, which is small here
+    assert (furthest >= 0.2 * move).all()
