@@ -26,6 +26,7 @@ class Onlooker:
         )
         self._socket.send(json.dumps({"type": "hello", "version": VERSION, "role": "watches"}))
         self._moves: list[float] = []
+        self.progress_mm = 0.0
         self._taken = 0.0
         self._thread = threading.Thread(target=self._read, daemon=True)
 
@@ -46,6 +47,7 @@ class Onlooker:
                     continue
                 if tip is not None and now["tip"] != tip:
                     self._moves.append(self._taken)
+                self.progress_mm = now["progress_mm"]
                 tip, self._taken = now["tip"], now["taken_ms"] / 1000.0
         except ConnectionClosed:
             pass
@@ -53,7 +55,8 @@ class Onlooker:
     def wait_for_motion(self, hold_on: Callable[[], None]) -> None:
         """Until the tip has been seen moving for a while, by a hand that holds on."""
         deadline = time.monotonic() + PATIENCE_S
-        while len(self._moves) < 5:
+        seen = len(self._moves)
+        while len(self._moves) < seen + 5:
             assert time.monotonic() < deadline, "the tip does not move"
             hold_on()
             time.sleep(0.02)

@@ -7,18 +7,74 @@ import { keyEvent, layOutPage, noted } from "./page.js";
 let page;
 beforeEach(() => { page = layOutPage(); });
 
+const RUNNING = { step: { input: "drive" }, rehearsal: { state: "running", mine: true } };
+
 function rehearsing() {
   const connection = noted({ step: { input: "drive" } });
   return { connection, keys: new Keys(connection) };
 }
 
-test("held keys drive, and a key that repeats is sent once", () => {
+/** Let the events that wait be handled, and the timers behind them. */
+const handled = () => new Promise((go) => { setTimeout(go, 5); });
+
+/** When an event happened so many milliseconds ago. */
+const ago = (ms) => ({ timeStamp: performance.now() - ms });
+
+test("held keys drive until they come up", () => {
   const { connection, keys } = rehearsing();
   keys.down(keyEvent("ArrowUp"));
-  keys.down(keyEvent("ArrowUp", { repeat: true }));
   assert.deepEqual(connection.sent, [["drive", { direction: 1 }], ["twist", { direction: 0 }]]);
   keys.up(keyEvent("ArrowUp"));
   assert.deepEqual(connection.sent.slice(2), [["drive", { direction: 0 }], ["twist", { direction: 0 }]]);
+});
+
+test("a repeat of a held key is a press, once the events that wait were handled", async () => {
+  const { connection, keys } = rehearsing();
+  keys.down(keyEvent("ArrowUp"));
+  keys.down(keyEvent("ArrowUp", { repeat: true }));
+  assert.equal(connection.sent.length, 2);
+  await handled();
+  assert.deepEqual(connection.sent.slice(2), [["drive", { direction: 1 }], ["twist", { direction: 0 }]]);
+  assert.deepEqual(connection.holds, [true]);
+});
+
+test("a release among the events that wait wins over repeats and over a press that comes late", async () => {
+  for (const events of [[{}, { repeat: true }, { repeat: true }], [ago(300)], [ago(300), { repeat: true }]]) {
+    const { connection, keys } = rehearsing();
+    for (const fields of events) keys.down(keyEvent("ArrowUp", fields));
+    const before = connection.sent.length;
+    keys.up(keyEvent("ArrowUp"));
+    await handled();
+    const driven = connection.sent.slice(before).filter(([type, { direction }]) => type === "drive" && direction);
+    assert.deepEqual(driven, []);
+    assert.deepEqual(connection.holds, [true, false]);
+  }
+});
+
+test("a burst of old repeats moves nothing", async () => {
+  const { connection, keys } = rehearsing();
+  for (const ms of [900, 500, 101]) keys.down(keyEvent("ArrowUp", { repeat: true, ...ago(ms) }));
+  await handled();
+  assert.deepEqual([connection.sent, connection.holds], [[], []]);
+});
+
+test("a press that comes late drives when nothing released it", async () => {
+  const { connection, keys } = rehearsing();
+  keys.down(keyEvent("ArrowUp", ago(300)));
+  assert.deepEqual(connection.sent, []);
+  assert.deepEqual(connection.holds, [true]); // drawing makes way for the repeats
+  await handled();
+  assert.deepEqual(connection.sent[0], ["drive", { direction: 1 }]);
+});
+
+test("the age of a key in the scene is told by the clock of its frame", async () => {
+  const { connection, keys } = rehearsing();
+  const view = { performance: { now: () => 1000 } }; // it was made later than the page
+  keys.down(keyEvent("ArrowUp", { view, timeStamp: 950 }));
+  assert.equal(connection.sent.length, 2);
+  keys.down(keyEvent("ArrowUp", { view, timeStamp: 850, repeat: true }));
+  await handled();
+  assert.equal(connection.sent.length, 2);
 });
 
 test("opposite keys lead nowhere, and two of one direction no faster than one", () => {
@@ -74,6 +130,68 @@ test("typing drives nothing, but the arrows drive over a slider", () => {
   keys.down(keyEvent("KeyW", { target: { tagName: "INPUT", type: "text" } }));
   assert.deepEqual(connection.sent, []);
   keys.down(keyEvent("ArrowUp", { target: { tagName: "INPUT", type: "range" } }));
+  assert.deepEqual(connection.sent[0], ["drive", { direction: 1 }]);
+});
+
+test("while the robot runs, text keeps its keys and a list its arrows; W and S drive in a list, and so do all keys elsewhere", () => {
+  const driven = (code, target) => {
+    const connection = noted(RUNNING);
+    new Keys(connection).drives(keyEvent(code, { target }));
+    return connection.sent.length > 0;
+  };
+  for (const target of [{ tagName: "INPUT", type: "text" }, { tagName: "INPUT", type: "number" }, { tagName: "TEXTAREA" }, { tagName: "DIV", isContentEditable: true }]) {
+    for (const code of ["ArrowUp", "KeyW"]) assert.equal(driven(code, target), false);
+  }
+  for (const target of [{ tagName: "SELECT" }, { tagName: "INPUT", type: "radio" }]) {
+    assert.equal(driven("ArrowUp", target), false);
+    for (const code of ["KeyW", "KeyS"]) assert.equal(driven(code, target), true);
+  }
+  for (const target of [null, { tagName: "DIV" }, { tagName: "INPUT", type: "range" }, { tagName: "INPUT", type: "checkbox" }, { tagName: "BUTTON" }]) {
+    for (const code of ["ArrowUp", "ArrowDown", "KeyW", "KeyS", "KeyA", "KeyD"]) assert.equal(driven(code, target), true);
+  }
+});
+
+test("while the robot runs, no part of the page has the drive keys before", () => {
+  const captured = [];
+  page.window.addEventListener = (kind, listener, options) => { if (kind === "keydown" && options?.capture) captured.push(listener); };
+  const connection = noted(RUNNING);
+  new Keys(connection);
+  const event = keyEvent("ArrowUp");
+  for (const listener of captured) listener(event);
+  assert.deepEqual([event.stopped, event.prevented, connection.sent.length], [true, true, 2]);
+});
+
+test("a drive key of one who watches, or of a robot that stands, is left to the part that has the focus", () => {
+  for (const rehearsal of [{ state: "running", mine: false }, { state: "paused", mine: true }]) {
+    const event = keyEvent("ArrowUp");
+    assert.equal(new Keys(noted({ step: { input: "drive" }, rehearsal })).drives(event), false);
+    assert.equal(event.stopped, false);
+  }
+});
+
+test("keys do not drive behind a dialog", () => {
+  for (const state of [RUNNING, { step: { input: "drive" } }]) {
+    const connection = noted(state);
+    page.document.querySelector = () => ({});
+    new Keys(connection).down(keyEvent("ArrowUp"));
+    assert.deepEqual(connection.sent, []);
+  }
+});
+
+test("letters are those that the keys say, where they say Latin ones; W, A, S and D are places", () => {
+  const sent = (code, key, fields) => {
+    const connection = noted({ step: { input: "edit" }, plan: { ghost: null } });
+    new Keys(connection).down(keyEvent(code, { key, ctrlKey: true, ...fields }));
+    return connection.sent.map(([type]) => type);
+  };
+  assert.deepEqual(sent("KeyY", "z"), ["undo"]); // QWERTZ
+  assert.deepEqual(sent("KeyZ", "y"), ["redo"]);
+  assert.deepEqual(sent("KeyW", "z"), ["undo"]); // AZERTY
+  assert.deepEqual(sent("KeyZ", "w"), []);
+  assert.deepEqual(sent("KeyZ", "я"), ["undo"]);
+  assert.deepEqual(sent("KeyZ", "Z", { shiftKey: true }), ["redo"]);
+  const { connection, keys } = rehearsing();
+  keys.down(keyEvent("KeyW", { key: "z" }));
   assert.deepEqual(connection.sent[0], ["drive", { direction: 1 }]);
 });
 

@@ -3,7 +3,7 @@
 /** Lay `window` and `document` out as globals, each an EventTarget; returns them. */
 export function layOutPage() {
   const document = Object.assign(new EventTarget(), { hidden: false, activeElement: null, hasFocus: () => true, querySelector: () => null, getElementById: () => null });
-  const window = new EventTarget();
+  const window = Object.assign(new EventTarget(), { performance });
   Object.assign(globalThis, { window, document });
   return { window, document };
 }
@@ -11,7 +11,7 @@ export function layOutPage() {
 /** An event as a handler reads it; it notes whether it was prevented and stopped. */
 export function keyEvent(code, fields = {}) {
   const event = {
-    code, key: code.replace(/^Key/, ""), target: null, view: null, repeat: false, ctrlKey: false, metaKey: false, altKey: false, shiftKey: false,
+    code, key: code.replace(/^Key/, ""), target: null, view: null, repeat: false, timeStamp: performance.now(), ctrlKey: false, metaKey: false, altKey: false, shiftKey: false,
     prevented: false, stopped: false,
     preventDefault() { event.prevented = true; },
     stopImmediatePropagation() { event.stopped = true; },

@@ -1,6 +1,7 @@
 // Painting on the slices: labels of the open head, the brush, undo, and the structure that comes of a label.
 import { askName, confirm, note, noteDone } from "/static/js/dialogs.js";
 import { fillOptions, group, h, iconButton, whenChanged } from "/static/js/dom.js";
+import { letterOf } from "/static/js/letters.js";
 import { paintBrush } from "/static/js/paint-brush.js";
 import { post } from "/static/js/rest.js";
 
@@ -203,8 +204,9 @@ export class PaintGroup {
   key(event) {
     const typing = event.target instanceof HTMLInputElement && event.target.type !== "range";
     if (!(event.ctrlKey || event.metaKey) || typing || event.repeat || !paintBrush.label || document.querySelector("dialog[open]")) return;
-    const again = event.code === "KeyY" || (event.code === "KeyZ" && event.shiftKey);
-    if (!again && event.code !== "KeyZ") return;
+    const letter = letterOf(event);
+    const again = letter === "Y" || (letter === "Z" && event.shiftKey);
+    if (!again && letter !== "Z") return;
     event.preventDefault();
     event.stopImmediatePropagation();
     if (again ? this.item?.can_redo : this.item?.can_undo) this.step(again ? "label.redo" : "label.undo");

@@ -2,6 +2,7 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { when } from "/static/js/format.js";
 import { askName, clearErrors, note, noteDone } from "/static/js/dialogs.js";
+import { letterOf } from "/static/js/letters.js";
 import { download, upload } from "/static/js/rest.js";
 import { BeadsGroup } from "./beads.js";
 import { CalibrationGroup } from "./calibration.js";
@@ -66,8 +67,8 @@ export default class RegisterPanel {
   key(event) {
     const { step, registration } = this.connection.state;
     if (step?.name !== "register" || !registration || event.repeat || !(event.ctrlKey || event.metaKey)) return false;
-    if (event.code === "KeyZ") this.connection.send(event.shiftKey ? "registration.redo" : "registration.undo");
-    else if (event.code === "KeyY") this.connection.send("registration.redo");
+    if (letterOf(event) === "Z") this.connection.send(event.shiftKey ? "registration.redo" : "registration.undo");
+    else if (letterOf(event) === "Y") this.connection.send("registration.redo");
     else return false;
     return true;
   }

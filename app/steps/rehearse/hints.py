@@ -45,11 +45,14 @@ def rehearse_hint(
     if state != "running":
         return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
     if mode == "inspect" and phase == "inspect_hold":
-        return "Drag the sphere sideways: the tool swings about the target it looks at."
+        return "Drag the sphere sideways: the tool swings about the target it looks at. A and D twist it."
     if mode == "inspect":
-        return "Drag the blue sphere, or hold ↑: the view point is brought onto the target first."
+        return "Drag the blue sphere, or hold ↑ or W: the view point is brought onto the target first."
     if mode == "free":
-        return "Drag the blue sphere on the shaft. The margin to the bone surface is kept."
+        return "Drag the blue sphere on the shaft; A and D twist the tool. The margin to the bone surface is kept."
     if phase == "done" and targets:
         return "The end of the path is reached. Choose Inspect to look at a target."
-    return "Drag the blue sphere on the shaft, or hold ↑ and ↓. The margin to the bone surface is kept."
+    return (
+        "Hold ↑ or W to drive forwards, ↓ or S back (in a list W and S), or drag the blue sphere. "
+        "The margin to the bone surface is kept."
+    )

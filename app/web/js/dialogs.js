@@ -1,6 +1,7 @@
 // The one dialog of the page, and the short notes at its foot.
 import { byId, h } from "./dom.js";
 import { sentence } from "./format.js";
+import { letGoOfEverything } from "./keys.js";
 
 export const FRAME_QUESTION = {
   name: "frame",
@@ -32,6 +33,7 @@ export function show(form, shown = () => {}) {
     element.replaceChildren(form);
     element.addEventListener("close", () => resolve(element.returnValue), { once: true });
     element.returnValue = "cancel";
+    letGoOfEverything(); // keys do not drive behind a dialog, and one that is held goes on there unseen
     element.showModal();
     shown();
   }));

@@ -1,5 +1,6 @@
 // Fields of the panel: a label with a unit over a control, and what is typed checked where it is typed.
 import { h } from "./dom.js";
+import { letterOf } from "./letters.js";
 
 /**
  * @param {string} label
@@ -180,9 +181,9 @@ export function watchTyping(input) {
   }
 }
 
-/** @param {Pick<KeyboardEvent, "ctrlKey" | "metaKey" | "code">} event */
-export function isUndoKey({ ctrlKey, metaKey, code }) {
-  return (ctrlKey || metaKey) && (code === "KeyZ" || code === "KeyY");
+/** @param {Pick<KeyboardEvent, "ctrlKey" | "metaKey" | "key" | "code">} event */
+export function isUndoKey(event) {
+  return (event.ctrlKey || event.metaKey) && ["Z", "Y"].includes(letterOf(event));
 }
 
 /**

@@ -35,7 +35,7 @@ export const SHORTCUTS = [
     ["Ctrl Z, Ctrl Shift Z", "Undo, redo of the registration"],
   ]],
   ["Rehearse", [
-    ["↑ ↓ or W S", "Hold: drive forward or back along the path"],
+    ["↑ ↓ or W S", "Hold: drive forward or back along the path, whatever was clicked last; in a list W S"],
     ["A D", "Hold: twist the tool, in Free and Inspect"],
     ["Drag the sphere", "Pull the tool by hand"],
   ]],

@@ -1,18 +1,21 @@
 // A button that acts as long as it is held down, by pointer or by key, and lets go whatever happens.
 import { h } from "./dom.js";
+import { takeHold } from "./fresh-press.js";
 import { LET_GO } from "./keys.js";
 
 /**
- * What is held or not: each change is reported once.
+ * What is held or not: each change is reported once, and a press again with each repeat of the key that holds it, by
+ * which a hand that a busy machine has lost takes hold again.
  * @param {() => boolean} allowed whether it may be pressed now
  * @param {(down: boolean) => void} onchange
  */
 export function hold(allowed, onchange) {
   let down = false;
-  const press = () => {
-    if (down || !allowed()) return;
+  const press = (/** @type {PointerEvent | KeyboardEvent} */ event) => {
+    const repeat = "repeat" in event && event.repeat;
+    if (down !== repeat || !allowed()) return;
     down = true;
-    onchange(true);
+    takeHold(event, () => down, () => onchange(true));
   };
   const release = () => {
     if (!down) return;
@@ -33,9 +36,9 @@ export function holdButton(label, keys, onchange) {
   /** @type {HTMLButtonElement} */
   const button = h("button", {
     type: "button", class: "hold", title: `Hold. Key: ${keys}`,
-    onpointerdown: (event) => { button.setPointerCapture(event.pointerId); press(); },
+    onpointerdown: (event) => { button.setPointerCapture(event.pointerId); press(event); },
     onpointerup: release, onpointercancel: release, onlostpointercapture: release, onblur: release,
-    onkeydown: (event) => { if ((event.key === " " || event.key === "Enter") && !event.repeat) press(); },
+    onkeydown: (event) => { if (event.key === " " || event.key === "Enter") press(event); },
     onkeyup: (event) => { if (event.key === " " || event.key === "Enter") release(); },
   }, label);
   window.addEventListener(LET_GO, release);

@@ -1,8 +1,12 @@
 // Keys, and what is held: a key, a button, the grip.
 
 import { hasTextUndo, isUndoKey } from "./fields.js";
+import { pacing } from "./frame-pacing.js";
+import { isFresh, takeHold } from "./fresh-press.js";
+import { letterOf } from "./letters.js";
 
 /** @import { Connection } from "./connection.js" */
+/** @import { ViewModel } from "./types.js" */
 
 /** @type {Record<string, number>} */
 const DRIVE = { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 };
@@ -36,18 +40,33 @@ export class Keys {
     this.holds = new Set();
     /** @type {((event: KeyboardEvent) => boolean)[]} what else a key may mean; the first that knows it has it */
     this.shortcuts = [];
+    // capture: while the robot runs no part of the page has the drive keys before
+    window.addEventListener("keydown", (event) => this.drives(event), { capture: true });
     window.addEventListener("keydown", (event) => this.down(event));
     window.addEventListener("keyup", (event) => this.up(event));
     window.addEventListener(LET_GO, () => this.letGo());
     watchForLoss();
   }
 
+  /**
+   * Whether the key drives the robot that this window runs; it does then.
+   * @param {KeyboardEvent} event
+   */
+  drives(event) {
+    if (!isRunning(this.connection.state) || !isDriveKey(event) || hasOwnUse(event) || isDialogOpen()) return false;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    this.press(event);
+    return true;
+  }
+
   /** @param {KeyboardEvent} event */
   down(event) {
+    if (this.drives(event)) return;
     const target = /** @type {Partial<HTMLInputElement> | null} */ (event.target);
-    const driving = this.connection.state.step?.input === "drive" && (event.code in DRIVE || event.code in TWIST);
+    const driving = this.connection.state.step?.input === "drive" && isDriveKey(event);
     // a slider that keeps the focus is moved by ← and →: where keys drive, ↑ and ↓ do so, and change no margin
-    const undoing = isUndoKey(event) && !(isText(target) && hasTextUndo(target)) && !document.querySelector("dialog[open]");
+    const undoing = isUndoKey(event) && !(isText(target) && hasTextUndo(target)) && !isDialogOpen();
     if (typing(target) && !(driving && target?.type === "range") && !undoing) return;
     const inScene = event.view && event.view !== window;
     if (this.command(event) || this.shortcut(event)) {
@@ -56,15 +75,24 @@ export class Keys {
       event.stopImmediatePropagation();
       return;
     }
-    if (driving && !(event.ctrlKey || event.metaKey || event.altKey)) {
+    if (driving && !isDialogOpen()) {
       event.preventDefault();
-      if (!this.held.has(event.code)) {
-        this.held.add(event.code);
-        this.sendHeld();
-      }
+      this.press(event);
     }
     // the viewer has hot keys of its own, which the page does not mention
     if (inScene) event.stopImmediatePropagation();
+  }
+
+  /**
+   * A drive key goes down, or repeats: a hand that a busy machine has lost takes hold again by a repeat.
+   * @param {KeyboardEvent} event
+   */
+  press(event) {
+    if (event.repeat && !isFresh(event)) return;
+    const { code } = event;
+    this.held.add(code);
+    this.hold("keys", true);
+    takeHold(event, () => this.held.has(code), () => this.sendHeld());
   }
 
   /** @param {KeyboardEvent} event */
@@ -86,8 +114,8 @@ export class Keys {
     const { tagName } = /** @type {Partial<Element>} */ (event.target ?? {});
     if (this.connection.state.step?.input !== "edit" || event.repeat) return false;
     const control = event.ctrlKey || event.metaKey;
-    if (control && event.code === "KeyZ") return send(event.shiftKey ? "redo" : "undo");
-    if (control && event.code === "KeyY") return send("redo");
+    if (control && letterOf(event) === "Z") return send(event.shiftKey ? "redo" : "undo");
+    if (control && letterOf(event) === "Y") return send("redo");
     const { plan, regions } = this.connection.state;
     const ghost = plan?.ghost;
     if (regions?.drawing?.places.length && event.key === "Enter" && tagName !== "BUTTON") {
@@ -95,9 +123,9 @@ export class Keys {
       return true;
     }
     if (ghost && event.key === "Enter" && tagName !== "BUTTON") return send("ghost.confirm");
-    if (event.key === "Escape" && !document.querySelector("dialog[open]")) return send("ghost.cancel");
+    if (event.key === "Escape" && !isDialogOpen()) return send("ghost.cancel");
     if (event.key === "Delete" && ghost) return send("ghost.cancel");
-    if (event.key === "F2" && tagName !== "TR" && !document.querySelector("dialog[open]")) {
+    if (event.key === "F2" && tagName !== "TR" && !isDialogOpen()) {
       document.getElementById("rename-item")?.click();
       return true;
     }
@@ -113,7 +141,7 @@ export class Keys {
    * @param {KeyboardEvent} event
    */
   shortcut(event) {
-    return !document.querySelector("dialog[open]") && this.shortcuts.some((known) => known(event));
+    return !isDialogOpen() && this.shortcuts.some((known) => known(event));
   }
 
   sendHeld() {
@@ -137,7 +165,9 @@ export class Keys {
     const before = this.holds.size;
     if (on) this.holds.add(what);
     else this.holds.delete(what);
-    if (Boolean(before) !== Boolean(this.holds.size)) this.connection.hold(this.holds.size > 0);
+    if (Boolean(before) === Boolean(this.holds.size)) return;
+    this.connection.hold(this.holds.size > 0);
+    pacing.hold(this.holds.size > 0 && this.connection.state.step?.input === "drive");
   }
 }
 
@@ -149,6 +179,31 @@ export class Keys {
 function directionOf(held, table) {
   const sum = [...held].reduce((total, code) => total + (table[code] ?? 0), 0);
   return /** @type {-1 | 0 | 1} */ (Math.sign(sum));
+}
+
+/** @param {ViewModel} state */
+function isRunning({ step, rehearsal }) {
+  return step?.input === "drive" && rehearsal?.state === "running" && Boolean(rehearsal.mine);
+}
+
+/** @param {KeyboardEvent} event */
+function isDriveKey({ code, ctrlKey, metaKey, altKey }) {
+  return (code in DRIVE || code in TWIST) && !(ctrlKey || metaKey || altKey);
+}
+
+function isDialogOpen() {
+  return Boolean(document.querySelector("dialog[open]"));
+}
+
+/**
+ * Whether what has the focus needs the key itself: text needs all, a list its arrows.
+ * @param {KeyboardEvent} event
+ */
+function hasOwnUse({ code, target }) {
+  const { tagName, type = "", isContentEditable } = /** @type {Partial<HTMLInputElement>} */ (target ?? {});
+  if (tagName === "SELECT" || (tagName === "INPUT" && type === "radio")) return code.startsWith("Arrow");
+  if (tagName === "INPUT") return !["range", "checkbox", "button", "color", "file"].includes(type);
+  return tagName === "TEXTAREA" || Boolean(isContentEditable);
 }
 
 /**

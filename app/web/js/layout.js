@@ -1,5 +1,6 @@
 // How panel, scene and slices share the page: a layout by CSS grid areas, nothing is ever moved in the document.
 import { byId, h, icon } from "./dom.js";
+import { letterOf } from "./letters.js";
 import { keep, recall, recallText } from "./remember.js";
 
 /** @typedef {"one-three" | "two-by-two" | "scene" | "axial" | "coronal" | "sagittal" | "path"} Layout */
@@ -172,7 +173,7 @@ export class Layouts {
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || event.repeat) return false;
     const wish = KEYS[event.code];
-    if (event.code === "KeyP") this.fold();
+    if (letterOf(event) === "P") this.fold();
     else if (wish && this.can(wish)) this.set(next(this.layout, wish, this.several));
     else return false;
     return true;

@@ -3,6 +3,7 @@ import { Connection } from "./connection.js";
 import { byId, h, renderAnew, whenChanged } from "./dom.js";
 import { clearErrors, note } from "./dialogs.js";
 import { FirstTask } from "./first-task.js";
+import { pacing } from "./frame-pacing.js";
 import { Help } from "./help.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { Layouts } from "./layout.js";
@@ -80,7 +81,7 @@ class Page {
   schedule() {
     if (this.planned) return;
     this.planned = true;
-    requestAnimationFrame(() => {
+    pacing.request(() => {
       this.planned = false;
       this.draw(this.connection.state);
     });

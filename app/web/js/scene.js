@@ -1,8 +1,10 @@
 // The three-dimensional scene in its frame: tools on top of it, scale, legend, and the hand on the grip.
 import { byId, h, whenChanged } from "./dom.js";
 import { fixed } from "./format.js";
+import { pacing } from "./frame-pacing.js";
 import { LET_GO, letGoOfEverything } from "./keys.js";
 import { LAID_OUT } from "./layout.js";
+import { letterOf } from "./letters.js";
 import { SceneLayer } from "./scene-layer/layer.js";
 import { THEMED } from "./theme.js";
 
@@ -54,6 +56,7 @@ export class SceneFrame {
     window.addEventListener(LAID_OUT, () => this.drawIfSeen());
     new ResizeObserver(() => this.drawIfSeen()).observe(this.frame);
     window.addEventListener(LET_GO, () => this.pointerGone());
+    pacing.addEventListener("scale", () => this.layer?.hooks.resolve(pacing.scale));
   }
 
   showTools() {
@@ -107,6 +110,7 @@ export class SceneFrame {
   loaded() {
     const inner = /** @type {(Window & typeof globalThis) | null} */ (this.frame.contentWindow);
     if (!inner || inner.location.href === "about:blank") return;
+    pacing.adopt(inner);
     this.dress(inner);
     this.reach(inner);
     // capture: before the viewer sees the event, so that keys mean the same here as in the page around
@@ -142,6 +146,7 @@ export class SceneFrame {
       const layer = await SceneLayer.attach(inner, byId("scene-labels"), () => this.frame.contentWindow === inner && !inner.closed && this.sheet !== null);
       if (!layer || this.frame.contentWindow !== inner) return;
       this.layer = layer;
+      layer.hooks.resolve(pacing.scale);
       this.drawn = null;
       this.drawIfSeen();
       this.sayWhoWrites();
@@ -185,7 +190,7 @@ export class SceneFrame {
    * @param {KeyboardEvent} event
    */
   key(event) {
-    if (event.code !== "KeyC" || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return false;
+    if (letterOf(event) !== "C" || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return false;
     return Boolean(this.layer?.turning.centre());
   }
 

@@ -1,5 +1,6 @@
 // The CT slices: three through the crosshair and one across the path, cut in this window from the CT's own voxels.
 import { h } from "./dom.js";
+import { pacing } from "./frame-pacing.js";
 import { ENLARGE, LAID_OUT } from "./layout.js";
 import { CloseUp } from "./slices/close-up.js";
 import { Crosshair } from "./slices/crosshair.js";
@@ -83,6 +84,7 @@ export class Slices extends EventTarget {
     this.crosshair.addEventListener("move", all);
     this.crosshair.addEventListener("elsewhere", () => { for (const pane of this.panes) if (pane.name !== "path") pane.follow(); });
     this.greys.addEventListener("change", all);
+    pacing.addEventListener("scale", all);
     this.second.addEventListener("change", all);
     this.link.addEventListener("change", () => this.linked());
     this.link.addEventListener("outlines", all);
@@ -101,7 +103,7 @@ export class Slices extends EventTarget {
   plan(draw) {
     if (this.planned) return;
     this.planned = true;
-    requestAnimationFrame(() => {
+    pacing.request(() => {
       this.planned = false;
       draw();
     });

@@ -152,8 +152,8 @@ def test_lateness_is_told_as_median_and_99_percent() -> None:
 @pytest.mark.parametrize(
     ("mode", "phase", "words", "arrows"),
     [
-        ("path", "follow", "hold ↑ and ↓", True),
-        ("free", "free", "Drag the blue sphere", False),
+        ("path", "follow", "↑ or W to drive forwards, ↓ or S back", True),
+        ("free", "free", "A and D twist", False),
         ("inspect", "inspect_approach", "brought onto the target first", True),
         ("inspect", "inspect_hold", "swings about the target", False),
     ],

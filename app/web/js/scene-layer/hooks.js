@@ -34,6 +34,8 @@ export class SceneHooks {
     /** @type {Set<Watcher>} */
     this.watchers = new Set();
     this.paused = false;
+    /** @type {number | null} pixels of the canvas to one CSS pixel, while they are fewer for a time */
+    this.density = null;
     const { gl } = this.getState();
     const draw = gl.render.bind(gl);
     gl.render = (/** @type {Three} */ drawn, /** @type {Three} */ camera) => {
@@ -63,6 +65,17 @@ export class SceneHooks {
     this.paused = !on; // the viewer starts its loop anew when the frame's size changes
     this.getState().setFrameloop(on ? "demand" : "never");
     if (on) this.redraw();
+  }
+
+  /**
+   * Draw with a share of the resolution for a time, up to 1, which is that of viser.
+   * @param {number} share
+   */
+  resolve(share) {
+    const { viewport, setDpr } = this.getState();
+    const whole = this.density ?? viewport.dpr;
+    this.density = share < 1 ? whole : null;
+    if (viewport.dpr !== whole * share) setDpr(whole * share);
   }
 
   /**

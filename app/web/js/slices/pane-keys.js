@@ -1,4 +1,5 @@
 // A slice by keyboard alone: crosshair, slice, adding a point, lifting one and carrying it.
+import { letterOf } from "../letters.js";
 import { plus } from "./vectors.js";
 /** @import { Triple } from "./grid.js" */
 /** @import { Pane } from "./pane.js" */
@@ -46,8 +47,10 @@ export class PaneKeys {
       case "Enter": return this.entered();
       case "Escape": return this.putBack() || (!this.pane.board.halfDone && this.pane.board.escape());
       case " ": return this.drawHere();
-      case "m": case "M": return this.lift();
-      case "c": case "C": return this.centre();
+    }
+    switch (letterOf(event)) {
+      case "M": return this.lift();
+      case "C": return this.centre();
       default: return false;
     }
   }

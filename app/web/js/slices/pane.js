@@ -1,5 +1,6 @@
 // One slice on the page: its picture, the marks over it, and the words that belong to both.
 import { h, svg } from "../dom.js";
+import { pacing } from "../frame-pacing.js";
 import { sizeOf } from "../slice-geometry.js";
 import { Loader } from "../slice-loader.js";
 import { Hands } from "./hands.js";
@@ -167,7 +168,8 @@ export class Pane {
     const port = this.wanted();
     const place = board.crosshair.place ?? board.middle;
     const words = this.position(place);
-    const bitmap = await board.link.draw(this.name, port.raster(devicePixelRatio), board.greys.values, board.outlined, board.second.look);
+    const bitmap = await board.link.draw(this.name, port.raster(devicePixelRatio * pacing.scale), board.greys.values, board.outlined, board.second.look);
+    if (pacing.held) await new Promise((go) => { pacing.request(go); });
     this.drawing = false;
     if (bitmap) {
       Object.assign(this.canvas, { width: bitmap.width, height: bitmap.height });
