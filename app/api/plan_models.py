@@ -220,6 +220,13 @@ class TargetCreate(Wish):
     revision: Revision = None
 
 
+class TargetsTake(Wish):
+    """plan: id of the plan of the same head whose targets are added."""
+
+    plan: Annotated[str, Field(max_length=64)]
+    revision: Revision = None
+
+
 class PointUpdate(Wish):
     """Changes of a path point or a target; omitted fields stay."""
 

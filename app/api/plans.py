@@ -20,6 +20,7 @@ from app.api.plan_models import (
     SoftTissuePublic,
     StepBack,
     TargetCreate,
+    TargetsTake,
 )
 from app.services.errors import NotFound
 from app.services.plan_model import check_robot
@@ -131,6 +132,13 @@ def add_target(plan_id: Identifier, wish: TargetCreate, services: ServicesDep, c
     """Add a target."""
     add = services.plans.editor(plan_id).added_target
     return _point(condition, *add(wish.position, wish.label, expected_revision=condition.expected(wish.revision)))
+
+
+@router.post("/plans/{plan_id}/targets/take")
+def take_targets(plan_id: Identifier, wish: TargetsTake, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
+    """Add the targets of another plan of the same head, as one edit; those that are here already are left out."""
+    other, expected = services.plans.get(wish.plan), condition.expected(wish.revision)
+    return _told(condition, services.plans.editor(plan_id).take_targets(other, expected_revision=expected))
 
 
 @router.patch("/plans/{plan_id}/points/{point_id}")

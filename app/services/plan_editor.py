@@ -147,6 +147,23 @@ class PlanEditor:
 
         return target_id, self._edit(change, expected_revision)
 
+    def take_targets(self, other: Plan, *, expected_revision: int | None = None) -> Plan:
+        """Add the targets of another plan of the same head as one edit; those that are here already are left out.
+
+        Raises PlanError where the other plan is of another head, or has no target that is not here.
+        """
+        if other.case_id != self.plan.case_id:
+            raise PlanError("that plan belongs to another head; its targets may lie in other anatomy.")
+
+        def change(content: PlanContent) -> PlanContent:
+            here = {(target.label, target.position) for target in content.targets}
+            new = [one for one in other.targets if (one.label, one.position) not in here]
+            if not new:
+                raise PlanError("that plan has no target that is not here already.")
+            return replace(content, targets=(*content.targets, *(replace(one, id=new_point_id()) for one in new)))
+
+        return self._edit(change, expected_revision)
+
     def move_target(self, target_id: str, position: Sequence[float], *, expected_revision: int | None = None) -> Plan:
         """Put a target somewhere else."""
         place = check_position(position)

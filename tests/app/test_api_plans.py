@@ -130,6 +130,17 @@ def test_a_file_without_a_frame_is_asked_about(client: Client) -> None:
     client.delete(f"/api/plans/{made['id']}")
 
 
+def test_targets_are_taken_from_another_plan(client: Client) -> None:
+    made, other = (client.post(f"{CASE}/plans", json={"name": name}).json()["id"] for name in ("To", "From"))
+    client.post(f"/api/plans/{other}/targets", json={"position": [1, 2, 3], "label": "ostium"})
+    taken = client.post(f"/api/plans/{made}/targets/take", json={"plan": other}).json()["targets"]
+    assert [(one["label"], one["position"]) for one in taken] == [("ostium", [1, 2, 3])]
+    again = client.post(f"/api/plans/{made}/targets/take", json={"plan": other})
+    assert (again.status_code, "not here already" in again.text) == (422, True)
+    for plan_id in (made, other):
+        client.delete(f"/api/plans/{plan_id}")
+
+
 def test_whether_points_are_a_path_or_targets_is_asked(client: Client) -> None:
     lines = "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = x,y,z,label\n1,2,3,a\n"
     files = {"file": ("F.fcsv", lines.encode())}

@@ -1,6 +1,7 @@
 """Plans: edits, undo and redo against a model of them, locks, conflicts, recovery."""
 
 import threading
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -90,6 +91,21 @@ def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor)
     editor.rename_point(target, "sinus")
     editor.delete_target(target)
     assert editor.plan.targets == ()
+
+
+def test_targets_of_another_plan_are_taken_as_one_edit(plans: PlanService, case: Case, editor: PlanEditor) -> None:
+    other = plans.editor(plans.create(case.id, "Other").id)
+    other.add_target((1, 2, 3), "ostium")
+    other.add_target((4, 5, 6))
+    editor.add_target((1, 2, 3), "ostium")  # here already
+    taken = editor.take_targets(other.plan).targets
+    assert [(one.label, one.position) for one in taken] == [("ostium", (1, 2, 3)), ("T1", (4, 5, 6))]
+    assert not {one.id for one in taken} & {one.id for one in other.plan.targets}
+    with pytest.raises(PlanError, match="not here already"):
+        editor.take_targets(other.plan)
+    assert len(editor.undo().targets) == 1
+    with pytest.raises(PlanError, match="another head"):
+        editor.take_targets(replace(other.plan, case_id="case-elsewhere"))
 
 
 def test_the_history_outlives_the_process(store: Store, editor: PlanEditor, plan: Plan) -> None:

@@ -20,6 +20,13 @@ class PlanCommand(Command):
     plan_id: Identifier
 
 
+class TakeTargets(Command):
+    """Add the targets of another plan of this head to the open one."""
+
+    type: Literal["targets.take"]
+    plan_id: Identifier
+
+
 class RenamePlan(Command):
     type: Literal["plan.rename"]
     plan_id: Identifier
@@ -109,6 +116,7 @@ COMMANDS: tuple[type[Command], ...] = (
     PickOnSlice,
     ChooseRobot,
     ChooseTool,
+    TakeTargets,
     *clearance_commands.COMMANDS,
     *REGION_COMMANDS,
     *PATH_COMMANDS,

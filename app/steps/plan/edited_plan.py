@@ -294,6 +294,10 @@ class EditedPlan:
         """Raises RobotError for a shape that the tool cannot have."""
         self._edit(self._editor.choose_tool, name, shape)
 
+    def take_targets(self, other: Plan) -> None:
+        """Add the targets of another plan. Raises PlanError."""
+        self._edit(self._editor.take_targets, other)
+
     def set_locked(self, locked: bool) -> None:
         self.cancel()
         self._edit(self._editor.set_locked, locked)

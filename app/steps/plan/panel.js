@@ -2,7 +2,7 @@
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { mm, sentence, when } from "/static/js/format.js";
 import { placeWords, sideWords } from "/static/js/slices/place-words.js";
-import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone } from "/static/js/dialogs.js";
+import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone, noteEdit } from "/static/js/dialogs.js";
 import { DryRun } from "/static/js/dry-run.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { ClearanceGroup } from "./clearance.js";
@@ -243,11 +243,17 @@ export default class PlanPanel {
         if (name) this.connection.send("plan.rename", { plan_id: id, name });
       }),
       iconButton("copy", "Duplicate", () => send("plan.duplicate")),
+      iconButton("target", "Take its targets into the open plan", () => this.takeTargets(row.item)),
       iconButton("trash", "Delete", () => this.remove(row.item.id)),
     ];
     /** @type {Row<PlanEntry>} */
     const row = listRow(deleted, () => send("plan.open"), tools);
     return row;
+  }
+
+  /** @param {PlanEntry} other */
+  takeTargets({ id, name }) {
+    noteEdit(this.connection, "plan", this.connection.request("targets.take", { plan_id: id }), `The targets of ‘${name}’ were added.`);
   }
 
   /** @param {string} id */

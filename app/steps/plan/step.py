@@ -160,6 +160,9 @@ class PlanStep(Step):
             self.views.plan.opened()
         elif isinstance(command, ShowTool | HideTool):
             self._show_tool(command)
+        elif isinstance(command, c.TakeTargets):
+            self._check_own(command.plan_id)
+            self._need().take_targets(self._services.plans.get(command.plan_id))
         else:
             self._handle_edit(command)
 

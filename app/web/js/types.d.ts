@@ -1796,6 +1796,9 @@ export interface Commands {
     suggestion_id: string;
     alternative: number;
   };
+  "targets.take": {
+    plan_id: string;
+  };
   "twist": {
     direction: -1 | 0 | 1;
   };
